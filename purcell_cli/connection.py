@@ -1,0 +1,157 @@
+"""The local connection form A(r) of the swimmer (sections III-B and III-C of the paper, as corrected).
+
+Every function takes a shape (A_1, A_2) as an array (..., 2, 3, 3) and is batched over its leading
+axes. Conventions: `rotations`.
+
+Where this differs from the print: B_1 and B_2 carry the rotation in their upper right block and
+give the velocity at the limb's centre, which is the point H_i is the drag about. As printed, P
+would not be symmetric.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from purcell_cli.errors import ParameterError
+from purcell_cli.rotations import Array, hat
+from purcell_cli.swimmer import Swimmer
+
+COLLINEAR: Array = np.stack([np.eye(3), np.eye(3)])
+"""The collinear shape, the identity of SO(3) x SO(3). Shape (2, 3, 3)."""
+COLLINEAR.setflags(write=False)
+
+_E_X = np.array([1.0, 0.0, 0.0])
+_SIDE = {1: 1.0, 2: -1.0}
+
+
+def _limb(shape: ArrayLike, limb: int) -> Array:
+    r = np.asarray(shape, dtype=np.float64)
+    if r.ndim < 3 or r.shape[-3:] != (2, 3, 3):
+        raise ParameterError(f"a shape is an array (..., 2, 3, 3) of two limb orientations, found {r.shape}")
+    return r[..., limb - 1, :, :]
+
+
+def centre(swimmer: Swimmer, shape: ArrayLike, limb: int) -> Array:
+    """Return c_i, the centre of a limb in base coordinates [m]. Shape (..., 3)."""
+    a = _limb(shape, limb)[..., :, 0]
+    return _SIDE[limb] * (swimmer.base_half_length_m * _E_X + swimmer.limb_half_length_m * a)
+
+
+def base_to_limb(swimmer: Swimmer, shape: ArrayLike, limb: int) -> Array:
+    """Return B_i, which takes the base's twist to the limb's at its centre, in its own frame.
+
+    B_i = [[A_i^T, -A_i^T hat(c_i)], [0, A_i^T]]; corrects equations (xi1), (xi2) of section III-C.
+
+    Returns:
+        Matrices on (v, omega). Shape (..., 6, 6).
+    """
+    a_t = np.swapaxes(_limb(shape, limb), -1, -2)
+    out = np.zeros((*a_t.shape[:-2], 6, 6))
+    out[..., :3, :3] = a_t
+    out[..., 3:, 3:] = a_t
+    out[..., :3, 3:] = -a_t @ hat(centre(swimmer, shape, limb))
+    return out
+
+
+def rate_to_limb(swimmer: Swimmer, limb: int) -> Array:
+    """Return W_i, which takes the limb's rate omega_i to its twist at its centre. Shape (6, 3)."""
+    out = np.zeros((6, 3))
+    out[:3] = -_SIDE[limb] * swimmer.limb_half_length_m * hat(_E_X)
+    out[3:] = np.eye(3)
+    return out
+
+
+def wrench_to_base(swimmer: Swimmer, shape: ArrayLike, limb: int) -> Array:
+    """Return T_i = B_i^T, which takes a limb's force and torque to the base frame. Shape (..., 6, 6)."""
+    return np.swapaxes(base_to_limb(swimmer, shape, limb), -1, -2)
+
+
+def resistance(swimmer: Swimmer, shape: ArrayLike) -> Array:
+    """Return P = H_0 + sum T_i H_i B_i, the resistance of the frozen shape to the base's twist.
+
+    Symmetric positive definite (section III-C).
+
+    Returns:
+        Matrices on (v, omega) [N s/m, N s, N s m]. Shape (..., 6, 6).
+    """
+    out = np.zeros((*np.shape(shape)[:-3], 6, 6)) + swimmer.drag(0)
+    for limb in (1, 2):
+        b = base_to_limb(swimmer, shape, limb)
+        out = out + np.swapaxes(b, -1, -2) @ swimmer.drag(limb) @ b
+    return out
+
+
+def coupling(swimmer: Swimmer, shape: ArrayLike) -> Array:
+    """Return Q = [T_1 H_1 W_1, T_2 H_2 W_2], the wrench per limb rate on a base at rest (section III-C).
+
+    Returns:
+        Matrices from (omega_1, omega_2) to (force, torque). Shape (..., 6, 6).
+    """
+    columns = [
+        wrench_to_base(swimmer, shape, limb) @ swimmer.drag(limb) @ rate_to_limb(swimmer, limb) for limb in (1, 2)
+    ]
+    return np.concatenate(columns, axis=-1)
+
+
+def connection(swimmer: Swimmer, shape: ArrayLike) -> Array:
+    """Return the local connection form A(r) = P^-1 Q: the base's twist is xi = -A(r) omega.
+
+    Equation (Final_kinematic_model) of section III-C. Its rank is 5 at every shape.
+
+    Args:
+        swimmer: The swimmer.
+        shape: Limb orientations (A_1, A_2). Shape (..., 2, 3, 3).
+
+    Returns:
+        Matrices from (omega_1, omega_2) [rad/s] to (v, omega) [m/s, rad/s]. Shape (..., 6, 6).
+    """
+    unit = swimmer.scaled()
+    out: Array = np.linalg.solve(resistance(unit, shape), coupling(unit, shape))
+    out[..., :3, :] *= swimmer.length_m
+    return out
+
+
+def base_twist(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike) -> Array:
+    """Return the base's body twist xi = -A(r) omega for limb rates (..., 6) [rad/s]. Shape (..., 6)."""
+    omega = np.asarray(rate, dtype=np.float64)
+    return -(connection(swimmer, shape) @ omega[..., None])[..., 0]
+
+
+def link_twist(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike, xi_base: Array, link: int) -> Array:
+    """Return the twist xi_i = B_i xi + W_i omega_i of a link at its centre, in its own frame.
+
+    Args:
+        swimmer: The swimmer.
+        shape: Limb orientations. Shape (..., 2, 3, 3).
+        rate: Limb rates (omega_1, omega_2) [rad/s]. Shape (..., 6).
+        xi_base: The base's body twist (v, omega) [m/s, rad/s]. Shape (..., 6).
+        link: 0 for the base, 1 or 2 for a limb.
+
+    Returns:
+        Twists (v, omega) [m/s, rad/s]. Shape (..., 6).
+    """
+    if link == 0:
+        return xi_base
+    omega = np.asarray(rate, dtype=np.float64)[..., 3 * (link - 1) : 3 * link]
+    carried = (base_to_limb(swimmer, shape, link) @ xi_base[..., None])[..., 0]
+    return carried + omega @ rate_to_limb(swimmer, link).T
+
+
+def power(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike) -> Array:
+    """Return the dissipated power, the sum over the links of xi_i^T H_i xi_i [W].
+
+    Args:
+        swimmer: The swimmer.
+        shape: Limb orientations. Shape (..., 2, 3, 3).
+        rate: Limb rates (omega_1, omega_2) [rad/s]. Shape (..., 6).
+
+    Returns:
+        Power. Shape (...).
+    """
+    xi_base = base_twist(swimmer, shape, rate)
+    total = np.zeros(xi_base.shape[:-1])
+    for link in range(3):
+        xi = link_twist(swimmer, shape, rate, xi_base, link)
+        total = total + np.einsum("...i,ij,...j->...", xi, swimmer.drag(link), xi)
+    return total

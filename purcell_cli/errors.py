@@ -1,0 +1,21 @@
+"""The errors that purcell raises on misuse; a numerical outcome is a value, never an exception."""
+
+
+class PurcellError(Exception):
+    """Base of every error that purcell raises on purpose."""
+
+
+class ParameterError(PurcellError, ValueError):
+    """A number or array that no swimmer, shape or motion can have."""
+
+
+class InputError(PurcellError, ValueError):
+    """A file that does not say what purcell needs; the message names file, line and key."""
+
+
+class UnknownNameError(PurcellError, LookupError):
+    """A name that nothing answers to; the message proposes the nearest."""
+
+
+class GaitError(PurcellError, ArithmeticError):
+    """A stored gait whose free angles have no solution at the amplitude asked for."""

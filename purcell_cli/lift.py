@@ -1,0 +1,406 @@
+"""The horizontal lift: the flow of the base pose along a path of shapes (section V-A, appendix A).
+
+Any path here is a chain of pieces on which the limb rates are constant; a primitive is a piece on
+which one limb turns about one of its own axes. On a piece both limbs turn about axes that are
+fixed in the base frame, so the base's twist is a known analytic function of time, and the flow is
+a linear equation on SE(3). It is solved by Gauss collocation (order 2 x stages, and orthogonal by
+construction) on a mesh graded by how near the limbs come to the collinear shape: there A(r) is
+sharp, because only spin drag resists roll. All steps of a whole sequence go through as one batch.
+
+Drag depends on a limb only through its axis a_i = A_i e_x. Rates are therefore kept in base
+coordinates here, u_i = A_i omega_i, and the twist is a function of (a_1, a_2, u_1, u_2) alone.
+Conventions: `rotations`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from purcell_cli import se3
+from purcell_cli.connection import COLLINEAR
+from purcell_cli.primitives import PrimitiveSequence
+from purcell_cli.rotations import Array, cross, hat, orthonormalised
+from purcell_cli.swimmer import Swimmer
+
+_E_X = np.array([1.0, 0.0, 0.0])
+_I3 = np.eye(3)
+_SIDES = np.array([1.0, -1.0])
+_BATCH = 4096
+"""Steps evaluated at once: bounds the memory of a long path."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Accuracy:
+    """How finely the lift is computed.
+
+    Attributes:
+        stages: Collocation nodes in a step; the order is twice that.
+        step: Largest step, as a fraction of the distance from the collinear shape.
+    """
+
+    stages: int = 8
+    step: float = 0.5
+
+
+EXACT = Accuracy()
+"""Errors below 1e-13 (L, rad) per radian of travel: all that is reported or written uses it."""
+
+
+@functools.cache
+def _collocation(stages: int) -> tuple[Array, Array, Array]:
+    """Return nodes on [0, 1], weights, and weights of the integral from 0 to each node."""
+    x, w = np.polynomial.legendre.leggauss(stages)
+    values = np.polynomial.legendre.legvander(x, stages - 1)
+    integrals = np.stack(
+        [
+            np.polynomial.legendre.legval(x, np.polynomial.legendre.legint(row, lbnd=-1))
+            for row in np.eye(stages)
+        ],
+        axis=-1,
+    )
+    return (x + 1) / 2, w / 2, 0.5 * np.linalg.solve(values.T, integrals.T).T
+
+
+class _Model:
+    """The numbers of a scaled swimmer that the twist needs, with lateral drag per length 1."""
+
+    def __init__(self, swimmer: Swimmer) -> None:
+        unit = swimmer.scaled()
+        self.length_m = swimmer.length_m
+        self.base, self.limb = unit.base_half_length_m, unit.limb_half_length_m
+        self.lateral = 2.0 * self.limb
+        self.longitudinal_defect = 1.0 - 1.0 / unit.drag_ratio
+        self.turn = 2.0 / 3.0 * self.limb**3
+        self.spin = 2.0 * unit.spin_drag(self.limb) * self.limb
+        self.base_drag = unit.drag(0)
+        # Distance from the collinear shape at which spin and lateral drag resist roll alike.
+        self.sharpness = math.sqrt((2.0 * self.spin + self.base_drag[3, 3]) / (8.0 / 3.0 * self.limb**3))
+
+    def distance(self, axes: Array) -> Array:
+        """Return how far a shape is from the singular ones, as an angle. Shape (n, 2, 3) to (n,)."""
+        bend2 = axes[..., 1] ** 2 + axes[..., 2] ** 2
+        return np.sqrt(self.sharpness**2 + bend2[..., 0] + bend2[..., 1])
+
+    def centres(self, axes: Array) -> Array:
+        """Return the limbs' centres in base coordinates. Shape (n, 2, 3)."""
+        return _SIDES[:, None] * (self.base * _E_X + self.limb * axes)
+
+    def resistance(self, axes: Array) -> Array:
+        """Return P about the base's centre, in closed form. Shape (n, 6, 6)."""
+        c = self.centres(axes)
+        moment = np.concatenate([axes, cross(c, axes)], axis=-1)
+        out = -self.lateral * self.longitudinal_defect * np.einsum("nli,nlj->nij", moment, moment)
+        # Torques: M - hat(c) D hat(c), with the part along the axis of D counted above.
+        out[:, 3:, 3:] += (self.spin - self.turn) * np.einsum("nli,nlj->nij", axes, axes)
+        out[:, 3:, 3:] -= self.lateral * np.einsum("nli,nlj->nij", c, c)
+        c2 = self.lateral * np.einsum("nli,nli->n", c, c)
+        total = c.sum(axis=1)
+        k = self.lateral * hat(total)
+        out[:, 3:, :3] += k
+        out[:, :3, 3:] -= k
+        out += self.base_drag
+        for i in range(3):
+            out[:, i, i] += 2.0 * self.lateral
+            out[:, 3 + i, 3 + i] += 2.0 * self.turn + c2
+        return out
+
+    def limb_wrench(self, axes: Array, velocity: Array, rate: Array) -> tuple[Array, Array]:
+        """Return force and torque about the joint that move a limb with its joint's velocity.
+
+        Args:
+            axes: Limb axes. Shape (..., 2, 3), broadcast against the others.
+            velocity: Velocities of the joints. Shape (..., 2, 3).
+            rate: Angular velocities of the limbs. Shape (..., 2, 3).
+        """
+        arm = _SIDES[:, None] * self.limb * axes
+        at_centre = velocity + cross(rate, arm)
+        along = np.einsum("...i,...i->...", axes, at_centre)[..., None] * axes
+        force = self.lateral * (at_centre - self.longitudinal_defect * along)
+        spin = np.einsum("...i,...i->...", axes, rate)[..., None] * axes
+        torque = cross(arm, force) + self.turn * rate + (self.spin - self.turn) * spin
+        return force, torque
+
+    def to_base(self, force: Array, torque: Array) -> Array:
+        """Return wrenches about the base's centre from those about the joints. Shape (..., 6)."""
+        joint = self.base * _SIDES[:, None] * _E_X
+        return np.concatenate([force, torque + cross(joint, force)], axis=-1)
+
+    def twist(self, axes: Array, rates: Array) -> Array:
+        """Return the base's twist xi = -P^-1 q for limb rates in base coordinates. Shape (n, 6)."""
+        wrench = self.to_base(*self.limb_wrench(axes, np.zeros(3), rates)).sum(axis=-2)
+        out: Array = -np.linalg.solve(self.resistance(axes), wrench[..., None])[..., 0]
+        return out
+
+    def twist_and_change(self, axes: Array, rates: Array) -> tuple[Array, Array]:
+        """Return the twist and its derivative when a limb, with its rate, is turned in the base frame.
+
+        Turning axis and rate of limb i by eta turns the limb's wrench and the motion it sees;
+        only the base's motion stays. That gives the derivative without differentiating P.
+
+        Returns:
+            Twists, shape (n, 6), and derivatives along eta = e_x, e_y, e_z for each limb, shape
+            (n, 6, 2, 3).
+        """
+        p_inverse = np.linalg.inv(self.resistance(axes))
+        wrench = self.to_base(*self.limb_wrench(axes, np.zeros(3), rates)).sum(axis=-2)
+        xi = -(p_inverse @ wrench[..., None])[..., 0]
+        v, w = xi[:, None, :3], xi[:, None, 3:]
+        v_joint = v + cross(w, self.base * _SIDES[:, None] * _E_X)
+        force, torque = self.limb_wrench(axes, v_joint, w + rates)
+        eta = _I3[:, None, None, :]  # (3, 1, 1, 3): broadcasts over nodes and limbs
+        turned = (cross(eta, force), cross(eta, torque))
+        seen = self.limb_wrench(axes, cross(eta, v_joint), cross(eta, w))
+        change = self.to_base(turned[0] - seen[0], turned[1] - seen[1])  # (3, n, 2, 6)
+        n = len(axes)
+        columns = change.transpose(1, 3, 2, 0).reshape(n, 6, 6)
+        return xi, -(p_inverse @ columns).reshape(n, 6, 2, 3)
+
+
+@functools.lru_cache(maxsize=64)
+def _model(swimmer: Swimmer) -> _Model:
+    return _Model(swimmer)
+
+
+def _turn(axis_angle: Array) -> Array:
+    """Return rotation matrices of rotation vectors. Shape (..., 3) to (..., 3, 3)."""
+    twist = np.zeros((*axis_angle.shape[:-1], 6))
+    twist[..., 3:] = axis_angle
+    return se3.exp(twist)[..., :3, :3]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Steps:
+    """The mesh: one row a step, each within one piece."""
+
+    piece: NDArrayInt
+    axes: Array
+    rates: Array
+    duration: Array
+
+
+NDArrayInt = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+
+def _mesh(model: _Model, axes: Array, rates: Array, duration: Array, step: float) -> _Steps:
+    """Cut pieces into steps that are short against the distance from the collinear shape.
+
+    The distance changes no faster than the limbs turn, so a step that passes at its middle passes
+    everywhere. A limb spinning about its own axis moves nothing and needs no steps.
+    """
+    sweep = np.sqrt(np.einsum("nli,nli->n", (s := cross(rates, axes)), s))
+    piece = np.arange(len(duration))
+    start, length = np.zeros(len(duration)), duration
+    done: list[tuple[NDArrayInt, Array, Array]] = []
+    while len(piece):
+        middle = (start + 0.5 * length)[:, None, None]
+        turned = _rotate(rates[piece] * middle, axes[piece])
+        arc = sweep[piece] * length
+        near = model.distance(turned)
+        ratio = arc / (step * np.maximum(near - 0.5 * arc * (arc > step * near), model.sharpness))
+        parts = np.where(arc > step * near, np.minimum(np.ceil(ratio), 8), 1).astype(np.int64)
+        good = parts == 1
+        done.append((piece[good], start[good], length[good]))
+        parts = parts[~good]
+        index = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+        length = np.repeat(length[~good] / parts, parts)
+        start = np.repeat(start[~good], parts) + index * length
+        piece = np.repeat(piece[~good], parts)
+    piece, start, length = (np.concatenate(column) for column in zip(*done, strict=True))
+    order = np.lexsort((start, piece))
+    piece, start, length = piece[order], start[order], length[order]
+    turned = _rotate(rates[piece] * start[:, None, None], axes[piece])
+    return _Steps(piece, turned, rates[piece], length)
+
+
+def _rotate(axis_angle: Array, vector: Array) -> Array:
+    """Return vectors turned by rotation vectors, both (..., 3)."""
+    angle = np.sqrt(np.einsum("...i,...i->...", axis_angle, axis_angle))
+    a = np.sinc(angle / np.pi)[..., None]
+    b = 0.5 * np.sinc(angle / (2 * np.pi))[..., None] ** 2
+    first = cross(axis_angle, vector)
+    return vector + a * first + b * cross(axis_angle, first)
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Solution:
+    """The flow on every step, from the step's start; at its nodes too where a gradient is wanted."""
+
+    step_pose: Array
+    node_pose: Array
+    node_change: Array
+
+
+def _node_states(steps: _Steps, nodes: Array) -> tuple[Array, Array]:
+    times = steps.duration[:, None] * nodes
+    axes = _rotate(steps.rates[:, None] * times[..., None, None], steps.axes[:, None])
+    rates = np.broadcast_to(steps.rates[:, None], axes.shape)
+    return axes.reshape(-1, 2, 3), rates.reshape(-1, 2, 3)
+
+
+def _solve(model: _Model, steps: _Steps, accuracy: Accuracy, gradient: bool) -> _Solution:
+    """Solve g' = g hat(xi) from the identity on every step by Gauss collocation."""
+    nodes, weights, to_node = _collocation(accuracy.stages)
+    n, m = len(steps.duration), len(nodes)
+    axes, rates = _node_states(steps, nodes)
+    if gradient:
+        xi, change = model.twist_and_change(axes, rates)
+        change = change.reshape(n, m, 6, 6) * (weights[:, None, None] * steps.duration[:, None, None, None])
+    else:
+        xi, change = model.twist(axes, rates), np.empty(0)
+    xi = xi.reshape(n, m, 6) * steps.duration[:, None, None]
+    omega = hat(xi[..., 3:])
+    rotation = np.broadcast_to(_I3, (n, m, 3, 3))
+    # Picard iteration: the error falls faster than any power, by |omega|^k / k!.
+    for _ in range(100):
+        speed = (rotation @ omega).reshape(n, m, 9)
+        renewed = (to_node @ speed).reshape(n, m, 3, 3) + _I3
+        settled = bool(np.max(np.abs(renewed - rotation), initial=0.0) < 4e-16)
+        rotation = renewed
+        if settled:
+            break
+    speed = (rotation @ omega).reshape(n, m, 9)
+    velocity = (rotation @ xi[..., :3, None])[..., 0]
+    end = (weights @ speed).reshape(n, 3, 3) + _I3
+    step_pose = se3.pose(orthonormalised(end), weights @ velocity)
+    node_pose = se3.pose(rotation, to_node @ velocity) if gradient else np.empty(0)
+    return _Solution(step_pose, node_pose, change)
+
+
+def _reduce(poses: Array, piece: NDArrayInt, count: int) -> Array:
+    """Return the product of the step displacements of each piece. Shape (count, 4, 4)."""
+    out = np.tile(np.eye(4), (count, 1, 1))
+    steps_of = np.bincount(piece, minlength=count)
+    first = np.cumsum(steps_of) - steps_of
+    for j in range(int(steps_of.max(initial=0))):
+        live = steps_of > j
+        out[live] = out[live] @ poses[first[live] + j]
+    return se3.normalised(out)
+
+
+def _base_rates(shapes: Array, rate: Array) -> Array:
+    """Return u_i = A_i omega_i. Shapes (n, 2, 3, 3) and (n, 6) to (n, 2, 3)."""
+    return np.einsum("nlij,nlj->nli", shapes, rate.reshape(-1, 2, 3))
+
+
+def _displacements(model: _Model, shapes: Array, rate: Array, duration: Array, accuracy: Accuracy) -> Array:
+    """Return the base's displacement on each piece, in units of L. Shape (n, 4, 4)."""
+    out = np.empty((len(duration), 4, 4))
+    for low in range(0, len(duration), _BATCH):
+        part = slice(low, low + _BATCH)
+        mesh = _mesh(model, shapes[part, :, :, 0], _base_rates(shapes[part], rate[part]), duration[part], accuracy.step)
+        poses = np.concatenate(
+            [
+                _solve(model, _Steps(*(getattr(mesh, f)[k : k + _BATCH] for f in ("piece", "axes", "rates", "duration"))), accuracy, gradient=False).step_pose
+                for k in range(0, len(mesh.piece), _BATCH)
+            ]
+        )
+        out[part] = _reduce(poses, mesh.piece, len(duration[part]))
+    return out
+
+
+def displacements(
+    swimmer: Swimmer, sequence: PrimitiveSequence, start: ArrayLike = COLLINEAR, accuracy: Accuracy = EXACT
+) -> Array:
+    """Return the base's body displacement during each primitive of a sequence.
+
+    Left invariance makes it the same from every pose.
+
+    Args:
+        swimmer: The swimmer.
+        sequence: The controls.
+        start: Shape before the first primitive. Shape (2, 3, 3).
+        accuracy: Order and step of the method.
+
+    Returns:
+        Poses relative to each primitive's beginning [m]. Shape (n, 4, 4).
+    """
+    shapes = sequence.shapes(start)[:-1]
+    out = _displacements(_model(swimmer), shapes, sequence.rates(), np.abs(sequence.angle), accuracy)
+    out[:, :3, 3] *= swimmer.length_m
+    return out
+
+
+def flow(
+    swimmer: Swimmer, sequence: PrimitiveSequence, start: ArrayLike = COLLINEAR, accuracy: Accuracy = EXACT
+) -> Array:
+    """Return the base's body displacement along a sequence of primitives [m]. Shape (4, 4)."""
+    return se3.prefix_products(displacements(swimmer, sequence, start, accuracy))[-1]
+
+
+def flow_and_jacobian(
+    swimmer: Swimmer, sequence: PrimitiveSequence, start: ArrayLike = COLLINEAR, accuracy: Accuracy = EXACT
+) -> tuple[Array, Array]:
+    """Return the displacement along a sequence and its derivative by every angle.
+
+    Lengthening primitive k turns the limb's whole later path by a constant rotation in the base
+    frame, about the axis n_k the limb turned on. So one pass that carries six such rotations back
+    from the end gives all derivatives at once, whatever the number of primitives.
+
+    Args:
+        swimmer: The swimmer.
+        sequence: The controls; a zero angle is taken as turning the positive way.
+        start: Shape before the first primitive. Shape (2, 3, 3).
+        accuracy: Order and step of the method.
+
+    Returns:
+        The displacement g [m], shape (4, 4), and the body twists g^-1 dg/d(angle_k) [m/rad,
+        rad/rad], shape (6, n).
+    """
+    model = _model(swimmer)
+    shapes = sequence.shapes(start)
+    rate = sequence.rates()
+    base_rates = _base_rates(shapes[:-1], rate)
+    n = len(sequence)
+    mesh = _mesh(model, shapes[:-1, :, :, 0], base_rates, np.abs(sequence.angle), accuracy.step)
+    solved = _solve(model, mesh, accuracy, gradient=True)
+    before = se3.prefix_products(solved.step_pose)
+    last = np.searchsorted(mesh.piece, np.arange(n), side="right")
+    nodes = before[:-1, None] @ solved.node_pose
+    carried = np.einsum("nmij,nmjk->nik", se3.adjoint(nodes), solved.node_change)
+    later = np.zeros((len(mesh.piece) + 1, 6, 6))
+    later[:-1] = np.cumsum(carried[::-1], axis=0)[::-1]
+    sign = np.where(sequence.angle < 0, -1.0, 1.0)
+    xi_end = sign[:, None] * model.twist(shapes[1:, :, :, 0], base_rates)
+    limb, axis = sequence.control // 3, sequence.control % 3
+    turned_about = shapes[np.arange(n), limb, :, axis]
+    through = later[last].reshape(n, 6, 2, 3)[np.arange(n), :, limb]
+    seen_at_start = (se3.adjoint(before[last]) @ xi_end[..., None])[..., 0]
+    seen_at_start += (through @ turned_about[..., None])[..., 0]
+    g = before[-1].copy()
+    jacobian = se3.adjoint(se3.inverse(g)) @ seen_at_start.T
+    g[:3, 3] *= model.length_m
+    jacobian[:3] *= model.length_m
+    return g, jacobian
+
+
+def flow_of_rates(
+    swimmer: Swimmer, rate: ArrayLike, duration: ArrayLike, start: ArrayLike = COLLINEAR, accuracy: Accuracy = EXACT
+) -> tuple[Array, Array]:
+    """Return shapes and poses along a path on which all six controls act at once.
+
+    Args:
+        swimmer: The swimmer.
+        rate: Limb rates (omega_1, omega_2), constant on each piece [rad/s]. Shape (n, 6).
+        duration: Durations of the pieces [s], not negative. Shape (n,).
+        start: Shape at the beginning. Shape (2, 3, 3).
+        accuracy: Order and step of the method.
+
+    Returns:
+        Shapes, (n + 1, 2, 3, 3), and poses relative to the beginning [m], (n + 1, 4, 4).
+    """
+    rates = np.asarray(rate, dtype=np.float64).reshape(-1, 6)
+    times = np.asarray(duration, dtype=np.float64).reshape(-1)
+    shapes = np.empty((len(times) + 1, 2, 3, 3))
+    shapes[0] = start
+    turns = _turn(rates.reshape(-1, 2, 3) * times[:, None, None])
+    for k, turn in enumerate(turns):
+        shapes[k + 1] = orthonormalised(shapes[k] @ turn)
+    steps = _displacements(_model(swimmer), shapes[:-1], rates, times, accuracy)
+    poses = se3.prefix_products(steps)
+    poses[:, :3, 3] *= swimmer.length_m
+    return shapes, poses

@@ -1,0 +1,129 @@
+"""Primitive controls and their sequences (section V-A of the paper).
+
+A primitive turns one limb about one of its own axes while the other five controls rest.
+Conventions: `rotations`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from purcell_cli.errors import ParameterError, UnknownNameError
+from purcell_cli.rotations import Array, about_axis, orthonormalised
+
+AXIS_NAMES = ("roll", "pitch", "yaw")
+"""The axes a limb turns about: its own x, y, z."""
+
+CONTROL_NAMES = tuple(f"limb{limb} {axis}" for limb in (1, 2) for axis in AXIS_NAMES)
+"""The six controls in their order."""
+
+
+def control_index(name: str) -> int:
+    """Return the index of a control named like 'limb1 yaw'.
+
+    Raises:
+        UnknownNameError: No control has this name.
+    """
+    try:
+        return CONTROL_NAMES.index(name)
+    except ValueError:
+        raise UnknownNameError(f"a control is one of {', '.join(CONTROL_NAMES)}; found {name!r}") from None
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class PrimitiveSequence:
+    """A sequence of primitives, played from first to last.
+
+    Attributes:
+        control: Which control acts, 0 to 5 in the order of `CONTROL_NAMES`. Shape (n,).
+        angle: By how much, signed [rad]. Shape (n,).
+    """
+
+    control: NDArray[np.int64]
+    angle: Array
+
+    def __post_init__(self) -> None:
+        control = np.array(self.control, dtype=np.int64).reshape(-1)
+        angle = np.array(self.angle, dtype=np.float64).reshape(-1)
+        if control.shape != angle.shape:
+            raise ParameterError(f"one angle a control is wanted, found {len(control)} controls and {len(angle)} angles")
+        if len(control) and not (control.min() >= 0 and control.max() <= 5):
+            raise ParameterError("controls are numbered 0 to 5")
+        if not np.all(np.isfinite(angle)):
+            raise ParameterError("angles must be finite")
+        control.setflags(write=False)
+        angle.setflags(write=False)
+        object.__setattr__(self, "control", control)
+        object.__setattr__(self, "angle", angle)
+
+    @classmethod
+    def of(cls, steps: Iterable[tuple[str | int, float]]) -> PrimitiveSequence:
+        """Return the sequence of (control, angle) pairs; a control is its name or its index."""
+        pairs = [(control_index(c) if isinstance(c, str) else c, a) for c, a in steps]
+        return cls(np.array([c for c, _ in pairs], dtype=np.int64), np.array([a for _, a in pairs]))
+
+    def __len__(self) -> int:
+        return len(self.control)
+
+    def __iter__(self) -> Iterator[tuple[str, float]]:
+        return iter([(CONTROL_NAMES[c], float(a)) for c, a in zip(self.control, self.angle, strict=True)])
+
+    def __add__(self, other: PrimitiveSequence) -> PrimitiveSequence:
+        return PrimitiveSequence(
+            np.concatenate([self.control, other.control]), np.concatenate([self.angle, other.angle])
+        )
+
+    def __getitem__(self, part: slice) -> PrimitiveSequence:
+        return PrimitiveSequence(self.control[part], self.angle[part])
+
+    @property
+    def joint_travel_rad(self) -> float:
+        """The sum over all primitives of |angle| [rad]."""
+        return float(np.sum(np.abs(self.angle)))
+
+    def inverse(self) -> PrimitiveSequence:
+        """Return the sequence run backwards, which undoes the motion (no inertia)."""
+        return PrimitiveSequence(self.control[::-1], -self.angle[::-1])
+
+    def times(self, count: int) -> PrimitiveSequence:
+        """Return the sequence repeated a number of times."""
+        return PrimitiveSequence(np.tile(self.control, count), np.tile(self.angle, count))
+
+    def with_angles(self, angle: ArrayLike) -> PrimitiveSequence:
+        """Return the same controls with other angles [rad]. Shape (n,)."""
+        return PrimitiveSequence(self.control, np.asarray(angle, dtype=np.float64))
+
+    def rates(self) -> Array:
+        """Return the limb rates of each primitive at unit rate [rad/s]. Shape (n, 6)."""
+        out = np.zeros((len(self), 6))
+        out[np.arange(len(self)), self.control] = np.where(self.angle < 0, -1.0, 1.0)
+        return out
+
+    def shapes(self, start: ArrayLike) -> Array:
+        """Return the shapes before, between and after the primitives.
+
+        Args:
+            start: Shape before the first primitive. Shape (2, 3, 3).
+
+        Returns:
+            Shapes. Shape (n + 1, 2, 3, 3).
+        """
+        out = np.empty((len(self) + 1, 2, 3, 3))
+        out[0] = start
+        turns = np.empty((len(self), 3, 3))
+        for axis in range(3):
+            mask = self.control % 3 == axis
+            turns[mask] = about_axis(axis, self.angle[mask])
+        for k, (control, turn) in enumerate(zip(self.control, turns, strict=True)):
+            out[k + 1] = out[k]
+            limb = control // 3
+            out[k + 1, limb] = orthonormalised(out[k, limb] @ turn)
+        return out
+
+
+EMPTY = PrimitiveSequence(np.empty(0, dtype=np.int64), np.empty(0))
+"""The sequence that does nothing."""

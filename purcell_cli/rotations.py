@@ -1,0 +1,177 @@
+"""Rotations and the conventions of the whole project.
+
+Conventions (every other docstring points here):
+
+- World frame; base frame at the middle of the base link, x along the link. Limb 1 hangs at the
+  base's +x end, limb 2 at its -x end. Lengths in m, angles in rad, time in s.
+- Orientations are active: ``A_1``, ``A_2`` turn limb coordinates into base coordinates, ``R``
+  turns base coordinates into world coordinates. The paper's R_1, R_2 are the transposes.
+  A shape is the pair (A_1, A_2), an array of shape (..., 2, 3, 3); collinear is the identity.
+- Euler angles (psi, theta, phi) are the intrinsic Z-Y-X angles (yaw, pitch, roll) of the active
+  matrix: R = Rz(psi) Ry(theta) Rx(phi). This equals the paper's passive R_x R_y R_z (section V-C).
+- Quaternions are (w, x, y, z).
+- Twists are (v, omega) in the body frame; a pose is a 4x4 matrix g with g' = g hat(xi).
+- The six controls are the limbs' rates in their own frames, A_i' = A_i hat(omega_i), in the order
+  limb 1 x, y, z, limb 2 x, y, z. About x is roll, about y pitch, about z yaw.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from purcell_cli.errors import ParameterError
+
+Array = NDArray[np.float64]
+
+_INPUT_SLACK = 1e-6
+"""A quaternion or matrix this close to valid is normalised; further off it is refused."""
+
+_AXES = np.eye(3)
+
+
+def hat(vector: ArrayLike) -> Array:
+    """Return the matrix of the cross product with a vector (appendix B of the paper).
+
+    Args:
+        vector: Vectors. Shape (..., 3).
+
+    Returns:
+        Skew matrices. Shape (..., 3, 3).
+    """
+    v = np.asarray(vector, dtype=np.float64)
+    out = np.zeros((*v.shape, 3))
+    out[..., 0, 1], out[..., 0, 2] = -v[..., 2], v[..., 1]
+    out[..., 1, 0], out[..., 1, 2] = v[..., 2], -v[..., 0]
+    out[..., 2, 0], out[..., 2, 1] = -v[..., 1], v[..., 0]
+    return out
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Return the cross product over the last axis, quicker than ``numpy.cross`` on small batches."""
+    a0, a1, a2 = a[..., 0], a[..., 1], a[..., 2]
+    b0, b1, b2 = b[..., 0], b[..., 1], b[..., 2]
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    out[..., 0] = a1 * b2 - a2 * b1
+    out[..., 1] = a2 * b0 - a0 * b2
+    out[..., 2] = a0 * b1 - a1 * b0
+    return out
+
+
+def about_axis(axis: int, angle: ArrayLike) -> Array:
+    """Return the rotation about one coordinate axis.
+
+    Args:
+        axis: 0, 1 or 2 for x (roll), y (pitch), z (yaw).
+        angle: Angles [rad]. Shape (...).
+
+    Returns:
+        Active rotation matrices. Shape (..., 3, 3).
+    """
+    t = np.asarray(angle, dtype=np.float64)
+    j, k = (axis + 1) % 3, (axis + 2) % 3
+    out = np.zeros((*t.shape, 3, 3))
+    c, s = np.cos(t), np.sin(t)
+    out[..., axis, axis] = 1.0
+    out[..., j, j], out[..., j, k] = c, -s
+    out[..., k, j], out[..., k, k] = s, c
+    return out
+
+
+def orthonormalised(matrix: Array) -> Array:
+    """Return the rotation nearest to an almost orthogonal matrix (one Newton step of the polar factor).
+
+    The step squares the defect, so it is exact for matrices within 1e-8 of orthogonal.
+
+    Args:
+        matrix: Matrices orthogonal up to rounding. Shape (..., 3, 3).
+    """
+    defect: Array = np.swapaxes(matrix, -1, -2) @ matrix
+    return matrix @ (1.5 * _AXES - 0.5 * defect)
+
+
+def from_euler(angles: ArrayLike) -> Array:
+    """Return the rotation with Euler angles (psi, theta, phi) [rad]. Shape (..., 3) to (..., 3, 3)."""
+    e = np.asarray(angles, dtype=np.float64)
+    return about_axis(2, e[..., 0]) @ about_axis(1, e[..., 1]) @ about_axis(0, e[..., 2])
+
+
+def as_euler(rotation: ArrayLike) -> Array:
+    """Return the Euler angles (psi, theta, phi) [rad] of a rotation. Shape (..., 3, 3) to (..., 3).
+
+    At theta = +-pi/2, where psi and phi share an axis, phi is taken as 0.
+    """
+    r = np.asarray(rotation, dtype=np.float64)
+    cos_theta = np.hypot(r[..., 0, 0], r[..., 1, 0])
+    locked = cos_theta < 1e-14
+    theta = np.arctan2(-r[..., 2, 0], cos_theta)
+    psi = np.where(
+        locked,
+        np.arctan2(-r[..., 0, 1], r[..., 1, 1]),
+        np.arctan2(r[..., 1, 0], r[..., 0, 0]),
+    )
+    phi = np.where(locked, 0.0, np.arctan2(r[..., 2, 1], r[..., 2, 2]))
+    return np.stack([psi, theta, phi], axis=-1)
+
+
+def from_quaternion(quaternion: ArrayLike) -> Array:
+    """Return the rotation of a unit quaternion (w, x, y, z). Shape (..., 4) to (..., 3, 3).
+
+    Raises:
+        ParameterError: The quaternion's length differs from 1 by more than 1e-6.
+    """
+    q = np.asarray(quaternion, dtype=np.float64)
+    length = np.linalg.norm(q, axis=-1, keepdims=True)
+    if not np.all(np.abs(length - 1.0) <= _INPUT_SLACK):
+        raise ParameterError(f"a unit quaternion (length 1 within {_INPUT_SLACK:g}) is wanted, found length {float(np.ravel(length)[0]):.9g}")
+    w, v = (q / length)[..., :1], (q / length)[..., 1:]
+    k = hat(v)
+    return _AXES + 2.0 * (w[..., None] * k + k @ k)
+
+
+def as_quaternion(rotation: ArrayLike) -> Array:
+    """Return the unit quaternion (w, x, y, z) of a rotation, w >= 0. Shape (..., 3, 3) to (..., 4)."""
+    r = np.asarray(rotation, dtype=np.float64)
+    d0, d1, d2 = r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]
+    # The four ways to read a quaternion off a matrix; the one with the largest divisor is accurate.
+    squares = np.stack([1 + d0 + d1 + d2, 1 + d0 - d1 - d2, 1 - d0 + d1 - d2, 1 - d0 - d1 + d2], axis=-1)
+    yz, xz, xy = r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]
+    syz, sxz, sxy = r[..., 2, 1] + r[..., 1, 2], r[..., 0, 2] + r[..., 2, 0], r[..., 1, 0] + r[..., 0, 1]
+    table = np.stack(
+        [
+            np.stack([squares[..., 0], yz, xz, xy], axis=-1),
+            np.stack([yz, squares[..., 1], sxy, sxz], axis=-1),
+            np.stack([xz, sxy, squares[..., 2], syz], axis=-1),
+            np.stack([xy, sxz, syz, squares[..., 3]], axis=-1),
+        ],
+        axis=-2,
+    )
+    best = np.argmax(squares, axis=-1)
+    q = np.take_along_axis(table, best[..., None, None], axis=-2)[..., 0, :]
+    q = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    return np.where(q[..., :1] < 0, -q, q)
+
+
+def from_matrix(matrix: ArrayLike) -> Array:
+    """Return the rotation nearest to a matrix that is one within 1e-6. Shape (..., 3, 3).
+
+    Raises:
+        ParameterError: The matrix is further than 1e-6 from orthogonal, or a reflection.
+    """
+    m = np.asarray(matrix, dtype=np.float64)
+    defect = float(np.max(np.abs(np.swapaxes(m, -1, -2) @ m - _AXES)))
+    if not defect <= 2 * _INPUT_SLACK:
+        raise ParameterError(f"a rotation matrix (orthogonal within {_INPUT_SLACK:g}) is wanted, found one off by {defect:.3g}")
+    if not np.all(np.linalg.det(m) > 0):
+        raise ParameterError("a rotation matrix is wanted, found a reflection (determinant -1)")
+    return orthonormalised(orthonormalised(m))
+
+
+def angle_between(first: ArrayLike, second: ArrayLike) -> Array:
+    """Return the angle [rad] of the rotation that takes one orientation to another. Shape (...).
+
+    Accurate for small angles and near pi alike (half-angle quaternion form).
+    """
+    relative = np.swapaxes(np.asarray(first, dtype=np.float64), -1, -2) @ np.asarray(second, dtype=np.float64)
+    q = as_quaternion(relative)
+    return np.asarray(2.0 * np.arctan2(np.linalg.norm(q[..., 1:], axis=-1), q[..., 0]))

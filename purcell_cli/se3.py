@@ -1,0 +1,154 @@
+"""The group SE(3) of base poses: 4x4 matrices g, twists (v, omega). Conventions: `rotations`."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from purcell_cli.rotations import Array, cross, hat, orthonormalised
+
+_SERIES_BELOW = 0.25
+"""Rotation angle [rad] under which exp sums its series; above, the closed form loses nothing."""
+
+
+def _exp_coefficients(angle_squared: Array) -> tuple[Array, Array, Array]:
+    """Return sin(t)/t, (1 - cos t)/t^2 and (t - sin t)/t^3 as functions of t^2."""
+    x = angle_squared
+    if not x.size or x.max() < _SERIES_BELOW**2:
+        # Taylor series to t^12: truncation under 1e-17 for t < 0.25.
+        a = 1 - x / 6 * (1 - x / 20 * (1 - x / 42 * (1 - x / 72 * (1 - x / 110))))
+        b = 0.5 * (1 - x / 12 * (1 - x / 30 * (1 - x / 56 * (1 - x / 90 * (1 - x / 132)))))
+        c = (1 - x / 20 * (1 - x / 42 * (1 - x / 72 * (1 - x / 110 * (1 - x / 156))))) / 6
+        return a, b, c
+    small = x < _SERIES_BELOW**2
+    low = _exp_coefficients(np.where(small, x, 0.0))
+    t = np.sqrt(np.where(small, 1.0, x))
+    sine, half = np.sin(t), np.sin(0.5 * t)
+    high = (sine / t, 2 * (half / t) ** 2, (t - sine) / t**3)
+    a, b, c = (np.where(small, lo, hi) for lo, hi in zip(low, high, strict=True))
+    return a, b, c
+
+
+def exp(twist: ArrayLike) -> Array:
+    """Return the displacement made by a constant body twist in unit time.
+
+    Args:
+        twist: Twists (v, omega) [m, rad]. Shape (..., 6).
+
+    Returns:
+        Poses. Shape (..., 4, 4).
+    """
+    xi = np.asarray(twist, dtype=np.float64)
+    v, w = xi[..., :3], xi[..., 3:]
+    a, b, c = _exp_coefficients(np.einsum("...i,...i->...", w, w))
+    k = hat(w)
+    k2 = k @ k
+    out = np.zeros((*xi.shape[:-1], 4, 4))
+    rotation = out[..., :3, :3]
+    rotation[...] = a[..., None, None] * k + b[..., None, None] * k2
+    wv = cross(w, v)
+    out[..., :3, 3] = v + b[..., None] * wv + c[..., None] * cross(w, wv)
+    for i in range(4):
+        out[..., i, i] += 1.0
+    return out
+
+
+def log(pose: ArrayLike) -> Array:
+    """Return the twist (v, omega) with exp(twist) = pose, rotation angle at most pi.
+
+    Args:
+        pose: Poses. Shape (..., 4, 4).
+
+    Returns:
+        Twists [m, rad]. Shape (..., 6).
+    """
+    from scipy.spatial.transform import RigidTransform  # slow to import; few commands need it
+
+    g = np.asarray(pose, dtype=np.float64)
+    flat = RigidTransform.from_matrix(g.reshape(-1, 4, 4)).as_exp_coords()
+    return np.concatenate([flat[:, 3:], flat[:, :3]], axis=-1).reshape(*g.shape[:-2], 6)
+
+
+def inverse(pose: Array) -> Array:
+    """Return the inverse pose. Shape (..., 4, 4)."""
+    out = np.zeros_like(pose)
+    rt = np.swapaxes(pose[..., :3, :3], -1, -2)
+    out[..., :3, :3] = rt
+    out[..., :3, 3] = -(rt @ pose[..., :3, 3, None])[..., 0]
+    out[..., 3, 3] = 1.0
+    return out
+
+
+def pose(rotation: ArrayLike, position: ArrayLike) -> Array:
+    """Return the pose with a rotation (..., 3, 3) and a position (..., 3) [m]. Shape (..., 4, 4)."""
+    r, p = np.asarray(rotation, dtype=np.float64), np.asarray(position, dtype=np.float64)
+    out = np.zeros((*np.broadcast_shapes(r.shape[:-2], p.shape[:-1]), 4, 4))
+    out[..., :3, :3] = r
+    out[..., :3, 3] = p
+    out[..., 3, 3] = 1.0
+    return out
+
+
+def adjoint(pose: Array) -> Array:
+    """Return the matrix Ad_g that carries a body twist into the frame g is seen from.
+
+    Args:
+        pose: Poses. Shape (..., 4, 4).
+
+    Returns:
+        Adjoint matrices on (v, omega). Shape (..., 6, 6).
+    """
+    r = pose[..., :3, :3]
+    out = np.zeros((*pose.shape[:-2], 6, 6))
+    out[..., :3, :3] = r
+    out[..., 3:, 3:] = r
+    out[..., :3, 3:] = hat(pose[..., :3, 3]) @ r
+    return out
+
+
+def bracket(first: Array, second: Array) -> Array:
+    """Return the Lie bracket [first, second] of twists (v, omega). Shape (..., 6)."""
+    v1, w1, v2, w2 = first[..., :3], first[..., 3:], second[..., :3], second[..., 3:]
+    return np.concatenate([cross(w1, v2) - cross(w2, v1), cross(w1, w2)], axis=-1)
+
+
+def normalised(pose: Array) -> Array:
+    """Return the pose with its rotation made orthogonal to rounding. Shape (..., 4, 4)."""
+    out = pose.copy()
+    out[..., :3, :3] = orthonormalised(pose[..., :3, :3])
+    return out
+
+
+def power(pose: Array, exponent: ArrayLike) -> Array:
+    """Return pose^n along its one-parameter subgroup: n equal displacements one after the other.
+
+    Args:
+        pose: One pose. Shape (4, 4).
+        exponent: Powers. Shape (...).
+
+    Returns:
+        Poses. Shape (..., 4, 4).
+    """
+    n = np.asarray(exponent, dtype=np.float64)
+    return exp(n[..., None] * log(pose))
+
+
+def prefix_products(poses: Array) -> Array:
+    """Return the running products I, g_1, g_1 g_2, ... of displacements.
+
+    A parallel prefix: the number of vectorised steps grows with the logarithm of the count.
+
+    Args:
+        poses: Displacements. Shape (n, 4, 4).
+
+    Returns:
+        Poses before, between and after them. Shape (n + 1, 4, 4).
+    """
+    out = np.empty((len(poses) + 1, 4, 4))
+    out[0] = np.eye(4)
+    out[1:] = poses
+    reach = 1
+    while reach < len(poses):
+        out[1 + reach :] = out[1:-reach] @ out[1 + reach :]
+        reach *= 2
+    return normalised(out)
