@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import math
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -78,8 +77,7 @@ class _Model:
         self.turn = 2.0 / 3.0 * self.limb**3
         self.spin = 2.0 * unit.spin_drag(self.limb) * self.limb
         self.base_drag = unit.drag(0)
-        # Distance from the collinear shape at which spin and lateral drag resist roll alike.
-        self.sharpness = math.sqrt((2.0 * self.spin + self.base_drag[3, 3]) / (8.0 / 3.0 * self.limb**3))
+        self.sharpness = unit.roll_sharpness()
 
     def distance(self, axes: Array) -> Array:
         """Return how far a shape is from the singular ones, as an angle. Shape (n, 2, 3) to (n,)."""

@@ -90,6 +90,20 @@ class Swimmer:
         radius = self.slenderness * 2.0 * half_length_m
         return 4.0 * math.pi * self.viscosity_pa_s * radius**2
 
+    def roll_sharpness(self) -> float:
+        """Return the bend of a limb at which lateral drag resists roll as much as spin drag does [rad].
+
+        Nearer to the collinear shape than this the roll row of A(r) varies quickly. To leading
+        order in the bend, a limb bent by beta and rolling about x is dragged sideways at a speed
+        beta (s - b) beyond its joint at s = b; the free base takes away what is linear in s.
+        """
+        b, l = self.base_half_length_m, self.limb_half_length_m
+        spin = 4.0 * self.spin_drag(l) * l + 2.0 * self.spin_drag(b) * b
+        half = b + 2.0 * l
+        force, moment = 2.0 * l**2, 8.0 / 3.0 * l**3 + 2.0 * b * l**2
+        lateral = 8.0 / 3.0 * l**3 - force**2 / (2.0 * half) - moment**2 / (2.0 / 3.0 * half**3)
+        return math.sqrt(spin / (self.lateral_drag() * lateral))
+
     def drag(self, link: int) -> Array:
         """Return H_i, the drag matrix of link i about its own centre, in its own frame.
 
