@@ -134,6 +134,14 @@ class _Model:
         out: Array = -np.linalg.solve(self.resistance(axes), wrench[..., None])[..., 0]
         return out
 
+    def joint_power(self, axes: Array, rates: Array) -> Array:
+        """Return the power of both joints' torques. Shape (n,)."""
+        xi = self.twist(axes, rates)
+        v, w = xi[:, None, :3], xi[:, None, 3:]
+        v_joint = v + cross(w, self.base * _SIDES[:, None] * _E_X)
+        torque = self.limb_wrench(axes, v_joint, w + rates)[1]
+        return np.asarray(np.einsum("nli,nli->n", torque, rates))
+
     def twist_and_change(self, axes: Array, rates: Array) -> tuple[Array, Array]:
         """Return the twist and its derivative when a limb, with its rate, is turned in the base frame.
 
@@ -328,6 +336,21 @@ def flow(
 ) -> Array:
     """Return the base's body displacement along a sequence of primitives [m]. Shape (4, 4)."""
     return se3.prefix_products(displacements(swimmer, sequence, start, accuracy))[-1]
+
+
+def work(swimmer: Swimmer, sequence: PrimitiveSequence, start: ArrayLike = COLLINEAR) -> Array:
+    """Return the energy dissipated during each primitive, at the swimmer's joint rate [J]. Shape (n,).
+
+    The joints' torques do the work, since no net force or torque acts on the whole.
+    """
+    model = _model(swimmer)
+    shapes = sequence.shapes(start)[:-1]
+    mesh = _mesh(model, shapes[:, :, :, 0], _base_rates(shapes, sequence.rates()), np.abs(sequence.angle), EXACT.step)
+    nodes, weights, _ = _collocation(EXACT.stages)
+    axes, rates = _node_states(mesh, nodes)
+    power = model.joint_power(axes, rates).reshape(-1, len(nodes)) @ weights * mesh.duration
+    scale = swimmer.lateral_drag() * swimmer.length_m**3 * swimmer.joint_rate_rad_s
+    return scale * np.bincount(mesh.piece, weights=power, minlength=len(sequence))
 
 
 def flow_and_jacobian(

@@ -4,11 +4,26 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.rotations import Array
+
+LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {
+        "base_half_length_m": (0.0, 1e6),
+        "limb_half_length_m": (0.0, 1e6),
+        "slenderness": (0.0, 0.2),
+        "viscosity_pa_s": (0.0, 1e12),
+        "drag_ratio": (1.0, 1e3),
+        "max_bend_rad": (0.0, math.pi),
+        "joint_rate_rad_s": (0.0, 1e6),
+    }
+)
+"""What each parameter of a swimmer is above, and at most."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -37,16 +52,7 @@ class Swimmer:
     joint_rate_rad_s: float = 1.0
 
     def __post_init__(self) -> None:
-        limits = {
-            "base_half_length_m": (0.0, 1e6),
-            "limb_half_length_m": (0.0, 1e6),
-            "slenderness": (0.0, 0.2),
-            "viscosity_pa_s": (0.0, 1e12),
-            "drag_ratio": (1.0, 1e3),
-            "max_bend_rad": (0.0, math.pi),
-            "joint_rate_rad_s": (0.0, 1e6),
-        }
-        for name, (low, high) in limits.items():
+        for name, (low, high) in LIMITS.items():
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, int | float):
                 raise ParameterError(f"{name}: a number is wanted, found {value!r}")

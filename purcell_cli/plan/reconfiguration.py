@@ -1,0 +1,97 @@
+"""Point-to-point reconfiguration in three phases (section IV-B of the paper).
+
+1. Limbs to the collinear shape, by primitives.
+2. A sequence of stored gaits that makes the body displacement still missing.
+3. Limbs to the goal shape, by primitives.
+
+The displacement of phase 2 is the body displacement g_2^-1 g_3 (left invariance), where the paper
+prints g_3 g_2^-1: what phases 1 and 3 will do to the base is known before they are played, so it
+is taken into account.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+import numpy as np
+
+from purcell_cli import se3
+from purcell_cli.configuration import Configuration
+from purcell_cli.gaits import Gait
+from purcell_cli.lift import flow
+from purcell_cli.plan.finish import arrive
+from purcell_cli.plan.limbs import from_collinear, to_collinear
+from purcell_cli.plan.strokes import StrokeBook, phase_two
+from purcell_cli.rotations import Array
+from purcell_cli.swimmer import Swimmer
+from purcell_cli.trajectory import Block, clock_step
+
+PHASES = {1: "limbs to collinear", 2: "stored gaits", 3: "limbs to the goal shape"}
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """A plan: the motion from a start to a goal configuration.
+
+    Attributes:
+        swimmer: The swimmer.
+        start: The start configuration.
+        goal: The goal configuration.
+        blocks: The strokes of all three phases.
+    """
+
+    swimmer: Swimmer
+    start: Configuration
+    goal: Configuration
+    blocks: tuple[Block, ...]
+
+    @property
+    def joint_travel_rad(self) -> float:
+        """The sum over all primitives of |angle| [rad]."""
+        return sum(b.joint_travel_rad for b in self.blocks)
+
+    @property
+    def duration_s(self) -> float:
+        """How long the motion takes at the swimmer's joint rate [s]."""
+        return self.joint_travel_rad / self.swimmer.joint_rate_rad_s
+
+    @property
+    def primitives(self) -> int:
+        """How many primitives are played."""
+        return sum(b.cycles * len(b.sequence) for b in self.blocks)
+
+
+def _scaled(pose: Array, length_m: float) -> Array:
+    out = pose.copy()
+    out[:3, 3] /= length_m
+    return out
+
+
+def reconfigure(swimmer: Swimmer, start: Configuration, goal: Configuration, gaits: Mapping[str, Gait]) -> Plan:
+    """Return a plan from a start to a goal configuration.
+
+    Args:
+        swimmer: The swimmer.
+        start: The start configuration.
+        goal: The goal configuration.
+        gaits: The stored gaits to choose from.
+
+    Raises:
+        GaitError: No stored gait for a motion that is needed.
+    """
+    unit = dataclasses.replace(swimmer.scaled(), joint_rate_rad_s=swimmer.joint_rate_rad_s)
+    wanted = se3.inverse(_scaled(start.pose, swimmer.length_m)) @ _scaled(goal.pose, swimmer.length_m)
+    first, last = to_collinear(start.shape), from_collinear(goal.shape)
+    missing = se3.inverse(flow(unit, first, start.shape)) @ wanted @ se3.inverse(flow(unit, last))
+    blocks = [
+        *([Block(1, PHASES[1], first)] if len(first) else []),
+        *phase_two(StrokeBook(gaits, unit), se3.normalised(missing)),
+        *([Block(3, PHASES[3], last)] if len(last) else []),
+    ]
+    travel = sum(b.joint_travel_rad for b in blocks)
+    tick = clock_step(1.01 * travel / swimmer.joint_rate_rad_s)
+    if blocks:
+        blocks = arrive(unit, blocks, start.shape, goal.shape, wanted, tick)
+    blocks = [b for b in blocks if np.any(b.sequence.angle)]
+    return Plan(swimmer, start, goal, tuple(blocks))

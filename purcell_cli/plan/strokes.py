@@ -1,0 +1,190 @@
+"""Phase 2: a sequence of stored gaits that makes a given body displacement (section IV-B, step 2).
+
+Each stored gait makes one motion and no other, so a displacement is split into motions one after
+the other, and each motion into cycles of one amplitude.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from purcell_cli import gaits as stored
+from purcell_cli.errors import GaitError
+from purcell_cli.gaits import MOTIONS, Gait, Stroke
+from purcell_cli.rotations import Array, about_axis
+from purcell_cli.swimmer import Swimmer
+from purcell_cli.trajectory import Block
+
+_BEND_MAX_RAD = 1.0
+_ROLL_STEP_RAD = 1.0
+_NEGLIGIBLE = 1e-13
+_GRID = 181
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Motion:
+    """One motion along or about one body axis.
+
+    Attributes:
+        along: One of `gaits.MOTIONS`.
+        amount: How far [L or rad].
+    """
+
+    along: str
+    amount: float
+
+
+class StrokeBook:
+    """The pure strokes of one scaled swimmer: how far each gait goes, and what it costs."""
+
+    def __init__(self, gaits: Mapping[str, Gait], swimmer: Swimmer) -> None:
+        self.swimmer = swimmer
+        self.bend = min(swimmer.max_bend_rad, _BEND_MAX_RAD)
+        self.gaits = {m: [g for g in gaits.values() if g.moves == m] for m in MOTIONS}
+        missing = [m for m, found in self.gaits.items() if not found]
+        if missing:
+            raise GaitError(f"planning needs a stored gait for each motion; none moves along {', '.join(missing)}")
+        self.largest = {g.name: self._stroke(g, self._limit(g)) for found in self.gaits.values() for g in found}
+
+    def _limit(self, gait: Gait) -> float:
+        return _ROLL_STEP_RAD if gait.amplitude_is_displacement else self.bend
+
+    def _stroke(self, gait: Gait, amplitude: float) -> tuple[Stroke, float]:
+        stroke = stored.realise(gait, self.swimmer, amplitude)
+        return stroke, self._amount(gait, stroke)
+
+    def _amount(self, gait: Gait, stroke: Stroke) -> float:
+        g = stroke.displacement(self.swimmer)
+        own = MOTIONS.index(gait.moves)
+        if own < 3:
+            return float(g[own, 3])
+        j, k = (own - 2) % 3, (own - 1) % 3
+        return math.atan2(float(g[k, j]), float(g[j, j]))
+
+    def cost(self, motion: Motion) -> float:
+        """Return about how much joint travel a motion takes [rad]."""
+        return min(self._cost(g, motion) for g in self.gaits[motion.along])
+
+    def _cost(self, gait: Gait, motion: Motion) -> float:
+        stroke, reach = self.largest[gait.name]
+        count = abs(motion.amount) / abs(reach)
+        approach = 2.0 * stroke.approach.joint_travel_rad if motion.amount else 0.0
+        return approach + stroke.cycle.joint_travel_rad * math.ceil(count) ** (2 / 3) * count ** (1 / 3)
+
+    def blocks(self, motion: Motion) -> list[Block]:
+        """Return the strokes that make a motion exactly; none for a motion of nothing."""
+        if abs(motion.amount) <= _NEGLIGIBLE:
+            return []
+        gait = min(self.gaits[motion.along], key=lambda g: self._cost(g, motion))
+        largest, reach = self.largest[gait.name]
+        cycles = math.ceil(abs(motion.amount) / abs(reach) - 1e-12)
+        stroke = self._with_amount(gait, abs(motion.amount) / cycles, largest.amplitude_rad, reach)
+        if (motion.amount > 0) != (self._amount(gait, stroke) > 0):
+            stroke = stored.Stroke(gait.name, -stroke.amplitude_rad, stroke.approach, stroke.cycle.inverse())
+        parts = [(stroke.approach, 1), (stroke.cycle, cycles - 1), (stroke.cycle, 1), (stroke.approach.inverse(), 1)]
+        return [Block(2, gait.name, s, n, stroke.amplitude_rad) for s, n in parts if len(s) and n]
+
+    def _with_amount(self, gait: Gait, amount: float, limit: float, reach: float) -> Stroke:
+        """Return the stroke that goes an amount, by regula falsi on the logarithm of the amplitude."""
+        if gait.amplitude_is_displacement:
+            return stored.realise(gait, self.swimmer, amount)
+        low, high = None, (math.log(limit), math.log(abs(reach)))
+        wanted = math.log(amount)
+        order = 2.0 if gait.moves == "x" else 3.0
+        log_a = high[0] + (wanted - high[1]) / order
+        for _ in range(60):
+            stroke = stored.realise(gait, self.swimmer, min(math.exp(log_a), limit))
+            found = math.log(abs(self._amount(gait, stroke)))
+            if abs(found - wanted) < 1e-13:
+                break
+            if found < wanted:
+                low = (log_a, found)
+            else:
+                high = (log_a, found)
+            if low is None:
+                log_a = log_a + (wanted - found) / order
+            else:
+                part = (wanted - low[1]) / (high[1] - low[1])
+                log_a = low[0] + min(max(part, 1e-3), 1.0) * (high[0] - low[0])
+        return stroke
+
+
+def split(book: StrokeBook, displacement: Array) -> list[Motion]:
+    """Return the cheapest motions found that make a body displacement, in the order they are made.
+
+    Roll, which costs little, turns the way to go into the x-y plane; a yaw turns part of the way
+    towards it; the rest is made along x and y, and a last roll, yaw, roll sets the orientation.
+    How far to turn towards the way to go is searched, forwards and backwards.
+
+    Args:
+        book: The swimmer's strokes.
+        displacement: Body displacement, in units of L. Shape (4, 4).
+    """
+    p, r = displacement[:3, 3], displacement[:3, :3]
+    aside = math.hypot(p[1], p[2])
+    first_roll = math.atan2(p[2], p[1]) if aside > _NEGLIGIBLE else 0.0
+    best: tuple[float, list[Motion]] = (math.inf, [])
+    for sense in (1.0, -1.0):
+        for part in np.linspace(0.0, 1.0, _GRID if aside > _NEGLIGIBLE else 1):
+            roll = first_roll + (0.0 if sense > 0 else math.pi)
+            roll = math.remainder(roll, 2 * math.pi)
+            aside_now = aside * sense
+            bearing = math.atan2(aside_now, p[0])
+            bearing = math.remainder(bearing, math.pi)  # swims backwards rather than turning round
+            yaw = float(part) * bearing
+            x, y = math.cos(yaw) * p[0] + math.sin(yaw) * aside_now, -math.sin(yaw) * p[0] + math.cos(yaw) * aside_now
+            done = about_axis(0, roll) @ about_axis(2, yaw)
+            for turned in _roll_yaw_roll(done.T @ r):
+                motions = [
+                    Motion("roll", roll),
+                    Motion("yaw", yaw),
+                    Motion("x", x),
+                    Motion("y", y),
+                    *(Motion(a, v) for a, v in zip(("roll", "yaw", "roll"), turned, strict=True)),
+                ]
+                motions = [m for m in _merged(motions) if abs(m.amount) > _NEGLIGIBLE]
+                cost = sum(book.cost(m) for m in motions)
+                if cost < best[0] * (1 - 1e-12):
+                    best = (cost, motions)
+    return best[1]
+
+
+def _roll_yaw_roll(rotation: Array) -> list[tuple[float, float, float]]:
+    """Return the ways to make a rotation as Rx(a) Rz(b) Rx(c)."""
+    sine = math.hypot(rotation[1, 0], rotation[2, 0])
+    b = math.atan2(sine, rotation[0, 0])
+    if sine < _NEGLIGIBLE:
+        c = math.atan2(rotation[2, 1], rotation[1, 1]) if rotation[0, 0] > 0 else -math.atan2(-rotation[2, 1], -rotation[1, 1])
+        return [(0.0, b, c)]
+    a, c = math.atan2(rotation[2, 0], rotation[1, 0]), math.atan2(rotation[0, 2], -rotation[0, 1])
+    other = (math.remainder(a + math.pi, 2 * math.pi), -b, math.remainder(c + math.pi, 2 * math.pi))
+    return [(a, b, c), other]
+
+
+def _merged(motions: list[Motion]) -> list[Motion]:
+    """Return the motions with neighbours along one axis made one."""
+    out: list[Motion] = []
+    for motion in motions:
+        if abs(motion.amount) <= _NEGLIGIBLE:
+            continue
+        if out and out[-1].along == motion.along:
+            amount = out.pop().amount + motion.amount
+            if motion.along in ("roll", "yaw"):
+                amount = math.remainder(amount, 2 * math.pi)
+            motion = Motion(motion.along, amount)
+        out.append(motion)
+    return out
+
+
+def phase_two(book: StrokeBook, displacement: Array) -> list[Block]:
+    """Return stored gaits that make a body displacement from the collinear shape.
+
+    Args:
+        book: The swimmer's strokes.
+        displacement: Body displacement, in units of L. Shape (4, 4).
+    """
+    return [block for motion in split(book, displacement) for block in book.blocks(motion)]

@@ -1,0 +1,225 @@
+"""Motions as blocks of primitives, and the trajectory they make, row by row.
+
+A block is a stroke played a number of times. Left invariance makes every repetition the same
+displacement, so a block costs one cycle and its powers. Conventions: `rotations`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from purcell_cli import se3
+from purcell_cli.configuration import Configuration
+from purcell_cli.lift import displacements, flow, work
+from purcell_cli.primitives import PrimitiveSequence
+from purcell_cli.rotations import Array, as_euler, as_quaternion
+from purcell_cli.swimmer import Swimmer
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Block:
+    """A stroke played a number of times; one that repeats brings the limbs back to where they were.
+
+    Attributes:
+        phase: 1, 2 or 3 of the reconfiguration.
+        gait: Name of the stroke.
+        sequence: Primitives of one cycle.
+        cycles: How often they are played.
+        amplitude_rad: Amplitude of the stroke, where it has one [rad].
+    """
+
+    phase: int
+    gait: str
+    sequence: PrimitiveSequence
+    cycles: int = 1
+    amplitude_rad: float = math.nan
+
+    @property
+    def joint_travel_rad(self) -> float:
+        """The sum over all its primitives of |angle| [rad]."""
+        return self.cycles * self.sequence.joint_travel_rad
+
+
+def starting_shapes(blocks: Sequence[Block], start: ArrayLike) -> list[Array]:
+    """Return the shape before each block, and after the last. Each of shape (2, 3, 3)."""
+    shapes = [np.array(start, dtype=np.float64)]
+    for block in blocks:
+        shapes.append(block.sequence.shapes(shapes[-1])[-1])
+    return shapes
+
+
+def block_displacements(swimmer: Swimmer, blocks: Sequence[Block], start: ArrayLike) -> Array:
+    """Return the body displacement made by each block [m]. Shape (n, 4, 4)."""
+    shapes = starting_shapes(blocks, start)
+    out = np.empty((len(blocks), 4, 4))
+    for k, block in enumerate(blocks):
+        cycle = flow(swimmer, block.sequence, shapes[k])
+        out[k] = cycle if block.cycles == 1 else se3.power(cycle, block.cycles)
+    return out
+
+
+def energies(swimmer: Swimmer, blocks: Sequence[Block], start: ArrayLike) -> Array:
+    """Return the energy dissipated in each block at the swimmer's joint rate [J]. Shape (n,)."""
+    shapes = starting_shapes(blocks, start)
+    return np.array(
+        [b.cycles * float(np.sum(work(swimmer, b.sequence, s))) for b, s in zip(blocks, shapes, strict=False)]
+    )
+
+
+def clock_step(duration_s: float) -> float:
+    """Return the tick that times of a motion are whole multiples of [s].
+
+    It is a power of two, the spacing of floating-point numbers at the motion's end, so that every
+    time and every difference of times is exact, and the written times replay the motion exactly.
+    """
+    return math.ldexp(1.0, max(math.frexp(max(duration_s, 1.0))[1], 0) - 52)
+
+
+def on_the_clock(blocks: Sequence[Block], swimmer: Swimmer, step: float) -> list[Block]:
+    """Return the blocks with every duration rounded to a whole number of clock steps [s]."""
+    rate = swimmer.joint_rate_rad_s
+    return [
+        dataclasses.replace(
+            b, sequence=b.sequence.with_angles(np.round(b.sequence.angle / rate / step) * step * rate)
+        )
+        for b in blocks
+    ]
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """A motion sampled in time; the rates of a row hold until the next row's time.
+
+    Attributes:
+        time_s: Times, from 0. Shape (n,).
+        phase: Phase of the reconfiguration. Shape (n,).
+        gait: Index into `gaits` of the stroke a row belongs to. Shape (n,).
+        gaits: Names of the strokes.
+        pose: The base's poses in the world [m]. Shape (n, 4, 4).
+        shape: Limb orientations. Shape (n, 2, 3, 3).
+        rate_rad_s: The six controls; 0 in the last row. Shape (n, 6).
+    """
+
+    time_s: Array
+    phase: NDArray[np.int64]
+    gait: NDArray[np.int64]
+    gaits: tuple[str, ...]
+    pose: Array
+    shape: Array
+    rate_rad_s: Array
+
+    def __post_init__(self) -> None:
+        for field in ("time_s", "phase", "gait", "pose", "shape", "rate_rad_s"):
+            getattr(self, field).setflags(write=False)
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    @property
+    def end(self) -> Configuration:
+        """The last row's configuration."""
+        return Configuration(self.pose[-1], self.shape[-1])
+
+    @property
+    def base_quaternion(self) -> Array:
+        """The base's quaternions (w, x, y, z), signs continuous along the rows. Shape (n, 4)."""
+        return _continuous(as_quaternion(self.pose[:, :3, :3]))
+
+    @property
+    def limb_quaternion(self) -> Array:
+        """The limbs' quaternions (w, x, y, z), signs continuous along the rows. Shape (n, 2, 4)."""
+        return np.stack([_continuous(as_quaternion(self.shape[:, i])) for i in (0, 1)], axis=1)
+
+    @property
+    def base_euler_rad(self) -> Array:
+        """The base's Euler angles (psi, theta, phi) [rad]. Shape (n, 3)."""
+        return as_euler(self.pose[:, :3, :3])
+
+
+def _continuous(quaternion: Array) -> Array:
+    turn = np.einsum("ni,ni->n", quaternion[1:], quaternion[:-1]) < 0
+    sign = np.concatenate([[1.0], np.where(turn, -1.0, 1.0)]).cumprod()
+    return quaternion * sign[:, None]
+
+
+def sample(
+    swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s: float = 0.05
+) -> Trajectory:
+    """Return the trajectory of blocks: a row at every control switch and at least every dt between.
+
+    Args:
+        swimmer: The swimmer; its joint rate sets the pace.
+        start: The configuration at time 0.
+        blocks: The motion, with durations on a common clock (`on_the_clock`).
+        dt_s: Longest time between rows [s].
+    """
+    step = clock_step(sum(b.joint_travel_rad for b in blocks) / swimmer.joint_rate_rad_s)
+    shapes = starting_shapes(blocks, start.shape)
+    names = tuple(dict.fromkeys(b.gait for b in blocks))
+    parts: list[tuple[Array, ...]] = []
+    pose, time = start.pose, 0.0
+    for block, shape in zip(blocks, shapes, strict=False):
+        rows = _cycle_rows(swimmer, block.sequence, shape, dt_s, step)
+        if not len(rows.time_s):
+            continue
+        counts = np.arange(block.cycles)
+        origins = pose if block.cycles == 1 else se3.normalised(pose @ se3.power(rows.end, counts))
+        n = len(rows.time_s)
+        parts.append(
+            (
+                (time + counts[:, None] * rows.duration_s + rows.time_s).ravel(),
+                np.full(block.cycles * n, block.phase),
+                np.full(block.cycles * n, names.index(block.gait)),
+                (np.reshape(origins, (-1, 1, 4, 4)) @ rows.pose).reshape(-1, 4, 4),
+                np.tile(rows.shape, (block.cycles, 1, 1, 1)),
+                np.tile(rows.rate_rad_s, (block.cycles, 1)),
+            )
+        )
+        time += block.cycles * rows.duration_s
+        pose = se3.normalised(pose @ (rows.end if block.cycles == 1 else se3.power(rows.end, block.cycles)))
+    last = blocks[-1] if blocks else Block(3, "none", PrimitiveSequence.of([]))
+    parts.append(
+        (
+            np.array([time]),
+            np.array([last.phase]),
+            np.array([names.index(last.gait) if names else 0]),
+            pose[None],
+            shapes[-1][None],
+            np.zeros((1, 6)),
+        )
+    )
+    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    return Trajectory(columns[0], columns[1], columns[2], names or ("none",), *columns[3:])
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _CycleRows:
+    """The rows of one cycle, relative to its beginning."""
+
+    time_s: Array
+    duration_s: float
+    pose: Array
+    shape: Array
+    rate_rad_s: Array
+    end: Array
+
+
+def _cycle_rows(swimmer: Swimmer, sequence: PrimitiveSequence, shape: Array, dt_s: float, step: float) -> _CycleRows:
+    rate = swimmer.joint_rate_rad_s
+    sequence = PrimitiveSequence(sequence.control[sequence.angle != 0.0], sequence.angle[sequence.angle != 0.0])
+    duration = np.abs(sequence.angle) / rate
+    count = np.maximum(np.ceil(duration / dt_s - 1e-9), 1).astype(np.int64)
+    index = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    part = np.round(np.repeat(duration / count, count) * index / step) * step
+    begun = np.cumsum(duration) - duration
+    time = np.repeat(begun, count) + part
+    total = float(duration.sum())
+    length = np.diff(np.append(time, total)) * rate
+    pieces = PrimitiveSequence(np.repeat(sequence.control, count), np.repeat(np.sign(sequence.angle), count) * length)
+    poses = se3.prefix_products(displacements(swimmer, pieces, shape))
+    return _CycleRows(time, total, poses[:-1], pieces.shapes(shape)[:-1], pieces.rates() * rate, poses[-1])
