@@ -16,8 +16,8 @@ import numpy as np
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.errors import GaitError, ParameterError, UnknownNameError
-from purcell_cli.lift import flow, flow_and_jacobian
-from purcell_cli.primitives import EMPTY, PrimitiveSequence
+from purcell_cli.lift import flow, flow_and_jacobian, shape_gap
+from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array, angle_between
 from purcell_cli.swimmer import Swimmer
 
@@ -96,12 +96,16 @@ class Gait:
     source: str = ""
     amplitude_is_displacement: bool = False
 
-    def sequence(self, turns: tuple[Turn, ...], symbols: Mapping[str, float]) -> PrimitiveSequence:
-        """Return turns as primitives, for values of the symbols [rad]."""
-        return PrimitiveSequence(
-            np.array([turn.control for turn in turns], dtype=np.int64),
-            np.array([sum(c * symbols[s] for s, c in turn.coefficients.items()) for turn in turns]),
+    def stroke(self, values: Mapping[str, float]) -> Stroke:
+        """Return the stroke for values of all symbols, the empty one being the constant [rad]."""
+        approach, cycle = (
+            PrimitiveSequence(
+                np.array([turn.control for turn in turns], dtype=np.int64),
+                np.array([sum(c * values[s] for s, c in turn.coefficients.items()) for turn in turns]),
+            )
+            for turns in (self.approach, self.cycle)
         )
+        return Stroke(self.name, values[self.symbol], approach, cycle)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -124,6 +128,10 @@ class Stroke:
         """Return all primitives of a number of cycles, from the collinear shape."""
         return self.approach + self.cycle.times(cycles) + self.approach.inverse()
 
+    def inverse(self) -> Stroke:
+        """Return the stroke run backwards, which makes the inverse displacement."""
+        return dataclasses.replace(self, amplitude_rad=-self.amplitude_rad, cycle=self.cycle.inverse())
+
     def displacement(self, swimmer: Swimmer, cycles: int = 1) -> Array:
         """Return the body displacement of a number of cycles [m]: one cycle and a power. Shape (4, 4)."""
         inner = self.approach.shapes(COLLINEAR)[-1]
@@ -141,15 +149,25 @@ _PURE = 3e-13
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class _Purity:
-    """The equations of a pure stroke: no cross-talk, both limbs back, the amplitude where it is the displacement."""
+    """The equations of a pure stroke: no cross-talk, both limbs back, and the displacement wanted, if any.
+
+    Attributes:
+        gait: The gait.
+        swimmer: The swimmer, scaled.
+        known: The symbols that are given [rad].
+        symbols: The symbols to solve for.
+        wanted: Displacement along the own axis [L or rad], or None where any will do.
+    """
 
     gait: Gait
+    swimmer: Swimmer
+    known: Mapping[str, float]
     symbols: tuple[str, ...]
+    wanted: float | None
 
-    def sequence(self, amplitude: float, unknown: Array) -> PrimitiveSequence:
-        values = {"": 1.0, self.gait.symbol: amplitude, **dict(zip(self.symbols, unknown, strict=True))}
-        approach = self.gait.sequence(self.gait.approach, values)
-        return approach + self.gait.sequence(self.gait.cycle, values) + approach.inverse()
+    def values(self, unknown: Array) -> dict[str, float]:
+        """Return all symbols' values [rad]."""
+        return {"": 1.0, **self.known, **dict(zip(self.symbols, map(float, unknown), strict=True))}
 
     def slope(self) -> Array:
         """Return the derivative of every angle by every unknown. Shape (n, unknowns)."""
@@ -157,23 +175,20 @@ class _Purity:
         cycle = [[t.coefficients.get(s, 0.0) for s in self.symbols] for t in self.gait.cycle]
         return np.array(rows + cycle + [[-c for c in row] for row in reversed(rows)])
 
-    def residual(self, swimmer: Swimmer, amplitude: float, unknown: Array) -> tuple[Array, Array]:
+    def residual(self, unknown: Array) -> tuple[Array, Array]:
         """Return the equations' values and derivatives by the unknowns. Shapes (12,), (12, unknowns)."""
-        sequence = self.sequence(amplitude, unknown)
-        g, jacobian = flow_and_jacobian(swimmer, sequence)
-        shapes = sequence.shapes(COLLINEAR)
-        value = np.concatenate([se3.log(g), *(_rotation_vector(a) for a in shapes[-1])])
-        limb, axis = sequence.control // 3, sequence.control % 3
-        turned = shapes[np.arange(len(sequence)), limb, :, axis].T
-        derivative = np.concatenate([jacobian, *(np.where(limb == i, turned, 0.0) for i in (0, 1))])
+        sequence = self.gait.stroke(self.values(unknown)).played()
+        g, jacobian = flow_and_jacobian(self.swimmer, sequence)
+        gap, closure = shape_gap(sequence, COLLINEAR, COLLINEAR)
+        value, derivative = np.concatenate([se3.log(g), gap]), np.concatenate([jacobian, closure])
         own = MOTIONS.index(self.gait.moves)
-        wanted = amplitude if self.gait.amplitude_is_displacement else value[own]
-        value[own] -= wanted
-        if not self.gait.amplitude_is_displacement:
-            derivative[own] = 0.0
+        if self.wanted is None:
+            value[own], derivative[own] = 0.0, 0.0
+        else:
+            value[own] -= self.wanted
         return value, derivative @ self.slope()
 
-    def newton(self, swimmer: Swimmer, amplitude: float, guess: Array) -> Array | None:
+    def newton(self, guess: Array) -> Array | None:
         """Return the solution near a guess, or None where Newton's method loses its way.
 
         Some strokes have directions of unknowns that hardly move any equation. They are left alone
@@ -182,7 +197,7 @@ class _Purity:
         unknown, scale = guess.copy(), np.abs(guess)
         best, kept = np.inf, None
         for _ in range(60):
-            value, derivative = self.residual(swimmer, amplitude, unknown)
+            value, derivative = self.residual(unknown)
             size = float(np.max(np.abs(value)))
             if size < best:
                 best, kept = size, unknown
@@ -193,10 +208,6 @@ class _Purity:
             if np.any(np.abs(unknown / guess - 1.0) > 1.5):
                 break
         return kept if best < _PURE else None
-
-
-def _rotation_vector(rotation: Array) -> Array:
-    return se3.log(se3.pose(rotation, np.zeros(3)))[3:]
 
 
 def _guess(gait: Gait, swimmer: Swimmer, amplitude: float) -> Array:
@@ -220,16 +231,38 @@ def realise(gait: Gait, swimmer: Swimmer, amplitude: float | None = None) -> Str
     if not 0.0 < abs(a) <= np.pi:
         raise ParameterError(f"amplitude: an angle other than 0 and at most pi is wanted, found {a!r} rad")
     size, unit = abs(a), swimmer.scaled()
-    values = {"": 1.0, gait.symbol: size}
-    if gait.free:
-        purity = _Purity(gait, tuple(gait.free))
-        found = purity.newton(unit, size, _guess(gait, unit, size))
-        if found is None:
-            raise GaitError(f"gait {gait.name!r} has no pure stroke at amplitude {size:g} rad for this swimmer; try another")
-        values.update(zip(gait.free, map(float, found), strict=True))
-    cycle = gait.sequence(gait.cycle, values)
-    approach = gait.sequence(gait.approach, values) if gait.approach else EMPTY
-    return Stroke(gait.name, a, approach, cycle if a > 0 else cycle.inverse())
+    known = {gait.symbol: size}
+    wanted = size if gait.amplitude_is_displacement else None
+    purity = _Purity(gait, unit, known, tuple(gait.free), wanted)
+    solved = purity.newton(_guess(gait, unit, size)) if gait.free else np.empty(0)
+    if solved is None:
+        raise GaitError(f"gait {gait.name!r} has no pure stroke at amplitude {size:g} rad for this swimmer; try another")
+    stroke = gait.stroke(purity.values(solved))
+    return stroke if a > 0 else stroke.inverse()
+
+
+def realise_displacement(gait: Gait, swimmer: Swimmer, amount: float, near_rad: float) -> Stroke:
+    """Return the stroke of a gait that goes a given way along its own axis.
+
+    Amplitude and free angles are solved together.
+
+    Args:
+        gait: The gait.
+        swimmer: The swimmer.
+        amount: Displacement of one cycle, with the sign it has near the guess [L or rad].
+        near_rad: A guess of the amplitude [rad].
+
+    Raises:
+        GaitError: No pure stroke near the guess goes this far.
+    """
+    if gait.amplitude_is_displacement:
+        return realise(gait, swimmer, amount)
+    unit = swimmer.scaled()
+    purity = _Purity(gait, unit, {}, (gait.symbol, *gait.free), amount)
+    solved = purity.newton(np.array([near_rad, *_guess(gait, unit, near_rad)]))
+    if solved is None:
+        raise GaitError(f"gait {gait.name!r} has no pure stroke that moves by {amount:g} near {near_rad:g} rad")
+    return gait.stroke(purity.values(solved))
 
 
 def find(gaits: Mapping[str, Gait], name: str) -> Gait:

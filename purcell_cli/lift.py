@@ -399,6 +399,27 @@ def flow_and_jacobian(
     return g, jacobian
 
 
+def shape_gap(sequence: PrimitiveSequence, start: Array, end: Array) -> tuple[Array, Array]:
+    """Return the rotation vectors from the wanted end shape to the found one, and their derivative.
+
+    Args:
+        sequence: The controls.
+        start: Shape before them. Shape (2, 3, 3).
+        end: Shape wanted after them. Shape (2, 3, 3).
+
+    Returns:
+        Rotation vectors in base coordinates [rad], shape (6,), and derivatives by the angles,
+        leading order in the gap, shape (6, n).
+    """
+    shapes = sequence.shapes(start)
+    gap = np.concatenate(
+        [se3.log(se3.pose(found @ wanted.T, np.zeros(3)))[3:] for found, wanted in zip(shapes[-1], end, strict=True)]
+    )
+    limb, axis = sequence.control // 3, sequence.control % 3
+    turned = shapes[np.arange(len(sequence)), limb, :, axis].T
+    return gap, np.concatenate([np.where(limb == i, turned, 0.0) for i in (0, 1)])
+
+
 def flow_of_rates(
     swimmer: Swimmer, rate: ArrayLike, duration: ArrayLike, start: ArrayLike = COLLINEAR, accuracy: Accuracy = EXACT
 ) -> tuple[Array, Array]:

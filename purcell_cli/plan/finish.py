@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from purcell_cli import se3
-from purcell_cli.lift import flow, flow_and_jacobian
+from purcell_cli.lift import flow, flow_and_jacobian, shape_gap
 from purcell_cli.primitives import EMPTY, PrimitiveSequence
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
@@ -152,24 +152,3 @@ def _equations(
         jacobian[row : row + 6, position : position + n] = closure
         position, row = position + n, row + 6
     return np.concatenate([base, *gaps]), jacobian
-
-
-def shape_gap(sequence: PrimitiveSequence, start: Array, end: Array) -> tuple[Array, Array]:
-    """Return the rotation vectors from the wanted end shape to the found one, and their derivative.
-
-    Args:
-        sequence: The controls.
-        start: Shape before them. Shape (2, 3, 3).
-        end: Shape wanted after them. Shape (2, 3, 3).
-
-    Returns:
-        Rotation vectors in base coordinates [rad], shape (6,), and derivatives by the angles,
-        leading order in the gap, shape (6, n).
-    """
-    shapes = sequence.shapes(start)
-    gap = np.concatenate(
-        [se3.log(se3.pose(found @ wanted.T, np.zeros(3)))[3:] for found, wanted in zip(shapes[-1], end, strict=True)]
-    )
-    limb, axis = sequence.control // 3, sequence.control % 3
-    turned = shapes[np.arange(len(sequence)), limb, :, axis].T
-    return gap, np.concatenate([np.where(limb == i, turned, 0.0) for i in (0, 1)])

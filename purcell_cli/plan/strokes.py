@@ -82,35 +82,14 @@ class StrokeBook:
         gait = min(self.gaits[motion.along], key=lambda g: self._cost(g, motion))
         largest, reach = self.largest[gait.name]
         cycles = math.ceil(abs(motion.amount) / abs(reach) - 1e-12)
-        stroke = self._with_amount(gait, abs(motion.amount) / cycles, largest.amplitude_rad, reach)
-        if (motion.amount > 0) != (self._amount(gait, stroke) > 0):
-            stroke = stored.Stroke(gait.name, -stroke.amplitude_rad, stroke.approach, stroke.cycle.inverse())
+        amount = math.copysign(motion.amount / cycles, reach)
+        order = 2.0 if gait.moves == "x" else 3.0
+        near = largest.amplitude_rad * (amount / reach) ** (1.0 / order)
+        stroke = stored.realise_displacement(gait, self.swimmer, amount, near)
+        if motion.amount * reach < 0:
+            stroke = stroke.inverse()
         parts = [(stroke.approach, 1), (stroke.cycle, cycles - 1), (stroke.cycle, 1), (stroke.approach.inverse(), 1)]
         return [Block(2, gait.name, s, n, stroke.amplitude_rad) for s, n in parts if len(s) and n]
-
-    def _with_amount(self, gait: Gait, amount: float, limit: float, reach: float) -> Stroke:
-        """Return the stroke that goes an amount, by regula falsi on the logarithm of the amplitude."""
-        if gait.amplitude_is_displacement:
-            return stored.realise(gait, self.swimmer, amount)
-        low, high = None, (math.log(limit), math.log(abs(reach)))
-        wanted = math.log(amount)
-        order = 2.0 if gait.moves == "x" else 3.0
-        log_a = high[0] + (wanted - high[1]) / order
-        for _ in range(60):
-            stroke = stored.realise(gait, self.swimmer, min(math.exp(log_a), limit))
-            found = math.log(abs(self._amount(gait, stroke)))
-            if abs(found - wanted) < 1e-13:
-                break
-            if found < wanted:
-                low = (log_a, found)
-            else:
-                high = (log_a, found)
-            if low is None:
-                log_a = log_a + (wanted - found) / order
-            else:
-                part = (wanted - low[1]) / (high[1] - low[1])
-                log_a = low[0] + min(max(part, 1e-3), 1.0) * (high[0] - low[0])
-        return stroke
 
 
 def split(book: StrokeBook, displacement: Array) -> list[Motion]:

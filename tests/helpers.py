@@ -1,0 +1,129 @@
+"""What the tests share: a strict comparison, convergence slopes, random swimmers and an independent integrator."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.integrate import solve_ivp
+
+from purcell_cli.connection import COLLINEAR, connection
+from purcell_cli.primitives import PrimitiveSequence
+from purcell_cli.rotations import Array, about_axis, from_quaternion, hat
+from purcell_cli.swimmer import Swimmer
+
+DATA = Path(__file__).parent / "data"
+
+UNIT = Swimmer(base_half_length_m=1.0, limb_half_length_m=1.0)
+"""The paper's swimmer with L = 1 m, so that metres are units of L."""
+
+ROLL_1, PITCH_1, YAW_1, ROLL_2, PITCH_2, YAW_2 = range(6)
+
+
+def assert_close(found: ArrayLike, wanted: ArrayLike, tolerance: float, scale: float = 1.0) -> None:
+    """Assert that two arrays agree to tolerance * scale everywhere; refuse NaN, infinity and broadcasting."""
+    a, b = np.asarray(found, dtype=np.float64), np.asarray(wanted, dtype=np.float64)
+    assert a.shape == b.shape, f"shapes differ: found {a.shape}, wanted {b.shape}"
+    assert np.all(np.isfinite(a)), "found a number that is not finite"
+    assert np.all(np.isfinite(b)), "wanted a number that is not finite"
+    assert math.isfinite(tolerance * scale)
+    worst = float(np.max(np.abs(a - b), initial=0.0))
+    assert worst <= tolerance * scale, f"off by {worst:.3g}, wanted at most {tolerance * scale:.3g}"
+
+
+def is_close(found: ArrayLike, wanted: ArrayLike, tolerance: float, scale: float = 1.0) -> bool:
+    """Return whether `assert_close` would pass; for foils, which must differ in value and not in shape."""
+    assert np.shape(found) == np.shape(wanted)
+    assert np.all(np.isfinite(np.asarray(found, dtype=np.float64)))
+    return bool(np.max(np.abs(np.subtract(found, wanted)), initial=0.0) <= tolerance * scale)
+
+
+def slope(sizes: ArrayLike, errors: ArrayLike) -> float:
+    """Return the slope of a straight line through (log size, log error): the order of convergence."""
+    return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
+
+
+def read_table(name: str) -> list[dict[str, str]]:
+    """Return the rows of a reference table; lines that begin with # name its source."""
+    with (DATA / name).open(newline="") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def random_rotations(rng: np.random.Generator, *count: int) -> Array:
+    """Return uniformly distributed rotations. Shape (*count, 3, 3)."""
+    q = rng.normal(size=(*count, 4))
+    return from_quaternion(q / np.linalg.norm(q, axis=-1, keepdims=True))
+
+
+def random_shapes(rng: np.random.Generator, *count: int) -> Array:
+    """Return uniformly distributed shapes. Shape (*count, 2, 3, 3)."""
+    return random_rotations(rng, *count, 2)
+
+
+def random_swimmer(rng: np.random.Generator) -> Swimmer:
+    """Return a swimmer with limbs 0.3 to 3 times as long as the base and slenderness 0.002 to 0.05."""
+    base = math.exp(rng.uniform(-2.0, 2.0))
+    return Swimmer(
+        base_half_length_m=base,
+        limb_half_length_m=base * math.exp(rng.uniform(math.log(0.3), math.log(3.0))),
+        slenderness=math.exp(rng.uniform(math.log(0.002), math.log(0.05))),
+        viscosity_pa_s=math.exp(rng.uniform(-3.0, 3.0)),
+        drag_ratio=rng.uniform(1.3, 2.5),
+    )
+
+
+def random_sequence(rng: np.random.Generator, count: int, largest: float = 1.0) -> PrimitiveSequence:
+    """Return a sequence of random controls with angles up to `largest` [rad]."""
+    return PrimitiveSequence(rng.integers(0, 6, count), rng.uniform(-largest, largest, count))
+
+
+def bent(pitch: float, yaw: float, limb: int = 1) -> Array:
+    """Return the shape with one limb pitched, then yawed about its own axis. Shape (2, 3, 3)."""
+    shape = COLLINEAR.copy()
+    shape[limb - 1] = about_axis(1, pitch) @ about_axis(2, yaw)
+    return shape
+
+
+def in_lengths(swimmer: Swimmer, pose: Array) -> Array:
+    """Return poses with positions in units of L."""
+    out = pose.copy()
+    out[..., :3, 3] /= swimmer.length_m
+    return out
+
+
+def dop853_rates(
+    swimmer: Swimmer, rate: ArrayLike, duration: ArrayLike, start: ArrayLike, pose: ArrayLike | None = None
+) -> Array:
+    """Return the pose after pieces of constant rates, by DOP853 on the plain equations of motion.
+
+    State: base rotation and position in the world, and both limbs' orientations, all integrated. It shares only
+    `connection` (itself tested against tables) with `lift`. Positions are integrated in units of L.
+    """
+    size = swimmer.length_m
+    first = np.eye(4) if pose is None else np.asarray(pose, dtype=np.float64)
+    y = np.concatenate([first[:3, :3].ravel(), first[:3, 3] / size, np.asarray(start, dtype=np.float64).ravel()])
+    for omega, seconds in zip(np.reshape(rate, (-1, 6)), np.reshape(duration, -1), strict=True):
+        spin = hat(omega.reshape(2, 3))
+
+        def motion(_: float, state: Array, omega: Array = omega, spin: Array = spin) -> Array:
+            rotation, shape = state[:9].reshape(3, 3), state[12:].reshape(2, 3, 3)
+            xi = -connection(swimmer, shape) @ omega
+            return np.concatenate([(rotation @ hat(xi[3:])).ravel(), rotation @ xi[:3] / size, (shape @ spin).ravel()])
+
+        solved = solve_ivp(motion, (0.0, float(seconds)), y, method="DOP853", rtol=1e-13, atol=1e-14)
+        assert solved.success, solved.message
+        y = solved.y[:, -1]
+    out = np.eye(4)
+    out[:3, :3] = y[:9].reshape(3, 3)
+    out[:3, 3] = y[9:12] * size
+    return out
+
+
+def dop853_flow(
+    swimmer: Swimmer, sequence: PrimitiveSequence, start: ArrayLike = COLLINEAR, pose: ArrayLike | None = None
+) -> Array:
+    """Return the pose after a sequence of primitives, by `dop853_rates`."""
+    return dop853_rates(swimmer, sequence.rates(), np.abs(sequence.angle), start, pose)
