@@ -82,8 +82,9 @@ class _UnreadableError(Exception):
 def _bytes(path: Path) -> bytes:
     """Return what a regular file holds, at most one byte more than is allowed."""
     try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            raise _UnreadableError("a directory" if path.is_dir() else "something that is no regular file")
+        mode = path.stat().st_mode
+        if not stat.S_ISREG(mode):
+            raise _UnreadableError("a directory" if stat.S_ISDIR(mode) else "something that is no regular file")
         descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         with os.fdopen(descriptor, "rb") as stream:
             if not stat.S_ISREG(os.fstat(descriptor).st_mode):
@@ -194,11 +195,11 @@ class _Nodes(_Guard, _Loader):  # type: ignore[misc]  # the base is known only w
 _Nodes.add_implicit_resolver("tag:yaml.org,2002:float", _EXPONENT, list("-+.0123456789"))
 
 
-def _composed(text: str, file: str) -> yaml.Node:
-    """Return the one document of a text.
+def _composed(text: str, file: str) -> yaml.Node | None:
+    """Return the one document of a text, None if it is empty.
 
     Raises:
-        InputError: The text is empty, malformed, or more than one document, or breaks a limit.
+        InputError: The text is malformed, or more than one document, or breaks a limit.
     """
     keys = [""]
     try:
@@ -214,22 +215,28 @@ def _composed(text: str, file: str) -> yaml.Node:
         raise schema.message(file, line, keys[-1], "one YAML document", f"a fault ({fault})") from error
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
         raise schema.message(file, 1, keys[-1], "one YAML document", "one that cannot be read") from error
-    if root is None or (schema.kind(root) == "null" and not root.value):
-        raise schema.message(file, 1, "", "a mapping ({} for nothing but defaults)", "an empty file")
-    return root
+    return None if root is None or (schema.kind(root) == "null" and not root.value) else root
+
+
+def _read(document: Document[T], data: bytes, name: str, folder: Path) -> T:
+    """Return what the bytes of a file say."""
+    file = schema.shortened(name, 1000)
+    root = _composed(_decoded(data, file), file)
+    if root is None:
+        defaults = "" if "required" in document.json_schema() else " ({} for the defaults)"
+        raise schema.message(file, 1, "", document.wanted + defaults, "an empty file")
+    return document.read(Place(file, root, "", folder))
 
 
 def _loaded(path: Path | str, document: Document[T]) -> T:
     """Return what a file says; the path - is standard input."""
-    file, folder = schema.shortened(str(path), 1000), Path(path).parent
+    stdin = str(path) == "-"
+    name = "standard input" if stdin else str(path)
     try:
-        if str(path) == "-":
-            file, data = "standard input", _standard_input()
-        else:
-            data = _bytes(Path(path))
+        data = _standard_input() if stdin else _bytes(Path(path))
     except _UnreadableError as error:
-        raise InputError(f"{file}: wanted a readable file, found {error}") from error
-    return document.read(Place(file, _composed(_decoded(data, file), file), "", folder))
+        raise InputError(f"{schema.shortened(name, 1000)}: wanted a readable file, found {error}") from error
+    return _read(document, data, name, Path(path).parent)
 
 
 def _or_path(document: Document[T]) -> Schema[T]:
@@ -241,8 +248,7 @@ def _or_path(document: Document[T]) -> Schema[T]:
             data = _bytes(path)
         except _UnreadableError as error:
             raise place.error("the path of a readable file", f"{error} at '{schema.shortened(str(path))}'") from error
-        file = schema.shortened(str(path), 1000)
-        return document.read(Place(file, _composed(_decoded(data, file), file), "", path.parent))
+        return _read(document, data, str(path), path.parent)
 
     return Either(Made(Text(meaning="the path of a file"), load), document.schema)
 

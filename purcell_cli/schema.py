@@ -256,7 +256,7 @@ class Text(Schema[str]):
         meaning: What the text is, in words.
     """
 
-    pattern: str = r"(.|\n)+"
+    pattern: str = r"[\s\S]+"
     meaning: str = "a text"
 
     @property

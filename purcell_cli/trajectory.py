@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from purcell_cli import se3
 from purcell_cli.configuration import Configuration
+from purcell_cli.gaits import Stroke
 from purcell_cli.lift import displacements, flow, work
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array, as_euler, as_quaternion
@@ -223,3 +224,21 @@ def _cycle_rows(swimmer: Swimmer, sequence: PrimitiveSequence, shape: Array, dt_
     pieces = PrimitiveSequence(np.repeat(sequence.control, count), np.repeat(np.sign(sequence.angle), count) * length)
     poses = se3.prefix_products(displacements(swimmer, pieces, shape))
     return _CycleRows(time, total, poses[:-1], pieces.shapes(shape)[:-1], pieces.rates() * rate, poses[-1])
+
+
+def sample_stroke(
+    swimmer: Swimmer, start: Configuration, stroke: Stroke, cycles: int, dt_s: float = 0.05
+) -> Trajectory:
+    """Return the trajectory of a stroke played a number of times from a collinear configuration.
+
+    Args:
+        swimmer: The swimmer.
+        start: The configuration at time 0.
+        stroke: The stroke.
+        cycles: How often it is played.
+        dt_s: Longest time between rows [s].
+    """
+    parts = [(stroke.approach, 1), (stroke.cycle, cycles), (stroke.approach.inverse(), 1)]
+    blocks = [Block(2, stroke.gait, s, n, stroke.amplitude_rad) for s, n in parts if len(s)]
+    step = clock_step(sum(b.joint_travel_rad for b in blocks) / swimmer.joint_rate_rad_s)
+    return sample(swimmer, start, on_the_clock(blocks, swimmer, step), dt_s)

@@ -20,9 +20,9 @@ from purcell_cli import se3
 from purcell_cli.configuration import Configuration
 from purcell_cli.gaits import Gait
 from purcell_cli.lift import flow
-from purcell_cli.plan.finish import arrive
-from purcell_cli.plan.limbs import from_collinear, to_collinear
-from purcell_cli.plan.strokes import StrokeBook, phase_two
+from purcell_cli.planner.finish import arrive
+from purcell_cli.planner.limbs import from_collinear, to_collinear
+from purcell_cli.planner.strokes import StrokeBook, phase_two
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Block, clock_step

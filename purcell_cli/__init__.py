@@ -1,0 +1,80 @@
+"""Motion planning for the 3D generalized Purcell swimmer at low Reynolds number.
+
+The names below are the library: ``from purcell_cli import Configuration, Swimmer, plan``.
+They are loaded when first used, so that the command line starts quickly.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from purcell_cli.certificate import certify
+    from purcell_cli.configuration import Configuration
+    from purcell_cli.connection import connection
+    from purcell_cli.errors import PurcellError
+    from purcell_cli.export import read_csv, write_csv
+    from purcell_cli.files import load_configuration, load_gait, load_scenario, load_swimmer
+    from purcell_cli.gaits import realise
+    from purcell_cli.lift import flow, flow_and_jacobian, flow_of_rates
+    from purcell_cli.primitives import PrimitiveSequence
+    from purcell_cli.solution import plan
+    from purcell_cli.stored import stored_gaits, stored_scenarios
+    from purcell_cli.swimmer import Swimmer
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "Configuration": "configuration",
+    "PrimitiveSequence": "primitives",
+    "PurcellError": "errors",
+    "Swimmer": "swimmer",
+    "certify": "certificate",
+    "connection": "connection",
+    "flow": "lift",
+    "flow_and_jacobian": "lift",
+    "flow_of_rates": "lift",
+    "load_configuration": "files",
+    "load_gait": "files",
+    "load_scenario": "files",
+    "load_swimmer": "files",
+    "plan": "solution",
+    "read_csv": "export",
+    "realise": "gaits",
+    "stored_gaits": "stored",
+    "stored_scenarios": "stored",
+    "write_csv": "export",
+}
+
+__all__ = [
+    "Configuration",
+    "PrimitiveSequence",
+    "PurcellError",
+    "Swimmer",
+    "certify",
+    "connection",
+    "flow",
+    "flow_and_jacobian",
+    "flow_of_rates",
+    "load_configuration",
+    "load_gait",
+    "load_scenario",
+    "load_swimmer",
+    "plan",
+    "read_csv",
+    "realise",
+    "stored_gaits",
+    "stored_scenarios",
+    "write_csv",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

@@ -1,0 +1,222 @@
+"""The command line: parse, load, call the core, show."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from purcell_cli import __version__
+
+if TYPE_CHECKING:
+    from purcell_cli.swimmer import Swimmer
+
+app = typer.Typer(
+    name="purcell",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    help="Motion planner for the 3D generalized Purcell swimmer: three slender links, two ball joints, no inertia.",
+    epilog="Start with [bold]purcell plan nearby[/], a stored scenario, or [bold]purcell gait --list[/].",
+)
+
+_WIDTH = 110
+"""Columns of a table that is not shown on a terminal."""
+
+DONE, NOT_REACHED, MISUSE = 0, 1, 2
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else.")]
+SwimmerFile = Annotated[Path | None, typer.Option("--swimmer", metavar="FILE", help="The swimmer's YAML file; default: the paper's swimmer.")]
+GaitFolder = Annotated[Path | None, typer.Option("--gaits", metavar="DIR", help="A folder of your own gait files.")]
+Dt = Annotated[float, typer.Option("--dt", metavar="SECONDS", help="Longest time between rows of the CSV.")]
+
+
+class _Failure(Exception):
+    """A command that ends without success; the document says why."""
+
+    def __init__(self, code: int) -> None:
+        self.code = code
+
+
+def _show(document: dict[str, Any], json: bool, show: Callable[[Any, dict[str, Any]], None]) -> None:
+    from purcell_cli.report import as_json
+
+    if json:
+        print(as_json(document))
+        return
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    show(console if console.is_terminal else Console(highlight=False, width=_WIDTH), document)
+
+
+@contextlib.contextmanager
+def _busy(message: str) -> Iterator[None]:
+    """Show on a terminal's stderr that work goes on."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(message):
+        yield
+
+
+def _swimmer(path: Path | None) -> Swimmer:
+    from purcell_cli.files import load_swimmer
+    from purcell_cli.swimmer import Swimmer
+
+    return Swimmer() if path is None else load_swimmer(path)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(f"purcell {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def root(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")] = False,
+) -> None:
+    """Every command takes --help, and --json for machines."""
+
+
+@app.command(epilog="Example: purcell plan start.yaml goal.yaml --out swim.csv")
+def plan(
+    start: Annotated[str, typer.Argument(metavar="START", help="The start's YAML file; or, without GOAL, a scenario's file or stored name.")],
+    goal: Annotated[str | None, typer.Argument(metavar="[GOAL]", help="The goal's YAML file.")] = None,
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The trajectory's CSV file.")] = Path("trajectory.csv"),
+    swimmer: SwimmerFile = None,
+    gaits: GaitFolder = None,
+    dt: Dt = 0.05,
+    json: Json = False,
+) -> None:
+    """Plan a motion from a start to a goal configuration and write it as CSV."""
+    from purcell_cli import report
+    from purcell_cli.export import write_csv
+    from purcell_cli.files import load_configuration
+    from purcell_cli.solution import plan as solve
+    from purcell_cli.stored import find_scenario, stored_gaits
+
+    if goal is None:
+        scenario = find_scenario(start)
+        begin, end = scenario.start, scenario.goal
+        body = scenario.swimmer if swimmer is None else _swimmer(swimmer)
+    else:
+        begin, end, body = load_configuration(start), load_configuration(goal), _swimmer(swimmer)
+    with _busy("planning"):
+        solution = solve(begin, end, body, stored_gaits(gaits), dt)
+        write_csv(solution.trajectory, out)
+    _show(report.plan_document(solution, str(out)), json, report.show_plan)
+    if solution.verdict != "reached":
+        raise _Failure(NOT_REACHED)
+
+
+@app.command(epilog="Example: purcell gait z-motion --amplitude 0.5 --cycles 3")
+def gait(
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="A stored gait; purcell gait --list shows them.")] = None,
+    amplitude: Annotated[float | None, typer.Option("--amplitude", metavar="RAD", help="Its amplitude; negative runs it backwards. Default: the gait's own.")] = None,
+    cycles: Annotated[int, typer.Option("--cycles", metavar="N", min=1, max=1000000, help="How often to play it.")] = 1,
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="The trajectory's CSV file; default: NAME.csv.")] = None,
+    swimmer: SwimmerFile = None,
+    gaits: GaitFolder = None,
+    dt: Dt = 0.05,
+    show_all: Annotated[bool, typer.Option("--list", help="Show all stored gaits, one line each.")] = False,
+    json: Json = False,
+) -> None:
+    """Play a stored gait from the collinear shape, show what it does, and write it as CSV."""
+    from purcell_cli import report
+    from purcell_cli.configuration import Configuration
+    from purcell_cli.errors import InputError
+    from purcell_cli.export import write_csv
+    from purcell_cli.gaits import find, realise
+    from purcell_cli.stored import stored_gaits
+    from purcell_cli.trajectory import sample_stroke
+
+    stored = stored_gaits(gaits)
+    if show_all:
+        _show(report.gait_list_document(list(stored.values())), json, report.show_gait_list)
+        return
+    if name is None:
+        raise InputError("a gait's name is wanted; purcell gait --list shows all")
+    body = _swimmer(swimmer)
+    chosen = find(stored, name)
+    stroke = realise(chosen, body, amplitude)
+    file = Path(f"{chosen.name}.csv") if out is None else out
+    with _busy("swimming"):
+        write_csv(sample_stroke(body, Configuration(), stroke, cycles, dt), file)
+    _show(report.gait_document(chosen, stroke, body, cycles, str(file)), json, report.show_gait)
+
+
+@app.command(epilog="Example: purcell verify trajectory.csv start.yaml goal.yaml")
+def verify(
+    trajectory: Annotated[Path, typer.Argument(metavar="TRAJECTORY", help="A trajectory's CSV file.")],
+    start: Annotated[str, typer.Argument(metavar="START", help="The start's YAML file; or, without GOAL, a scenario's file or stored name.")],
+    goal: Annotated[str | None, typer.Argument(metavar="[GOAL]", help="The goal's YAML file.")] = None,
+    swimmer: SwimmerFile = None,
+    tolerance: Annotated[float, typer.Option("--tolerance", metavar="X", help="Largest error of position [L] and angles [rad].")] = 1e-9,
+    json: Json = False,
+) -> None:
+    """Check a trajectory: replay its controls by an independent method from start to goal."""
+    from purcell_cli import report
+    from purcell_cli.errors import ParameterError
+    from purcell_cli.export import read_csv
+    from purcell_cli.files import load_configuration
+    from purcell_cli.stored import find_scenario
+    from purcell_cli.verification import verify as check
+
+    if not 0.0 < tolerance < 1.0:
+        raise ParameterError(f"--tolerance: a number above 0 and below 1 is wanted, found {tolerance!r}")
+    if goal is None:
+        scenario = find_scenario(start)
+        begin, end = scenario.start, scenario.goal
+        body = scenario.swimmer if swimmer is None else _swimmer(swimmer)
+    else:
+        begin, end, body = load_configuration(start), load_configuration(goal), _swimmer(swimmer)
+    table = read_csv(trajectory)
+    with _busy("re-integrating"):
+        found = check(table, begin, end, body, tolerance, tolerance)
+    _show(report.verify_document(found, body), json, report.show_verify)
+    if not found.holds:
+        raise _Failure(NOT_REACHED)
+
+
+def main() -> None:
+    """Run the command line; exit with 0 done, 1 not reached, 2 misuse or bad input."""
+    sys.exit(_run(sys.argv[1:]))
+
+
+def _run(arguments: list[str]) -> int:
+    from purcell_cli.errors import PurcellError
+
+    command = next((a for a in arguments if not a.startswith("-")), "purcell")
+    try:
+        result = app(arguments, standalone_mode=False)
+        return result if isinstance(result, int) else DONE
+    except _Failure as failure:
+        return failure.code
+    except typer.TyperException as error:
+        if "--json" in arguments:
+            _fail(command, error.format_message(), json=True)
+        else:
+            getattr(error, "show", lambda: print(error, file=sys.stderr))()
+        return MISUSE
+    except PurcellError as error:
+        _fail(command, str(error), json="--json" in arguments)
+        return MISUSE
+    except (KeyboardInterrupt, typer.Abort):
+        _fail(command, "interrupted; nothing was written", json="--json" in arguments)
+        return 130
+
+
+def _fail(command: str, message: str, *, json: bool) -> None:
+    print(f"purcell {command}: {message}" if command != "purcell" else f"purcell: {message}", file=sys.stderr)
+    if json:
+        from purcell_cli.report import as_json, error_document
+
+        print(as_json(error_document(command, message)))

@@ -1,0 +1,303 @@
+"""What the commands say: one document for each result, printed as JSON or shown as tables."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from purcell_cli import se3
+from purcell_cli.configuration import Deviation
+from purcell_cli.gaits import MOTIONS, Gait, Stroke
+from purcell_cli.lift import work
+from purcell_cli.planner.reconfiguration import PHASES
+from purcell_cli.rotations import Array, as_euler
+from purcell_cli.solution import Solution, phase_displacement
+from purcell_cli.swimmer import Swimmer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from purcell_cli.verification import Verification
+
+Document = dict[str, Any]
+
+
+def as_json(document: Mapping[str, Any]) -> str:
+    """Return a document as one line of JSON; NaN has no place in it."""
+    return json.dumps(document, allow_nan=False, ensure_ascii=False)
+
+
+def error_document(command: str, message: str) -> Document:
+    """Return the document of a command that could not be carried out."""
+    return {"schema": f"purcell/{command}/1", "verdict": "error", "error": message}
+
+
+def _displacement(g: Array) -> Document:
+    psi, theta, phi = as_euler(g[:3, :3]).tolist()
+    return {"position_m": g[:3, 3].tolist(), "psi_rad": psi, "theta_rad": theta, "phi_rad": phi}
+
+
+def _deviation(deviation: Deviation, length_m: float) -> Document:
+    return {
+        "position_m": deviation.position_m,
+        "position_over_L": deviation.position_m / length_m,
+        "base_rad": deviation.base_rad,
+        "limb1_rad": deviation.limb1_rad,
+        "limb2_rad": deviation.limb2_rad,
+    }
+
+
+def _swimmer(swimmer: Swimmer) -> Document:
+    names = ("base_half_length_m", "limb_half_length_m", "slenderness", "viscosity_pa_s", "drag_ratio")
+    names += ("max_bend_rad", "joint_rate_rad_s")
+    return {**{name: getattr(swimmer, name) for name in names}, "L_m": swimmer.length_m}
+
+
+def plan_document(solution: Solution, file: str | None) -> Document:
+    """Return what is known of a plan."""
+    plan, swimmer = solution.plan, solution.plan.swimmer
+    rate = swimmer.joint_rate_rad_s
+    strokes: dict[int, list[Document]] = {1: [], 2: [], 3: []}
+    rows = zip(plan.blocks, solution.displacement, solution.energy_j, strict=True)
+    for (phase, gait, _), group in itertools.groupby(rows, key=lambda row: (row[0].phase, row[0].gait, str(row[0].amplitude_rad))):
+        parts = list(group)
+        blocks = [block for block, _, _ in parts]
+        travel = sum(b.joint_travel_rad for b in blocks)
+        amplitude = blocks[0].amplitude_rad
+        longest = max(len(b.sequence) for b in blocks)
+        strokes[phase].append(
+            {
+                "gait": gait,
+                "amplitude_rad": None if math.isnan(amplitude) else amplitude,
+                "cycles": sum(b.cycles for b in blocks if len(b.sequence) == longest),
+                "primitives": sum(b.cycles * len(b.sequence) for b in blocks),
+                "joint_travel_rad": travel,
+                "duration_s": travel / rate,
+                "energy_j": float(sum(e for _, _, e in parts)),
+                "displacement": _displacement(se3.prefix_products(np.stack([g for _, g, _ in parts]))[-1]),
+            }
+        )
+    phases = [
+        {
+            "phase": phase,
+            "name": name,
+            "primitives": sum(s["primitives"] for s in strokes[phase]),
+            "joint_travel_rad": sum(s["joint_travel_rad"] for s in strokes[phase]),
+            "duration_s": sum(s["duration_s"] for s in strokes[phase]),
+            "energy_j": sum(s["energy_j"] for s in strokes[phase]),
+            "displacement": _displacement(phase_displacement(solution, phase)),
+            "strokes": strokes[phase],
+        }
+        for phase, name in PHASES.items()
+    ]
+    found = solution.certificate
+    return {
+        "schema": "purcell/plan/1",
+        "verdict": solution.verdict,
+        "swimmer": _swimmer(swimmer),
+        "joint_travel_rad": plan.joint_travel_rad,
+        "duration_s": plan.duration_s,
+        "energy_j": float(np.sum(solution.energy_j)),
+        "primitives": plan.primitives,
+        "cycles": sum(s["cycles"] for s in strokes[2]),
+        "phases": phases,
+        "planned_error": _deviation(solution.deviation, swimmer.length_m),
+        "verified_error": _deviation(found.deviation, swimmer.length_m),
+        "tolerance": {"position_m": found.tolerance_m, "angle_rad": found.tolerance_rad},
+        "certificate": {"method": "DOP853", "stretches": found.stretches, "integrated": found.integrated},
+        "rows": len(solution.trajectory),
+        "trajectory": file,
+    }
+
+
+def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, file: str | None) -> Document:
+    """Return what a stroke does in a number of cycles."""
+    played = stroke.played(cycles)
+    g = stroke.displacement(swimmer, cycles)
+    moved = np.concatenate([g[:3, 3] / swimmer.length_m, as_euler(g[:3, :3])[::-1]])
+    own = MOTIONS.index(gait.moves) if gait.moves in MOTIONS else None
+    scale = [swimmer.length_m] * 3 + [1.0] * 3
+    units = ["m"] * 3 + ["rad"] * 3
+    return {
+        "schema": "purcell/gait/1",
+        "verdict": "done",
+        "gait": gait.name,
+        "summary": gait.summary,
+        "amplitude_rad": stroke.amplitude_rad,
+        "amplitude_means": gait.means,
+        "cycles": cycles,
+        "swimmer": _swimmer(swimmer),
+        "approach": [{"control": c, "angle_rad": a} for c, a in stroke.approach],
+        "cycle": [{"control": c, "angle_rad": a} for c, a in stroke.cycle],
+        "joint_travel_rad": played.joint_travel_rad,
+        "duration_s": played.joint_travel_rad / swimmer.joint_rate_rad_s,
+        "displacement": {f"{m}_{u}": float(v * s) for m, u, v, s in zip(MOTIONS, units, moved, scale, strict=True)},
+        "moves": gait.moves,
+        "cross_talk": None if own is None else float(np.max(np.abs(np.delete(moved, own)))),
+        "closure_rad": stroke.closure_rad(),
+        "energy_j": float(np.sum(work(swimmer, played))),
+        "trajectory": file,
+    }
+
+
+def gait_list_document(gaits: Sequence[Gait]) -> Document:
+    """Return one line on each gait."""
+    return {
+        "schema": "purcell/gait-list/1",
+        "verdict": "done",
+        "gaits": [
+            {
+                "name": g.name,
+                "also": list(g.also),
+                "moves": g.moves,
+                "amplitude_means": g.means,
+                "default_amplitude_rad": g.default_rad,
+                "summary": g.summary,
+            }
+            for g in gaits
+        ],
+    }
+
+
+def verify_document(found: Verification, swimmer: Swimmer) -> Document:
+    """Return what the check of a trajectory file found."""
+    return {
+        "schema": "purcell/verify/1",
+        "verdict": "reached" if found.holds else "not reached",
+        "swimmer": _swimmer(swimmer),
+        "start_error": _deviation(found.start, swimmer.length_m),
+        "verified_error": _deviation(found.certificate.deviation, swimmer.length_m),
+        "tolerance": {"position_m": found.certificate.tolerance_m, "angle_rad": found.certificate.tolerance_rad},
+        "certificate": {
+            "method": "DOP853",
+            "stretches": found.certificate.stretches,
+            "integrated": found.certificate.integrated,
+        },
+        "faults": list(found.faults),
+    }
+
+
+def _length(metres: float) -> str:
+    return "0" if abs(metres) < 5e-13 else f"{1e3 * metres:.4g}"
+
+
+def _angle(radians: float) -> str:
+    return "0" if abs(radians) < 5e-13 else f"{math.degrees(radians):.4g}"
+
+
+def _moved(displacement: Mapping[str, Any]) -> list[str]:
+    x, y, z = displacement["position_m"]
+    return [
+        ", ".join(_length(v) for v in (x, y, z)),
+        ", ".join(_angle(displacement[f"{a}_rad"]) for a in ("psi", "theta", "phi")),
+    ]
+
+
+def show_plan(console: Console, document: Document) -> None:
+    """Show a plan's document as tables."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(title="Reconfiguration", title_justify="left", box=SIMPLE_HEAD)
+    table.add_column("stroke", no_wrap=True)
+    headings = ("amplitude [rad]", "cycles", "travel [rad]", "time [s]", "x, y, z [mm]", "psi, theta, phi [deg]")
+    for heading in headings:
+        table.add_column(heading.replace(" [", "\n\\["), justify="right", no_wrap=True)
+    for phase in document["phases"]:
+        sums = [f"{phase['joint_travel_rad']:.4f}", f"{phase['duration_s']:.2f}", *_moved(phase["displacement"])]
+        label = f"{phase['phase']} {phase['name']}"
+        table.add_row(label, "", "", *(sums if phase["strokes"] else ["0", "0", "", ""]), style="bold")
+        for s in phase["strokes"] if phase["phase"] == 2 else []:
+            amplitude = "" if s["amplitude_rad"] is None else f"{s['amplitude_rad']:.5f}"
+            figures = [f"{s['joint_travel_rad']:.4f}", f"{s['duration_s']:.2f}", *_moved(s["displacement"])]
+            table.add_row(f"  {s['gait']}", amplitude, str(s["cycles"]), *figures)
+    console.print(table)
+    errors = Table(title="Distance from the goal", title_justify="left", box=SIMPLE_HEAD)
+    errors.add_column("")
+    for heading in ("position [L]", "base [rad]", "limb 1 [rad]", "limb 2 [rad]"):
+        errors.add_column(heading.replace("[", "\\["), justify="right")
+    for label, key in (("planned", "planned_error"), ("re-integrated", "verified_error")):
+        e = document[key]
+        errors.add_row(label, *(f"{e[k]:.1e}" for k in ("position_over_L", "base_rad", "limb1_rad", "limb2_rad")))
+    console.print(errors)
+    console.print(
+        f"joint travel {document['joint_travel_rad']:.4f} rad, {document['duration_s']:.3f} s, "
+        f"{document['primitives']} primitives, {document['cycles']} cycles, energy {document['energy_j']:.4g} J"
+    )
+    c = document["certificate"]
+    console.print(
+        f"checked by {c['method']}: {c['stretches']} stretches of control, {c['integrated']} of them distinct and integrated"
+    )
+    _verdict(console, document["verdict"])
+    if document["trajectory"]:
+        console.print(f"{document['rows']} rows in {document['trajectory']}", soft_wrap=True)
+
+
+def _verdict(console: Console, verdict: str) -> None:
+    console.print(f"[bold {'green' if verdict == 'reached' else 'red'}]{verdict}[/]")
+
+
+def show_gait(console: Console, document: Document) -> None:
+    """Show what a stroke does as tables."""
+    from rich.table import Table
+
+    console.print(f"[bold]{document['gait']}[/]: {document['summary']}")
+    console.print(f"amplitude {document['amplitude_rad']:.6g} rad ({document['amplitude_means']}), cycles {document['cycles']}")
+    table = Table(title="One cycle, as primitives", title_justify="left")
+    table.add_column("")
+    table.add_column("control")
+    table.add_column("angle \\[rad]", justify="right")
+    parts = [("approach, once", document["approach"]), ("cycle", document["cycle"])]
+    parts.append(("back, once", [{**p, "angle_rad": -p["angle_rad"]} for p in reversed(document["approach"])]))
+    for label, primitives in parts:
+        for k, p in enumerate(primitives):
+            table.add_row(label if k == 0 else "", p["control"], f"{p['angle_rad']:+.9f}")
+    console.print(table)
+    d = document["displacement"]
+    moved = Table(title="Net displacement", title_justify="left")
+    for name in d:
+        motion, unit = name.split("_")
+        moved.add_column(f"{motion} \\[{unit}]", justify="right")
+    moved.add_row(*(f"{v:.9g}" if abs(v) > 1e-14 else "0" for v in d.values()))
+    console.print(moved)
+    cross = document["cross_talk"]
+    told = "" if cross is None else f"cross-talk {cross:.1e} (L, rad), "
+    console.print(
+        f"joint travel {document['joint_travel_rad']:.6g} rad, {document['duration_s']:.6g} s, {told}"
+        f"closure {document['closure_rad']:.1e} rad, energy {document['energy_j']:.4g} J"
+    )
+    if document["trajectory"]:
+        console.print(f"trajectory in {document['trajectory']}", soft_wrap=True)
+
+
+def show_gait_list(console: Console, document: Document) -> None:
+    """Show one line on each gait."""
+    from rich.table import Table
+
+    table = Table(title="Stored gaits", title_justify="left")
+    for heading in ("name", "also", "amplitude is", "default \\[rad]", "what it does"):
+        table.add_column(heading, overflow="fold")
+    for g in document["gaits"]:
+        table.add_row(g["name"], ", ".join(g["also"]), g["amplitude_means"], f"{g['default_amplitude_rad']:g}", g["summary"])
+    console.print(table)
+
+
+def show_verify(console: Console, document: Document) -> None:
+    """Show what the check of a trajectory file found."""
+    e = document["verified_error"]
+    console.print(
+        f"re-integrated end: position off by {e['position_over_L']:.1e} L, base {e['base_rad']:.1e} rad, "
+        f"limb 1 {e['limb1_rad']:.1e} rad, limb 2 {e['limb2_rad']:.1e} rad"
+    )
+    c = document["certificate"]
+    console.print(
+        f"checked by {c['method']}: {c['stretches']} stretches of control, {c['integrated']} of them distinct and integrated"
+    )
+    for fault in document["faults"]:
+        console.print(f"[red]-[/] {fault}", soft_wrap=True)
+    _verdict(console, document["verdict"])

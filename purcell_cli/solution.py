@@ -1,0 +1,91 @@
+"""A plan carried out: the motion, its trajectory, its costs and its certificate."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+import numpy as np
+
+from purcell_cli import se3
+from purcell_cli.certificate import Certificate, certify
+from purcell_cli.configuration import Configuration, Deviation
+from purcell_cli.errors import ParameterError
+from purcell_cli.gaits import Gait
+from purcell_cli.planner.reconfiguration import Plan, reconfigure
+from purcell_cli.rotations import Array
+from purcell_cli.stored import stored_gaits
+from purcell_cli.swimmer import Swimmer
+from purcell_cli.trajectory import Trajectory, block_displacements, energies, sample
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """A plan with everything that is known about it.
+
+    Attributes:
+        plan: The strokes of the three phases.
+        trajectory: The sampled motion.
+        deviation: How far the planner's own flow ends from the goal.
+        certificate: What an independent re-integration of the controls found.
+        displacement: Body displacement of each block of the plan [m]. Shape (n, 4, 4).
+        energy_j: Energy dissipated in each block [J]. Shape (n,).
+    """
+
+    plan: Plan
+    trajectory: Trajectory
+    deviation: Deviation
+    certificate: Certificate
+    displacement: Array
+    energy_j: Array
+
+    @property
+    def verdict(self) -> str:
+        """'reached' where the certificate says so, else 'not reached'."""
+        return "reached" if self.certificate.reached else "not reached"
+
+    @property
+    def joint_travel_rad(self) -> float:
+        """The sum over all primitives of |angle| [rad]."""
+        return self.plan.joint_travel_rad
+
+
+def plan(
+    start: Configuration,
+    goal: Configuration,
+    swimmer: Swimmer | None = None,
+    gaits: Mapping[str, Gait] | None = None,
+    dt_s: float = 0.05,
+) -> Solution:
+    """Plan a motion from a start to a goal configuration, and check it.
+
+    Args:
+        start: The start configuration.
+        goal: The goal configuration.
+        swimmer: The swimmer; the paper's where none is given.
+        gaits: The stored gaits to plan with; those of the package where none are given.
+        dt_s: Longest time between rows of the trajectory [s].
+
+    Raises:
+        ParameterError: A time between rows that is not positive.
+        GaitError: No stored gait for a motion that is needed.
+    """
+    if not (np.isfinite(dt_s) and dt_s > 0):
+        raise ParameterError(f"dt: a time above 0 s is wanted, found {dt_s!r}")
+    body = swimmer or Swimmer()
+    made = reconfigure(body, start, goal, stored_gaits() if gaits is None else gaits)
+    trajectory = sample(body, start, made.blocks, dt_s)
+    return Solution(
+        made,
+        trajectory,
+        Deviation.between(trajectory.end, goal),
+        certify(body, start, goal, trajectory.time_s, trajectory.rate_rad_s),
+        block_displacements(body, made.blocks, start.shape),
+        energies(body, made.blocks, start.shape),
+    )
+
+
+def phase_displacement(solution: Solution, phase: int) -> Array:
+    """Return the body displacement made in one phase [m]. Shape (4, 4)."""
+    inside = [k for k, block in enumerate(solution.plan.blocks) if block.phase == phase]
+    return se3.prefix_products(solution.displacement[inside])[-1] if inside else np.eye(4)

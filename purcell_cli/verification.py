@@ -1,0 +1,151 @@
+"""The check of a trajectory file: does it start, move and end as it must?"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from purcell_cli import se3
+from purcell_cli.certificate import Certificate, replay
+from purcell_cli.configuration import Configuration, Deviation
+from purcell_cli.errors import InputError, ParameterError
+from purcell_cli.export import Table
+from purcell_cli.rotations import Array, as_euler, from_euler, from_quaternion
+from purcell_cli.swimmer import Swimmer
+
+_RATE_SLACK = 1e-9
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Verification:
+    """What the check of a trajectory file found.
+
+    Attributes:
+        start: How far the first row is from the start configuration.
+        certificate: What the re-integration of its controls found.
+        faults: What is wrong, in words; nothing where all holds.
+    """
+
+    start: Deviation
+    certificate: Certificate
+    faults: tuple[str, ...]
+
+    @property
+    def holds(self) -> bool:
+        """Whether the file starts at the start, moves by the flow and ends at the goal."""
+        return not self.faults
+
+
+def verify(
+    table: Table,
+    start: Configuration,
+    goal: Configuration,
+    swimmer: Swimmer,
+    tolerance_l: float,
+    tolerance_rad: float,
+) -> Verification:
+    """Check a trajectory file against a start and a goal.
+
+    Its controls are replayed by another method from the start configuration; the end, and every
+    row where the control changes, must be where the file says.
+
+    Args:
+        table: What the file says.
+        start: The start configuration.
+        goal: The goal configuration.
+        swimmer: The swimmer.
+        tolerance_l: Position tolerance, in units of L.
+        tolerance_rad: Angle tolerance [rad].
+
+    Raises:
+        InputError: Rows that are no trajectory: times that fall, or quaternions that are none.
+    """
+    limit = tolerance_l * swimmer.length_m
+    poses, shapes = _configurations(table)
+    if np.any(np.diff(table.time_s) < 0):
+        row = int(np.flatnonzero(np.diff(table.time_s) < 0)[0])
+        raise InputError(f"line {row + 3}: wanted a time of at least {table.time_s[row]!r}, found {table.time_s[row + 1]!r}")
+    found = replay(swimmer, start, table.time_s, table.rate_rad_s)
+    deviation = Deviation.between(found.end, goal)
+    certificate = Certificate(
+        deviation.within(limit, tolerance_rad), deviation, limit, tolerance_rad, len(found.row) - 1, found.integrated
+    )
+    first = Configuration(poses[0], shapes[0])
+    faults = [
+        *_off("first row against the start", first, start, limit, tolerance_rad),
+        *_off("re-integrated end against the goal", found.end, goal, limit, tolerance_rad),
+        *_off("last row against the goal", Configuration(poses[-1], shapes[-1]), goal, limit, tolerance_rad),
+        *_rows(table, poses, shapes, found.row, found.pose, found.shape, limit, tolerance_rad),
+        *_controls(table, swimmer),
+        *_angles(table, poses, shapes, tolerance_rad),
+    ]
+    return Verification(Deviation.between(first, start), certificate, tuple(faults))
+
+
+def _configurations(table: Table) -> tuple[Array, Array]:
+    try:
+        poses = se3.pose(from_quaternion(table.base), table.position_m)
+        return poses, from_quaternion(table.limbs)
+    except ParameterError as error:
+        raise InputError(f"a quaternion of the file: {error}") from None
+
+
+def _off(label: str, found: Configuration, wanted: Configuration, limit_m: float, limit_rad: float) -> list[str]:
+    """Return what is off, in which coordinate and by how much."""
+    out = []
+    gap = found.pose[:3, 3] - wanted.pose[:3, 3]
+    if np.linalg.norm(gap) > limit_m:
+        parts = ", ".join(f"{axis} by {value:+.3e} m" for axis, value in zip("xyz", gap, strict=True))
+        out.append(f"{label}: base position off in {parts} (tolerance {limit_m:.1e} m)")
+    pairs = [
+        ("base", found.pose[:3, :3], wanted.pose[:3, :3]),
+        ("limb 1", found.shape[0], wanted.shape[0]),
+        ("limb 2", found.shape[1], wanted.shape[1]),
+    ]
+    for name, here, there in pairs:
+        turn = se3.log(se3.pose(there.T @ here, np.zeros(3)))[3:]
+        if np.linalg.norm(turn) > limit_rad:
+            parts = ", ".join(f"{axis} by {value:+.3e} rad" for axis, value in zip("xyz", turn, strict=True))
+            out.append(f"{label}: {name} orientation off about {parts} (tolerance {limit_rad:.1e} rad)")
+    return out
+
+
+def _rows(
+    table: Table, poses: Array, shapes: Array, row: Array, pose: Array, shape: Array, limit_m: float, limit_rad: float
+) -> list[str]:
+    """Return the first row at a change of control that is not where the replay is."""
+    away = np.linalg.norm(poses[row, :3, 3] - pose[:, :3, 3], axis=1) > limit_m
+    away |= np.max(np.abs(poses[row, :3, :3] - pose[:, :3, :3]), axis=(1, 2)) > limit_rad
+    away |= np.max(np.abs(shapes[row] - shape), axis=(1, 2, 3)) > limit_rad
+    inside = np.flatnonzero(away[1:-1]) + 1
+    if not len(inside):
+        return []
+    k = int(inside[0])
+    n = int(row[k])
+    label = f"line {n + 2} (t = {table.time_s[n]:.6g} s) against the re-integration"
+    return _off(label, Configuration(poses[n], shapes[n]), Configuration(pose[k], shape[k]), limit_m, limit_rad)
+
+
+def _controls(table: Table, swimmer: Swimmer) -> list[str]:
+    out = []
+    over = np.abs(table.rate_rad_s).max(axis=1) > swimmer.joint_rate_rad_s * (1 + _RATE_SLACK)
+    if np.any(over):
+        n = int(np.flatnonzero(over)[0])
+        out.append(f"line {n + 2}: a joint turns at {np.abs(table.rate_rad_s[n]).max():.9g} rad/s, more than {swimmer.joint_rate_rad_s:g}")
+    if np.any(table.rate_rad_s[-1] != 0.0):
+        out.append(f"line {len(table.time_s) + 1}: the controls of the last row must be 0")
+    return out
+
+
+def _angles(table: Table, poses: Array, shapes: Array, limit_rad: float) -> list[str]:
+    """Return the first row whose Euler angles are not those of its quaternion."""
+    for k, (name, rotation) in enumerate(
+        (("base", poses[:, :3, :3]), ("limb 1", shapes[:, 0]), ("limb 2", shapes[:, 1]))
+    ):
+        off = np.max(np.abs(from_euler(table.euler_rad[:, k]) - rotation), axis=(1, 2)) > max(limit_rad, 1e-9)
+        if np.any(off):
+            n = int(np.flatnonzero(off)[0])
+            wanted = ", ".join(f"{v:.6g}" for v in as_euler(rotation[n]))
+            return [f"line {n + 2}: the {name}'s Euler angles are not those of its quaternion, which are {wanted} rad"]
+    return []
