@@ -97,7 +97,8 @@ def coupling(swimmer: Swimmer, shape: ArrayLike) -> Array:
 def connection(swimmer: Swimmer, shape: ArrayLike) -> Array:
     """Return the local connection form A(r) = P^-1 Q: the base's twist is xi = -A(r) omega.
 
-    Equation (Final_kinematic_model) of section III-C. Its rank is 5 at every shape.
+    Equation (Final_kinematic_model) of section III-C. Its rank is at most 5, and 5
+    at almost every shape.
 
     Args:
         swimmer: The swimmer.
@@ -115,6 +116,8 @@ def connection(swimmer: Swimmer, shape: ArrayLike) -> Array:
 def base_twist(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike) -> Array:
     """Return the base's body twist xi = -A(r) omega for limb rates (..., 6) [rad/s]. Shape (..., 6)."""
     omega = np.asarray(rate, dtype=np.float64)
+    if omega.shape[-1:] != (6,):
+        raise ParameterError(f"six limb rates (omega_1, omega_2) are wanted, found shape {omega.shape}")
     return -(connection(swimmer, shape) @ omega[..., None])[..., 0]
 
 

@@ -103,15 +103,17 @@ def as_euler(rotation: ArrayLike) -> Array:
     """
     r = np.asarray(rotation, dtype=np.float64)
     cos_theta = np.hypot(r[..., 0, 0], r[..., 1, 0])
-    locked = cos_theta < 1e-14
+    locked = cos_theta < 1e-15
     theta = np.arctan2(-r[..., 2, 0], cos_theta)
     psi = np.where(
         locked,
         np.arctan2(-r[..., 0, 1], r[..., 1, 1]),
         np.arctan2(r[..., 1, 0], r[..., 0, 0]),
     )
-    phi = np.where(locked, 0.0, np.arctan2(r[..., 2, 1], r[..., 2, 2]))
-    return np.stack([psi, theta, phi], axis=-1)
+    # What is left of the rotation after yaw is taken back: well conditioned next to the lock too.
+    s, c = np.sin(psi), np.cos(psi)
+    phi = np.arctan2(s * r[..., 0, 2] - c * r[..., 1, 2], c * r[..., 1, 1] - s * r[..., 0, 1])
+    return np.stack([psi, theta, np.where(locked, 0.0, phi)], axis=-1)
 
 
 def from_quaternion(quaternion: ArrayLike) -> Array:
@@ -121,9 +123,13 @@ def from_quaternion(quaternion: ArrayLike) -> Array:
         ParameterError: The quaternion's length differs from 1 by more than 1e-6.
     """
     q = np.asarray(quaternion, dtype=np.float64)
+    if q.shape[-1:] != (4,):
+        raise ParameterError(f"a quaternion of 4 numbers (w, x, y, z) is wanted, found shape {q.shape}")
     length = np.linalg.norm(q, axis=-1, keepdims=True)
-    if not np.all(np.abs(length - 1.0) <= _INPUT_SLACK):
-        raise ParameterError(f"a unit quaternion (length 1 within {_INPUT_SLACK:g}) is wanted, found length {float(np.ravel(length)[0]):.9g}")
+    off = np.abs(length - 1.0)
+    if not np.all(off <= _INPUT_SLACK):
+        found = float(length.ravel()[np.argmax(np.where(np.isnan(off), np.inf, off))])
+        raise ParameterError(f"a unit quaternion (length 1 within {_INPUT_SLACK:g}) is wanted, found length {found:.9g}")
     w, v = (q / length)[..., :1], (q / length)[..., 1:]
     k = hat(v)
     return _AXES + 2.0 * (w[..., None] * k + k @ k)

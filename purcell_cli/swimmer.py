@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from numbers import Real
 from collections.abc import Mapping
 from types import MappingProxyType
 
@@ -54,7 +55,7 @@ class Swimmer:
     def __post_init__(self) -> None:
         for name, (low, high) in LIMITS.items():
             value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int | float):
+            if isinstance(value, bool) or not isinstance(value, Real):
                 raise ParameterError(f"{name}: a number is wanted, found {value!r}")
             if not low < value <= high:
                 raise ParameterError(f"{name}: a number above {low:g} and at most {high:g} is wanted, found {value!r}")
@@ -96,19 +97,26 @@ class Swimmer:
         radius = self.slenderness * 2.0 * half_length_m
         return 4.0 * math.pi * self.viscosity_pa_s * radius**2
 
+    def bend_spread(self) -> float:
+        """Return the spread of the links about their best-fitting line, per squared bend of one limb [m^3].
+
+        To leading order: the integral along the limb of its squared distance from the base's line,
+        less what a line through all links can take away.
+        """
+        b, l = self.base_half_length_m, self.limb_half_length_m
+        half = b + 2.0 * l
+        shift, tilt = 2.0 * l**2, 8.0 / 3.0 * l**3 + 2.0 * b * l**2
+        return 8.0 / 3.0 * l**3 - shift**2 / (2.0 * half) - tilt**2 / (2.0 / 3.0 * half**3)
+
     def roll_sharpness(self) -> float:
         """Return the bend of a limb at which lateral drag resists roll as much as spin drag does [rad].
 
-        Nearer to the collinear shape than this the roll row of A(r) varies quickly. To leading
-        order in the bend, a limb bent by beta and rolling about x is dragged sideways at a speed
-        beta (s - b) beyond its joint at s = b; the free base takes away what is linear in s.
+        Nearer to the collinear shape than this the roll row of A(r) varies quickly: a limb bent by
+        beta that rolls with the swimmer is dragged sideways through the `bend_spread` times beta^2.
         """
         b, l = self.base_half_length_m, self.limb_half_length_m
         spin = 4.0 * self.spin_drag(l) * l + 2.0 * self.spin_drag(b) * b
-        half = b + 2.0 * l
-        force, moment = 2.0 * l**2, 8.0 / 3.0 * l**3 + 2.0 * b * l**2
-        lateral = 8.0 / 3.0 * l**3 - force**2 / (2.0 * half) - moment**2 / (2.0 / 3.0 * half**3)
-        return math.sqrt(spin / (self.lateral_drag() * lateral))
+        return math.sqrt(spin / (self.lateral_drag() * self.bend_spread()))
 
     def drag(self, link: int) -> Array:
         """Return H_i, the drag matrix of link i about its own centre, in its own frame.

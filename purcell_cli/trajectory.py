@@ -81,15 +81,15 @@ def clock_step(duration_s: float) -> float:
     return math.ldexp(1.0, max(math.frexp(max(duration_s, 1.0))[1], 0) - 52)
 
 
-def on_the_clock(blocks: Sequence[Block], swimmer: Swimmer, step: float) -> list[Block]:
-    """Return the blocks with every duration rounded to a whole number of clock steps [s]."""
-    rate = swimmer.joint_rate_rad_s
-    return [
-        dataclasses.replace(
-            b, sequence=b.sequence.with_angles(np.round(b.sequence.angle / rate / step) * step * rate)
-        )
-        for b in blocks
-    ]
+def rounded(angle: Array, rate_rad_s: float, step: float) -> Array:
+    """Return angles rounded to what a joint turns in a whole number of clock steps [rad].
+
+    Args:
+        angle: Angles [rad]. Shape (n,).
+        rate_rad_s: The joints' rate [rad/s].
+        step: The clock step [s].
+    """
+    return np.asarray(np.round(angle / rate_rad_s / step) * step * rate_rad_s)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -156,7 +156,7 @@ def sample(
     Args:
         swimmer: The swimmer; its joint rate sets the pace.
         start: The configuration at time 0.
-        blocks: The motion, with durations on a common clock (`on_the_clock`).
+        blocks: The motion, its durations whole numbers of clock steps (`rounded`).
         dt_s: Longest time between rows [s].
     """
     step = clock_step(sum(b.joint_travel_rad for b in blocks) / swimmer.joint_rate_rad_s)
@@ -239,6 +239,10 @@ def sample_stroke(
         dt_s: Longest time between rows [s].
     """
     parts = [(stroke.approach, 1), (stroke.cycle, cycles), (stroke.approach.inverse(), 1)]
-    blocks = [Block(2, stroke.gait, s, n, stroke.amplitude_rad) for s, n in parts if len(s)]
-    step = clock_step(sum(b.joint_travel_rad for b in blocks) / swimmer.joint_rate_rad_s)
-    return sample(swimmer, start, on_the_clock(blocks, swimmer, step), dt_s)
+    step = clock_step(stroke.played(1).joint_travel_rad * cycles / swimmer.joint_rate_rad_s)
+    blocks = [
+        Block(2, stroke.gait, s.with_angles(rounded(s.angle, swimmer.joint_rate_rad_s, step)), n, stroke.amplitude_rad)
+        for s, n in parts
+        if len(s)
+    ]
+    return sample(swimmer, start, blocks, dt_s)

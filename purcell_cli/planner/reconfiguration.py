@@ -20,12 +20,13 @@ from purcell_cli import se3
 from purcell_cli.configuration import Configuration
 from purcell_cli.gaits import Gait
 from purcell_cli.lift import flow
+from purcell_cli.planner.equations import Equations, stretches_of
 from purcell_cli.planner.finish import arrive
 from purcell_cli.planner.limbs import from_collinear, to_collinear
 from purcell_cli.planner.strokes import StrokeBook, phase_two
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
-from purcell_cli.trajectory import Block, clock_step
+from purcell_cli.trajectory import Block, clock_step, rounded
 
 PHASES = {1: "limbs to collinear", 2: "stored gaits", 3: "limbs to the goal shape"}
 
@@ -80,7 +81,7 @@ def reconfigure(swimmer: Swimmer, start: Configuration, goal: Configuration, gai
     Raises:
         GaitError: No stored gait for a motion that is needed.
     """
-    unit = dataclasses.replace(swimmer.scaled(), joint_rate_rad_s=swimmer.joint_rate_rad_s)
+    unit = swimmer.scaled()
     wanted = se3.inverse(_scaled(start.pose, swimmer.length_m)) @ _scaled(goal.pose, swimmer.length_m)
     first, last = to_collinear(start.shape), from_collinear(goal.shape)
     missing = se3.inverse(flow(unit, first, start.shape)) @ wanted @ se3.inverse(flow(unit, last))
@@ -89,9 +90,18 @@ def reconfigure(swimmer: Swimmer, start: Configuration, goal: Configuration, gai
         *phase_two(StrokeBook(gaits, unit), se3.normalised(missing)),
         *([Block(3, PHASES[3], last)] if len(last) else []),
     ]
-    travel = sum(b.joint_travel_rad for b in blocks)
-    tick = clock_step(1.01 * travel / swimmer.joint_rate_rad_s)
-    if blocks:
-        blocks = arrive(unit, blocks, start.shape, goal.shape, wanted, tick)
-    blocks = [b for b in blocks if np.any(b.sequence.angle)]
+    if not blocks:
+        return Plan(swimmer, start, goal, ())
+    stretches = stretches_of(blocks, start.shape, goal.shape)
+    step = clock_step(1.01 * sum(b.joint_travel_rad for b in blocks) / swimmer.joint_rate_rad_s)
+
+    def on_the_clock(angle: Array) -> Array:
+        return rounded(angle, swimmer.joint_rate_rad_s, step)
+
+    stretches = [
+        s if s.free else dataclasses.replace(s, sequence=s.sequence.with_angles(on_the_clock(s.sequence.angle)))
+        for s in stretches
+    ]
+    arrived, _ = arrive(Equations(unit, stretches, wanted), on_the_clock)
+    blocks = [b for s in arrived for b in s.blocks() if np.any(b.sequence.angle)]
     return Plan(swimmer, start, goal, tuple(blocks))

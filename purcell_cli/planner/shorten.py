@@ -1,0 +1,193 @@
+"""Shorter motions: sequential linear programming on the joint travel under the exact arrival.
+
+The joint travel is a sum of absolute values, so its minimum is sparse: most angles are zero. Each
+round offers every control at every switch, at angle zero, and lets linear programs within a trust
+region choose which to use; what stays zero is dropped and equal neighbours are merged. Violations
+of the arrival and of the bend limit are charged at a price that makes them not worth their while;
+what is left of them is removed by the exact finish.
+
+Method: Fletcher and de la Maza (1989), Math. Program. 43, sequential linear programming with an
+exact l1 penalty and a second-order correction.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from purcell_cli.lift import Accuracy
+from purcell_cli.planner.equations import Equations, Stretch, Values
+from purcell_cli.planner.limits import bend_rows
+from purcell_cli.primitives import PrimitiveSequence
+from purcell_cli.rotations import Array
+from purcell_cli.swimmer import Swimmer
+
+SEARCHING = Accuracy(stages=5, step=0.8)
+"""Errors of about 1e-7 (L, rad): enough to choose by, and three times quicker."""
+
+_DROPPED_RAD = 1e-7
+
+JOINED = "joined strokes"
+"""Name of strokes that have been optimised together."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Pace:
+    """How long to go on.
+
+    Attributes:
+        rounds: How often all controls are offered anew.
+        steps: Linear programs in a round.
+        split: Into how many parts each primitive is cut for new controls to enter.
+        price: Cost of a violation [rad per L or rad].
+    """
+
+    rounds: int
+    steps: int
+    split: int = 1
+    price: float = 500.0
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Point:
+    """A point of the search."""
+
+    angle: Array
+    values: Values
+    room: Array
+    room_derivative: Array
+    merit: float
+
+
+class _Search:
+    def __init__(self, equations: Equations, max_bend_rad: float, price: float) -> None:
+        self.equations, self.max_bend_rad, self.price = equations, max_bend_rad, price
+
+    def point(self, angle: Array) -> _Point:
+        values = self.equations.at(angle)
+        rooms, slopes = [np.empty(0)], [np.empty((0, len(angle)))]
+        position = 0
+        for stretch in self.equations.with_angles(angle):
+            if stretch.free and stretch.phase == 2:
+                room, slope = bend_rows(stretch, self.max_bend_rad)
+                rooms.append(room)
+                wide = np.zeros((len(room), len(angle)))
+                wide[:, position : position + slope.shape[1]] = slope
+                slopes.append(wide)
+            position += len(stretch.sequence) if stretch.free else 0
+        room = np.concatenate(rooms)
+        violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(room, 0.0)))
+        return _Point(angle, values, room, np.concatenate(slopes), float(np.sum(np.abs(angle))) + self.price * violation)
+
+    def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
+        """Return the angles that minimise the linearised merit within reach, and that merit."""
+        from scipy.optimize import linprog
+        from scipy.sparse import csc_array, eye_array, hstack, vstack
+
+        n, m, k = len(here.angle), len(here.values.residual), len(here.room)
+        g, h = csc_array(here.values.derivative), csc_array(here.room_derivative)
+        cost = np.concatenate([np.ones(2 * n), np.full(2 * m + k, self.price)])
+        zero_k, zero_m = csc_array((m, k)), csc_array((k, 2 * m))
+        equal = hstack([g, -g, eye_array(m), -eye_array(m), zero_k], format="csc")
+        rows = [hstack([eye_array(n), -eye_array(n), csc_array((n, 2 * m + k))])]
+        rows.append(-rows[0])
+        bounds = [here.angle + reach, reach - here.angle]
+        if k:
+            rows.append(hstack([-h, h, zero_m, -eye_array(k)]))
+            bounds.append(here.room - here.room_derivative @ here.angle)
+        solved = linprog(
+            cost,
+            A_ub=vstack(rows, format="csc"),
+            b_ub=np.concatenate(bounds),
+            A_eq=equal,
+            b_eq=here.values.derivative @ here.angle - here.values.residual,
+            bounds=(0, None),
+            method="highs-ds",
+        )
+        if solved.x is None:
+            return None
+        return solved.x[:n] - solved.x[n : 2 * n], float(solved.fun)
+
+    def corrected(self, there: _Point, slope: Array, reach: float) -> _Point:
+        """Return a point moved back to the arrival by the angles in use (second-order correction)."""
+        used = np.abs(there.angle) > 1e-9
+        if not np.any(used):
+            return there
+        move = np.zeros_like(there.angle)
+        move[used] = np.linalg.lstsq(slope[:, used], -there.values.residual, rcond=1e-6)[0]
+        if np.max(np.abs(move)) > reach:
+            return there
+        moved = self.point(there.angle + move)
+        return moved if moved.merit < there.merit else there
+
+    def run(self, angle: Array, steps: int) -> Array:
+        here, reach = self.point(angle), 0.1
+        for _ in range(steps):
+            found = self.step(here, reach)
+            if found is None:
+                break
+            promised = here.merit - found[1]
+            there = self.point(found[0])
+            if here.merit - there.merit < 0.5 * promised:
+                there = self.corrected(there, here.values.derivative, reach)
+            kept = (here.merit - there.merit) / promised if promised > 0 else 0.0
+            if kept > 0.02:
+                here = there
+            if kept > 0.6:
+                reach = min(2.0 * reach, 0.5)
+            elif kept < 0.2:
+                reach *= 0.35
+            if reach < 1e-4 or promised < 1e-5:
+                break
+        return here.angle
+
+
+def offered(sequence: PrimitiveSequence, split: int) -> PrimitiveSequence:
+    """Return a sequence with every other control offered, at angle zero, at every switch."""
+    controls, angles = list(range(6)), [0.0] * 6
+    for control, angle in zip(sequence.control.tolist(), sequence.angle.tolist(), strict=True):
+        for _ in range(split):
+            controls += [control, *(c for c in range(6) if c != control)]
+            angles += [angle / split, 0.0, 0.0, 0.0, 0.0, 0.0]
+    return PrimitiveSequence(np.array(controls), np.array(angles))
+
+
+def merged(sequence: PrimitiveSequence) -> PrimitiveSequence:
+    """Return a sequence without idle primitives, neighbours of one control made one."""
+    controls: list[int] = []
+    angles: list[float] = []
+    for control, angle in zip(sequence.control.tolist(), sequence.angle.tolist(), strict=True):
+        if abs(angle) < _DROPPED_RAD:
+            continue
+        if controls and controls[-1] == control:
+            angles[-1] += angle
+        else:
+            controls.append(control)
+            angles.append(angle)
+    return PrimitiveSequence(np.array(controls, dtype=np.int64), np.array(angles))
+
+
+def shorten(
+    swimmer: Swimmer, stretches: Sequence[Stretch], displacement: Array, max_bend_rad: float, pace: Pace
+) -> list[Stretch]:
+    """Return stretches of less joint travel that still make a displacement, almost exactly.
+
+    Args:
+        swimmer: The swimmer, scaled to L = 1.
+        stretches: The parts of the motion; those that repeat stay.
+        displacement: Body displacement it must make, in units of L. Shape (4, 4).
+        max_bend_rad: How far a limb may bend in phase 2 [rad].
+        pace: How long to go on.
+    """
+    parts = list(stretches)
+    for _ in range(pace.rounds):
+        before = sum(s.sequence.joint_travel_rad for s in parts if s.free)
+        parts = [s.renamed(JOINED, offered(s.sequence, pace.split)) if s.free else s for s in parts]
+        equations = Equations(swimmer, parts, displacement, SEARCHING)
+        angle = _Search(equations, max_bend_rad, pace.price).run(equations.angles(), pace.steps)
+        parts = [s.renamed(JOINED, merged(s.sequence)) if s.free else s for s in equations.with_angles(angle)]
+        if sum(s.sequence.joint_travel_rad for s in parts if s.free) > 0.999 * before:
+            break
+    return parts

@@ -1,0 +1,192 @@
+"""The floors of the package: a module imports only from the floors below its own, inside functions too."""
+
+from __future__ import annotations
+
+import ast
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parent.parent / "purcell_cli"
+
+FLOORS = [
+    "errors",
+    "rotations",
+    "se3",
+    "swimmer",
+    "connection",
+    "primitives",
+    "lift",
+    "gaits",
+    "configuration",
+    "trajectory",
+    "planner",
+    "certificate",
+    "schema",
+    "files",
+    "stored",
+    "export",
+    "solution",
+    "verification",
+    "report",
+    "cli",
+]
+"""From the bottom. All of the package `planner` is one floor, without cycles inside."""
+
+
+def modules(package: Path) -> dict[str, Path]:
+    """Return the files of a package by module name, the package's own being the empty one."""
+    out = {}
+    for path in sorted(package.rglob("*.py")):
+        parts = path.relative_to(package).with_suffix("").parts
+        out[".".join(part for part in parts if part != "__init__")] = path
+    return out
+
+
+def doors(package: Path) -> dict[str, str]:
+    """Return the modules behind the names that the package loads when they are first used."""
+    for node in ast.parse((package / "__init__.py").read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "_HOMES":
+            return ast.literal_eval(node.value)
+    return {}
+
+
+class _Imports(ast.NodeVisitor):
+    """Collects what a module imports when it runs, as full names."""
+
+    def __init__(self, package: str, inside: str) -> None:
+        self.package, self.inside = package, inside
+        self.names: list[str] = []
+
+    def visit_If(self, node: ast.If) -> None:
+        if ast.unparse(node.test) in {"TYPE_CHECKING", "typing.TYPE_CHECKING"}:
+            for other in node.orelse:
+                self.visit(other)
+        else:
+            self.generic_visit(node)
+
+    def visit_Import(self, node: ast.Import) -> None:
+        self.names += [alias.name for alias in node.names]
+
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> None:
+        origin = node.module or ""
+        if node.level:
+            here = f"{self.package}.{self.inside}".strip(".").split(".")
+            parts = here[: len(here) - node.level + 1]
+            origin = ".".join([*parts, *([node.module] if node.module else [])])
+        self.names += [f"{origin}.{alias.name}" for alias in node.names]
+
+
+def imports(package: Path) -> dict[str, set[str]]:
+    """Return which modules of a package each of its modules imports."""
+    known, homes = modules(package), doors(package)
+    out: dict[str, set[str]] = {}
+    for module, path in known.items():
+        inside = module if path.name == "__init__.py" else module.rpartition(".")[0]
+        visitor = _Imports(package.name, inside)
+        visitor.visit(ast.parse(path.read_text(encoding="utf-8")))
+        out[module] = set()
+        for name in visitor.names:
+            if name.partition(".")[0] != package.name:
+                continue
+            target = name.partition(".")[2]
+            target = homes.get(target, target)
+            while target and target not in known:
+                target = target.rpartition(".")[0]
+            if target and target != module:
+                out[module].add(target)
+    return out
+
+
+def height(module: str) -> int:
+    """Return a module's floor; the package itself, which imports nothing until asked, is below all."""
+    return FLOORS.index(module.partition(".")[0]) if module else -1
+
+
+def upward(package: Path) -> list[str]:
+    """Return the imports of a package that do not point down."""
+    graph = imports(package)
+    return [f"{a} imports {b}" for a in graph for b in sorted(graph[a]) if height(b) > height(a)]
+
+
+def cycle(package: Path) -> set[str]:
+    """Return modules of a package that import one another in a ring, if there are any."""
+    try:
+        TopologicalSorter(imports(package)).prepare()
+    except CycleError as error:
+        return set(error.args[1])
+    return set()
+
+
+def test_every_module_has_a_floor_and_every_floor_a_module() -> None:
+    found = {module.partition(".")[0] for module in modules(PACKAGE)} - {""}
+    assert found - set(FLOORS) == set(), "a new module needs a place in FLOORS"
+    assert set(FLOORS) - found == set()
+
+
+def test_imports_point_down() -> None:
+    graph = imports(PACKAGE)
+    assert upward(PACKAGE) == []
+    assert cycle(PACKAGE) == set()
+    assert graph["cli"] >= {"report", "files", "solution", "export"}, "imports inside functions are seen"
+    assert graph["se3"] == {"rotations"}
+
+
+def test_the_certificate_uses_nothing_that_made_the_plan() -> None:
+    graph = imports(PACKAGE)
+    used, todo = set(), {"certificate"}
+    while todo:
+        module = todo.pop()
+        used.add(module)
+        todo |= graph[module] - used
+    assert used & {"lift", "gaits", "trajectory", "solution"} == set()
+    assert not any(module.startswith("planner") for module in used)
+
+
+def small_package(folder: Path, module: str, text: str) -> Path:
+    """Write a package of a few modules, one of them with a text, and return its folder."""
+    package = folder / "purcell_cli"
+    texts = {
+        "__init__": "_HOMES = {'plan': 'solution'}\n__version__ = '0'",
+        "errors": "",
+        "solution": "from purcell_cli.errors import PurcellError",
+        "cli": "",
+        "planner.__init__": "",
+        "planner.finish": "",
+        "planner.steps": "from purcell_cli.planner.finish import arrive",
+        module: text,
+    }
+    for name, content in texts.items():
+        path = package / (name.replace(".", "/") + ".py")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(content, encoding="utf-8")
+    return package
+
+
+@pytest.mark.parametrize(
+    ("module", "text", "found"),
+    [
+        ("errors", "from purcell_cli.cli import main", ["errors imports cli"]),
+        ("errors", "import purcell_cli.cli", ["errors imports cli"]),
+        ("errors", "from purcell_cli import cli as face", ["errors imports cli"]),
+        ("errors", "from .cli import main", ["errors imports cli"]),
+        ("errors", "from . import cli", ["errors imports cli"]),
+        ("errors", "def late():\n    from purcell_cli.cli import main", ["errors imports cli"]),
+        ("errors", "from purcell_cli import plan", ["errors imports solution"]),
+        ("planner.finish", "from ..solution import plan", ["planner.finish imports solution"]),
+        ("errors", "if TYPE_CHECKING:\n    from purcell_cli.cli import main", []),
+        ("errors", "if TYPE_CHECKING:\n    pass\nelse:\n    from purcell_cli.cli import main", ["errors imports cli"]),
+        ("errors", "import numpy\nfrom purcell_cli import __version__", []),
+        ("cli", "from purcell_cli import errors, plan\nfrom .planner import steps", []),
+    ],
+)
+def test_an_upward_import_is_found(tmp_path: Path, module: str, text: str, found: list[str]) -> None:
+    assert upward(small_package(tmp_path, module, text)) == found
+
+
+def test_a_ring_of_imports_is_found(tmp_path: Path) -> None:
+    ring = small_package(tmp_path, "planner.finish", "from . import steps")
+    assert upward(ring) == []
+    assert cycle(ring) == {"planner.finish", "planner.steps"}
+    assert cycle(small_package(tmp_path, "planner.finish", "")) == set()
