@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from purcell_cli.certificate import certify
     from purcell_cli.configuration import Configuration
-    from purcell_cli.connection import connection
     from purcell_cli.errors import PurcellError
     from purcell_cli.export import read_csv, write_csv
     from purcell_cli.files import load_configuration, load_gait, load_scenario, load_swimmer
@@ -31,7 +30,6 @@ _HOMES = {
     "PurcellError": "errors",
     "Swimmer": "swimmer",
     "certify": "certificate",
-    "connection": "connection",
     "flow": "lift",
     "flow_and_jacobian": "lift",
     "flow_of_rates": "lift",
@@ -53,7 +51,6 @@ __all__ = [
     "PurcellError",
     "Swimmer",
     "certify",
-    "connection",
     "flow",
     "flow_and_jacobian",
     "flow_of_rates",

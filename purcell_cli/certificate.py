@@ -18,6 +18,9 @@ from purcell_cli.connection import base_twist
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 
+Rows = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+"""Numbers of rows."""
+
 TOLERANCE_L = 1e-9
 """Position tolerance of an arrival, in units of L."""
 TOLERANCE_RAD = 1e-9
@@ -60,7 +63,7 @@ class Replay:
         integrated: How many stretches were integrated.
     """
 
-    row: np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+    row: Rows
     pose: Array
     shape: Array
     integrated: int
@@ -84,7 +87,9 @@ def replay(swimmer: Swimmer, start: Configuration, time_s: Array, rate_rad_s: Ar
     row = np.concatenate([[0], changes, [len(time_s) - 1]]) if len(time_s) > 1 else np.array([0])
     rates, durations = rate_rad_s[row[:-1]], np.diff(time_s[row])
     shapes = _shapes(start.shape, rates, durations)
-    keys = np.concatenate([np.round(shapes[:-1].reshape(len(rates), 18), _SAME_SHAPE_DIGITS) + 0.0, rates, durations[:, None]], axis=1)
+    keys = np.concatenate(
+        [np.round(shapes[:-1].reshape(len(rates), 18), _SAME_SHAPE_DIGITS) + 0.0, rates, durations[:, None]], axis=1
+    )
     _, first, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     moves = _integrate(swimmer, shapes[:-1][first], rates[first], durations[first])
     pose = np.empty((len(row), 4, 4))
@@ -115,11 +120,14 @@ def certify(
         tolerance_rad: Angle tolerance [rad].
     """
     found = replay(swimmer, start, time_s, rate_rad_s)
+    return judged(found, goal, tolerance_l * swimmer.length_m, tolerance_rad)
+
+
+def judged(found: Replay, goal: Configuration, tolerance_m: float, tolerance_rad: float) -> Certificate:
+    """Return whether a replayed motion ends at a goal, within tolerances [m] and [rad]."""
     deviation = Deviation.between(found.end, goal)
-    limit = tolerance_l * swimmer.length_m
-    return Certificate(
-        deviation.within(limit, tolerance_rad), deviation, limit, tolerance_rad, len(found.row) - 1, found.integrated
-    )
+    reached = deviation.within(tolerance_m, tolerance_rad)
+    return Certificate(reached, deviation, tolerance_m, tolerance_rad, len(found.row) - 1, found.integrated)
 
 
 def _shapes(start: Array, rates: Array, durations: Array) -> Array:
@@ -153,7 +161,7 @@ def _hamilton(p: Array, q: Array) -> Array:
             aw * bw - ax * bx - ay * by - az * bz,
         ]
     )
-    return out / np.sqrt(out @ out)
+    return np.asarray(out / np.sqrt(out @ out))
 
 
 def _integrate(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) -> Array:
@@ -174,10 +182,7 @@ def _integrate(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) 
     length = (durations / parts)[owner]
     omega = rates[owner].reshape(-1, 2, 3)
     begun = np.stack(
-        [
-            shapes[owner, i] @ Rotation.from_rotvec(omega[:, i] * (index * length)[:, None]).as_matrix()
-            for i in (0, 1)
-        ],
+        [shapes[owner, i] @ Rotation.from_rotvec(omega[:, i] * (index * length)[:, None]).as_matrix() for i in (0, 1)],
         axis=1,
     )
     n = len(owner)

@@ -30,12 +30,15 @@ _WIDTH = 110
 DONE, NOT_REACHED, MISUSE = 0, 1, 2
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else.")]
-SwimmerFile = Annotated[Path | None, typer.Option("--swimmer", metavar="FILE", help="The swimmer's YAML file; default: the paper's swimmer.")]
+SwimmerFile = Annotated[
+    Path | None,
+    typer.Option("--swimmer", metavar="FILE", help="The swimmer's YAML file; default: the paper's swimmer."),
+]
 GaitFolder = Annotated[Path | None, typer.Option("--gaits", metavar="DIR", help="A folder of your own gait files.")]
 Dt = Annotated[float, typer.Option("--dt", metavar="SECONDS", help="Longest time between rows of the CSV.")]
 
 
-class _Failure(Exception):
+class _UnsuccessfulError(Exception):
     """A command that ends without success; the document says why."""
 
     def __init__(self, code: int) -> None:
@@ -81,16 +84,25 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def root(
-    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
 ) -> None:
     """Every command takes --help, and --json for machines."""
 
 
 @app.command(epilog="Example: purcell plan start.yaml goal.yaml --out swim.csv")
 def plan(
-    start: Annotated[str, typer.Argument(metavar="START", help="The start's YAML file; or, without GOAL, a scenario's file or stored name.")],
+    start: Annotated[
+        str,
+        typer.Argument(
+            metavar="START", help="The start's YAML file; or, without GOAL, a scenario's file or stored name."
+        ),
+    ],
     goal: Annotated[str | None, typer.Argument(metavar="[GOAL]", help="The goal's YAML file.")] = None,
-    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The trajectory's CSV file.")] = Path("trajectory.csv"),
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The trajectory's CSV file.")] = Path(
+        "trajectory.csv"
+    ),
     swimmer: SwimmerFile = None,
     gaits: GaitFolder = None,
     dt: Dt = 0.05,
@@ -114,15 +126,24 @@ def plan(
         write_csv(solution.trajectory, out)
     _show(report.plan_document(solution, str(out)), json, report.show_plan)
     if solution.verdict != "reached":
-        raise _Failure(NOT_REACHED)
+        raise _UnsuccessfulError(NOT_REACHED)
 
 
 @app.command(epilog="Example: purcell gait z-motion --amplitude 0.5 --cycles 3")
 def gait(
-    name: Annotated[str | None, typer.Argument(metavar="NAME", help="A stored gait; purcell gait --list shows them.")] = None,
-    amplitude: Annotated[float | None, typer.Option("--amplitude", metavar="RAD", help="Its amplitude; negative runs it backwards. Default: the gait's own.")] = None,
+    name: Annotated[
+        str | None, typer.Argument(metavar="NAME", help="A stored gait; purcell gait --list shows them.")
+    ] = None,
+    amplitude: Annotated[
+        float | None,
+        typer.Option(
+            "--amplitude", metavar="RAD", help="Its amplitude; negative runs it backwards. Default: the gait's own."
+        ),
+    ] = None,
     cycles: Annotated[int, typer.Option("--cycles", metavar="N", min=1, max=1000000, help="How often to play it.")] = 1,
-    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="The trajectory's CSV file; default: NAME.csv.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="The trajectory's CSV file; default: NAME.csv.")
+    ] = None,
     swimmer: SwimmerFile = None,
     gaits: GaitFolder = None,
     dt: Dt = 0.05,
@@ -156,10 +177,17 @@ def gait(
 @app.command(epilog="Example: purcell verify trajectory.csv start.yaml goal.yaml")
 def verify(
     trajectory: Annotated[Path, typer.Argument(metavar="TRAJECTORY", help="A trajectory's CSV file.")],
-    start: Annotated[str, typer.Argument(metavar="START", help="The start's YAML file; or, without GOAL, a scenario's file or stored name.")],
+    start: Annotated[
+        str,
+        typer.Argument(
+            metavar="START", help="The start's YAML file; or, without GOAL, a scenario's file or stored name."
+        ),
+    ],
     goal: Annotated[str | None, typer.Argument(metavar="[GOAL]", help="The goal's YAML file.")] = None,
     swimmer: SwimmerFile = None,
-    tolerance: Annotated[float, typer.Option("--tolerance", metavar="X", help="Largest error of position [L] and angles [rad].")] = 1e-9,
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", metavar="X", help="Largest error of position [L] and angles [rad].")
+    ] = 1e-9,
     json: Json = False,
 ) -> None:
     """Check a trajectory: replay its controls by an independent method from start to goal."""
@@ -183,7 +211,7 @@ def verify(
         found = check(table, begin, end, body, tolerance, tolerance)
     _show(report.verify_document(found, body), json, report.show_verify)
     if not found.holds:
-        raise _Failure(NOT_REACHED)
+        raise _UnsuccessfulError(NOT_REACHED)
 
 
 def main() -> None:
@@ -198,13 +226,14 @@ def _run(arguments: list[str]) -> int:
     try:
         result = app(arguments, standalone_mode=False)
         return result if isinstance(result, int) else DONE
-    except _Failure as failure:
+    except _UnsuccessfulError as failure:
         return failure.code
     except typer.TyperException as error:
         if "--json" in arguments:
             _fail(command, error.format_message(), json=True)
         else:
-            getattr(error, "show", lambda: print(error, file=sys.stderr))()
+            show = getattr(error, "show", None)
+            show() if show else _fail(command, str(error), json=False)
         return MISUSE
     except PurcellError as error:
         _fail(command, str(error), json="--json" in arguments)

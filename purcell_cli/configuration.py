@@ -31,7 +31,9 @@ class Configuration:
     def __post_init__(self) -> None:
         pose, shape = np.array(self.pose, dtype=np.float64), np.array(self.shape, dtype=np.float64)
         if pose.shape != (4, 4) or shape.shape != (2, 3, 3):
-            raise ParameterError(f"a pose (4, 4) and a shape (2, 3, 3) are wanted, found {pose.shape} and {shape.shape}")
+            raise ParameterError(
+                f"a pose (4, 4) and a shape (2, 3, 3) are wanted, found {pose.shape} and {shape.shape}"
+            )
         if not (np.all(np.isfinite(pose)) and np.all(np.isfinite(shape))):
             raise ParameterError("a configuration's numbers must be finite")
         pose[:3, :3] = from_matrix(pose[:3, :3])

@@ -108,7 +108,7 @@ def connection(swimmer: Swimmer, shape: ArrayLike) -> Array:
         Matrices from (omega_1, omega_2) [rad/s] to (v, omega) [m/s, rad/s]. Shape (..., 6, 6).
     """
     unit = swimmer.scaled()
-    out: Array = np.linalg.solve(resistance(unit, shape), coupling(unit, shape))
+    out = np.asarray(np.linalg.solve(resistance(unit, shape), coupling(unit, shape)), dtype=np.float64)
     out[..., :3, :] *= swimmer.length_m
     return out
 

@@ -47,15 +47,15 @@ def whole_file(path: Path | str) -> Iterator[IO[bytes]]:
             yield stream
         umask = os.umask(0)
         os.umask(umask)
-        os.chmod(temporary, 0o666 & ~umask)
-        os.replace(temporary, target)
+        Path(temporary).chmod(0o666 & ~umask)
+        Path(temporary).replace(target)
         temporary = None
     except OSError as error:
         raise InputError(f"{target}: cannot be written ({error.strerror or error})") from error
     finally:
         if temporary is not None:
             with contextlib.suppress(OSError):
-                os.unlink(temporary)
+                Path(temporary).unlink()
 
 
 def write_csv(trajectory: Trajectory, path: Path | str) -> None:
@@ -136,11 +136,13 @@ def read_csv(path: Path | str) -> Table:
     except UnicodeDecodeError:
         raise InputError(f"{source}:1: wanted a header line of UTF-8 text, found other bytes") from None
     if header != list(COLUMNS):
-        wrong = next((k for k, (a, b) in enumerate(zip(header, COLUMNS, strict=False)) if a != b), min(len(header), len(COLUMNS)))
+        wrong = next(
+            (k for k, (a, b) in enumerate(zip(header, COLUMNS, strict=False)) if a != b), min(len(header), len(COLUMNS))
+        )
         found = repr(header[wrong][:40]) if wrong < len(header) else "no more"
         wanted = repr(COLUMNS[wrong]) if wrong < len(COLUMNS) else "no more columns"
         raise InputError(f"{source}:1: column {wrong + 1}: wanted {wanted}, found {found}")
-    types = {c: pl.Float64 for c in COLUMNS} | {"phase": pl.Int64, "gait": pl.String}
+    types = dict.fromkeys(COLUMNS, pl.Float64) | {"phase": pl.Int64, "gait": pl.String}
     try:
         frame = pl.read_csv(source, schema=types)
     except (pl.exceptions.PolarsError, OSError) as error:
@@ -149,7 +151,9 @@ def read_csv(path: Path | str) -> Table:
     bad = np.flatnonzero(~np.all(np.isfinite(numbers), axis=1))
     if not len(numbers) or len(bad):
         line = int(bad[0]) + 2 if len(bad) else 2
-        raise InputError(f"{source}:{line}: wanted a row of finite numbers, found {'one that is not' if len(bad) else 'no row'}")
+        raise InputError(
+            f"{source}:{line}: wanted a row of finite numbers, found {'one that is not' if len(bad) else 'no row'}"
+        )
     values = numbers[:, 2:]
     return Table(
         numbers[:, 0],

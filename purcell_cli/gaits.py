@@ -236,7 +236,9 @@ def realise(gait: Gait, swimmer: Swimmer, amplitude: float | None = None) -> Str
     purity = _Purity(gait, unit, known, tuple(gait.free), wanted)
     solved = purity.newton(_guess(gait, unit, size)) if gait.free else np.empty(0)
     if solved is None:
-        raise GaitError(f"gait {gait.name!r} has no pure stroke at amplitude {size:g} rad for this swimmer; try another")
+        raise GaitError(
+            f"gait {gait.name!r} has no pure stroke at amplitude {size:g} rad for this swimmer; try another"
+        )
     stroke = gait.stroke(purity.values(solved))
     return stroke if a > 0 else stroke.inverse()
 

@@ -61,13 +61,11 @@ def _collocation(stages: int) -> tuple[Array, Array, Array]:
     x, w = np.polynomial.legendre.leggauss(stages)
     values = np.polynomial.legendre.legvander(x, stages - 1)
     integrals = np.stack(
-        [
-            np.polynomial.legendre.legval(x, np.polynomial.legendre.legint(row, lbnd=-1))
-            for row in np.eye(stages)
-        ],
+        [np.polynomial.legendre.legval(x, np.polynomial.legendre.legint(row, lbnd=-1)) for row in np.eye(stages)],
         axis=-1,
     )
-    return (x + 1) / 2, w / 2, 0.5 * np.linalg.solve(values.T, integrals.T).T
+    to_node = 0.5 * np.asarray(np.linalg.solve(values.T, integrals.T).T, dtype=np.float64)
+    return (x + 1) / 2, w / 2, to_node
 
 
 class _Model:
@@ -100,7 +98,7 @@ class _Model:
         second -= first[:, :, None] * first[:, None, :] / total
         moments = np.linalg.eigvalsh(second)
         spread = np.maximum(moments[:, 0] + moments[:, 1], 0.0)
-        return np.minimum(np.sqrt(self.sharpness**2 + spread / self.straight_spread), _FARTHEST)
+        return np.asarray(np.minimum(np.sqrt(self.sharpness**2 + spread / self.straight_spread), _FARTHEST))
 
     def centres(self, axes: Array) -> Array:
         """Return the limbs' centres in base coordinates. Shape (n, 2, 3)."""
@@ -123,7 +121,7 @@ class _Model:
         for i in range(3):
             out[:, i, i] += 2.0 * self.lateral
             out[:, 3 + i, 3 + i] += 2.0 * self.turn + c2
-        return out
+        return np.asarray(out)
 
     def limb_wrench(self, axes: Array, velocity: Array, rate: Array) -> tuple[Array, Array]:
         """Return force and torque about the joint that move a limb with its joint's velocity.
@@ -250,7 +248,7 @@ def _rotate(axis_angle: Array, vector: Array) -> Array:
     a = np.sinc(angle / np.pi)[..., None]
     b = 0.5 * np.sinc(angle / (2 * np.pi))[..., None] ** 2
     first = cross(axis_angle, vector)
-    return vector + a * first + b * cross(axis_angle, first)
+    return np.asarray(vector + a * first + b * cross(axis_angle, first))
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -311,7 +309,7 @@ def _reduce(poses: Array, piece: NDArrayInt, count: int) -> Array:
 
 def _base_rates(shapes: Array, rate: Array) -> Array:
     """Return u_i = A_i omega_i. Shapes (n, 2, 3, 3) and (n, 6) to (n, 2, 3)."""
-    return np.einsum("nlij,nlj->nli", shapes, rate.reshape(-1, 2, 3))
+    return np.asarray(np.einsum("nlij,nlj->nli", shapes, rate.reshape(-1, 2, 3)))
 
 
 def _displacements(model: _Model, shapes: Array, rate: Array, duration: Array, accuracy: Accuracy) -> Array:
@@ -355,7 +353,7 @@ def flow(
     swimmer: Swimmer, sequence: PrimitiveSequence, start: ArrayLike = COLLINEAR, accuracy: Accuracy = EXACT
 ) -> Array:
     """Return the base's body displacement along a sequence of primitives [m]. Shape (4, 4)."""
-    return se3.prefix_products(displacements(swimmer, sequence, start, accuracy))[-1]
+    return np.asarray(se3.prefix_products(displacements(swimmer, sequence, start, accuracy))[-1])
 
 
 def work(swimmer: Swimmer, sequence: PrimitiveSequence, start: ArrayLike = COLLINEAR) -> Array:
@@ -370,7 +368,7 @@ def work(swimmer: Swimmer, sequence: PrimitiveSequence, start: ArrayLike = COLLI
     axes, rates = _node_states(mesh, nodes)
     power = model.joint_power(axes, rates).reshape(-1, len(nodes)) @ weights * mesh.duration
     scale = swimmer.lateral_drag() * swimmer.length_m**3 * swimmer.joint_rate_rad_s
-    return scale * np.bincount(mesh.piece, weights=power, minlength=len(sequence))
+    return np.asarray(scale * np.bincount(mesh.piece, weights=power, minlength=len(sequence)), dtype=np.float64)
 
 
 def flow_and_jacobian(

@@ -50,7 +50,9 @@ class PrimitiveSequence:
         control = np.array(self.control, dtype=np.int64).reshape(-1)
         angle = np.array(self.angle, dtype=np.float64).reshape(-1)
         if control.shape != angle.shape:
-            raise ParameterError(f"one angle a control is wanted, found {len(control)} controls and {len(angle)} angles")
+            raise ParameterError(
+                f"one angle a control is wanted, found {len(control)} controls and {len(angle)} angles"
+            )
         if len(control) and not (control.min() >= 0 and control.max() <= 5):
             raise ParameterError("controls are numbered 0 to 5")
         if not np.all(np.isfinite(angle)):

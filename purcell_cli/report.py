@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import json
 import math
@@ -53,9 +54,7 @@ def _deviation(deviation: Deviation, length_m: float) -> Document:
 
 
 def _swimmer(swimmer: Swimmer) -> Document:
-    names = ("base_half_length_m", "limb_half_length_m", "slenderness", "viscosity_pa_s", "drag_ratio")
-    names += ("max_bend_rad", "joint_rate_rad_s")
-    return {**{name: getattr(swimmer, name) for name in names}, "L_m": swimmer.length_m}
+    return {**dataclasses.asdict(swimmer), "L_m": swimmer.length_m}
 
 
 def plan_document(solution: Solution, file: str | None) -> Document:
@@ -64,7 +63,9 @@ def plan_document(solution: Solution, file: str | None) -> Document:
     rate = swimmer.joint_rate_rad_s
     strokes: dict[int, list[Document]] = {1: [], 2: [], 3: []}
     rows = zip(plan.blocks, solution.displacement, solution.energy_j, strict=True)
-    for (phase, gait, _), group in itertools.groupby(rows, key=lambda row: (row[0].phase, row[0].gait, str(row[0].amplitude_rad))):
+    for (phase, gait, _), group in itertools.groupby(
+        rows, key=lambda row: (row[0].phase, row[0].gait, str(row[0].amplitude_rad))
+    ):
         parts = list(group)
         blocks = [block for block, _, _ in parts]
         travel = sum(b.joint_travel_rad for b in blocks)
@@ -229,13 +230,17 @@ def show_plan(console: Console, document: Document) -> None:
         f"joint travel {document['joint_travel_rad']:.4f} rad, {document['duration_s']:.3f} s, "
         f"{document['primitives']} primitives, {document['cycles']} cycles, energy {document['energy_j']:.4g} J"
     )
-    c = document["certificate"]
-    console.print(
-        f"checked by {c['method']}: {c['stretches']} stretches of control, {c['integrated']} of them distinct and integrated"
-    )
+    _checked(console, document["certificate"])
     _verdict(console, document["verdict"])
     if document["trajectory"]:
         console.print(f"{document['rows']} rows in {document['trajectory']}", soft_wrap=True)
+
+
+def _checked(console: Console, certificate: Mapping[str, Any]) -> None:
+    counts = (
+        f"{certificate['stretches']} stretches of control, {certificate['integrated']} of them distinct and integrated"
+    )
+    console.print(f"checked by {certificate['method']}: {counts}")
 
 
 def _verdict(console: Console, verdict: str) -> None:
@@ -247,7 +252,9 @@ def show_gait(console: Console, document: Document) -> None:
     from rich.table import Table
 
     console.print(f"[bold]{document['gait']}[/]: {document['summary']}")
-    console.print(f"amplitude {document['amplitude_rad']:.6g} rad ({document['amplitude_means']}), cycles {document['cycles']}")
+    console.print(
+        f"amplitude {document['amplitude_rad']:.6g} rad ({document['amplitude_means']}), cycles {document['cycles']}"
+    )
     table = Table(title="One cycle, as primitives", title_justify="left")
     table.add_column("")
     table.add_column("control")
@@ -283,7 +290,9 @@ def show_gait_list(console: Console, document: Document) -> None:
     for heading in ("name", "also", "amplitude is", "default \\[rad]", "what it does"):
         table.add_column(heading, overflow="fold")
     for g in document["gaits"]:
-        table.add_row(g["name"], ", ".join(g["also"]), g["amplitude_means"], f"{g['default_amplitude_rad']:g}", g["summary"])
+        table.add_row(
+            g["name"], ", ".join(g["also"]), g["amplitude_means"], f"{g['default_amplitude_rad']:g}", g["summary"]
+        )
     console.print(table)
 
 
@@ -294,10 +303,7 @@ def show_verify(console: Console, document: Document) -> None:
         f"re-integrated end: position off by {e['position_over_L']:.1e} L, base {e['base_rad']:.1e} rad, "
         f"limb 1 {e['limb1_rad']:.1e} rad, limb 2 {e['limb2_rad']:.1e} rad"
     )
-    c = document["certificate"]
-    console.print(
-        f"checked by {c['method']}: {c['stretches']} stretches of control, {c['integrated']} of them distinct and integrated"
-    )
+    _checked(console, document["certificate"])
     for fault in document["faults"]:
         console.print(f"[red]-[/] {fault}", soft_wrap=True)
     _verdict(console, document["verdict"])

@@ -129,10 +129,12 @@ def from_quaternion(quaternion: ArrayLike) -> Array:
     off = np.abs(length - 1.0)
     if not np.all(off <= _INPUT_SLACK):
         found = float(length.ravel()[np.argmax(np.where(np.isnan(off), np.inf, off))])
-        raise ParameterError(f"a unit quaternion (length 1 within {_INPUT_SLACK:g}) is wanted, found length {found:.9g}")
+        raise ParameterError(
+            f"a unit quaternion (length 1 within {_INPUT_SLACK:g}) is wanted, found length {found:.9g}"
+        )
     w, v = (q / length)[..., :1], (q / length)[..., 1:]
     k = hat(v)
-    return _AXES + 2.0 * (w[..., None] * k + k @ k)
+    return np.asarray(_AXES + 2.0 * (w[..., None] * k + k @ k))
 
 
 def as_quaternion(rotation: ArrayLike) -> Array:
@@ -155,7 +157,7 @@ def as_quaternion(rotation: ArrayLike) -> Array:
     best = np.argmax(squares, axis=-1)
     q = np.take_along_axis(table, best[..., None, None], axis=-2)[..., 0, :]
     q = q / np.linalg.norm(q, axis=-1, keepdims=True)
-    return np.where(q[..., :1] < 0, -q, q)
+    return np.asarray(np.where(q[..., :1] < 0, -q, q))
 
 
 def from_matrix(matrix: ArrayLike) -> Array:
@@ -167,7 +169,9 @@ def from_matrix(matrix: ArrayLike) -> Array:
     m = np.asarray(matrix, dtype=np.float64)
     defect = float(np.max(np.abs(np.swapaxes(m, -1, -2) @ m - _AXES)))
     if not defect <= 2 * _INPUT_SLACK:
-        raise ParameterError(f"a rotation matrix (orthogonal within {_INPUT_SLACK:g}) is wanted, found one off by {defect:.3g}")
+        raise ParameterError(
+            f"a rotation matrix (orthogonal within {_INPUT_SLACK:g}) is wanted, found one off by {defect:.3g}"
+        )
     if not np.all(np.linalg.det(m) > 0):
         raise ParameterError("a rotation matrix is wanted, found a reflection (determinant -1)")
     return orthonormalised(orthonormalised(m))

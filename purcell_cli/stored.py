@@ -60,5 +60,7 @@ def find_scenario(name: str) -> Scenario:
     if not Path(name).exists() and name != "-":
         near = difflib.get_close_matches(name, scenarios, n=1, cutoff=0.4)
         hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise UnknownNameError(f"{name}: wanted a file, or a stored scenario ({', '.join(scenarios)}), found neither{hint}")
+        raise UnknownNameError(
+            f"{name}: wanted a file, or a stored scenario ({', '.join(scenarios)}), found neither{hint}"
+        )
     return load_scenario(name)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from numbers import Real
 from collections.abc import Mapping
+from numbers import Real
 from types import MappingProxyType
 
 import numpy as np
@@ -57,12 +57,14 @@ class Swimmer:
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, Real):
                 raise ParameterError(f"{name}: a number is wanted, found {value!r}")
-            if not low < value <= high:
+            if not low < float(value) <= high:
                 raise ParameterError(f"{name}: a number above {low:g} and at most {high:g} is wanted, found {value!r}")
             object.__setattr__(self, name, float(value))
         ratio = self.limb_half_length_m / self.base_half_length_m
         if not 1e-2 <= ratio <= 1e2:
-            raise ParameterError(f"limb_half_length_m: 0.01 to 100 times base_half_length_m is wanted, found {ratio:g} times")
+            raise ParameterError(
+                f"limb_half_length_m: 0.01 to 100 times base_half_length_m is wanted, found {ratio:g} times"
+            )
 
     @property
     def length_m(self) -> float:

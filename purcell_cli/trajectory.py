@@ -145,12 +145,10 @@ class Trajectory:
 def _continuous(quaternion: Array) -> Array:
     turn = np.einsum("ni,ni->n", quaternion[1:], quaternion[:-1]) < 0
     sign = np.concatenate([[1.0], np.where(turn, -1.0, 1.0)]).cumprod()
-    return quaternion * sign[:, None]
+    return np.asarray(quaternion * sign[:, None])
 
 
-def sample(
-    swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s: float = 0.05
-) -> Trajectory:
+def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s: float = 0.05) -> Trajectory:
     """Return the trajectory of blocks: a row at every control switch and at least every dt between.
 
     Args:

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from purcell_cli import se3
-from purcell_cli.certificate import Certificate, replay
+from purcell_cli.certificate import Certificate, Rows, judged, replay
 from purcell_cli.configuration import Configuration, Deviation
 from purcell_cli.errors import InputError, ParameterError
 from purcell_cli.export import Table
@@ -65,12 +65,11 @@ def verify(
     poses, shapes = _configurations(table)
     if np.any(np.diff(table.time_s) < 0):
         row = int(np.flatnonzero(np.diff(table.time_s) < 0)[0])
-        raise InputError(f"line {row + 3}: wanted a time of at least {table.time_s[row]!r}, found {table.time_s[row + 1]!r}")
+        raise InputError(
+            f"line {row + 3}: wanted a time of at least {table.time_s[row]!r}, found {table.time_s[row + 1]!r}"
+        )
     found = replay(swimmer, start, table.time_s, table.rate_rad_s)
-    deviation = Deviation.between(found.end, goal)
-    certificate = Certificate(
-        deviation.within(limit, tolerance_rad), deviation, limit, tolerance_rad, len(found.row) - 1, found.integrated
-    )
+    certificate = judged(found, goal, limit, tolerance_rad)
     first = Configuration(poses[0], shapes[0])
     faults = [
         *_off("first row against the start", first, start, limit, tolerance_rad),
@@ -112,7 +111,7 @@ def _off(label: str, found: Configuration, wanted: Configuration, limit_m: float
 
 
 def _rows(
-    table: Table, poses: Array, shapes: Array, row: Array, pose: Array, shape: Array, limit_m: float, limit_rad: float
+    table: Table, poses: Array, shapes: Array, row: Rows, pose: Array, shape: Array, limit_m: float, limit_rad: float
 ) -> list[str]:
     """Return the first row at a change of control that is not where the replay is."""
     away = np.linalg.norm(poses[row, :3, 3] - pose[:, :3, 3], axis=1) > limit_m
@@ -132,7 +131,10 @@ def _controls(table: Table, swimmer: Swimmer) -> list[str]:
     over = np.abs(table.rate_rad_s).max(axis=1) > swimmer.joint_rate_rad_s * (1 + _RATE_SLACK)
     if np.any(over):
         n = int(np.flatnonzero(over)[0])
-        out.append(f"line {n + 2}: a joint turns at {np.abs(table.rate_rad_s[n]).max():.9g} rad/s, more than {swimmer.joint_rate_rad_s:g}")
+        out.append(
+            f"line {n + 2}: a joint turns at {np.abs(table.rate_rad_s[n]).max():.9g} rad/s, "
+            f"more than {swimmer.joint_rate_rad_s:g}"
+        )
     if np.any(table.rate_rad_s[-1] != 0.0):
         out.append(f"line {len(table.time_s) + 1}: the controls of the last row must be 0")
     return out

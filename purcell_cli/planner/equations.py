@@ -127,7 +127,10 @@ class Equations:
             None if s.free else se3.power(flow(swimmer, s.sequence, s.start), s.cycles) for s in self.stretches
         ]
         ends = np.cumsum([len(s.sequence) if s.free else 0 for s in self.stretches])
-        self._slices = [slice(int(b) - (len(s.sequence) if s.free else 0), int(b)) for s, b in zip(self.stretches, ends, strict=True)]
+        self._slices = [
+            slice(int(b) - (len(s.sequence) if s.free else 0), int(b))
+            for s, b in zip(self.stretches, ends, strict=True)
+        ]
 
     def angles(self) -> Array:
         """Return the angles of all free stretches as they are [rad]. Shape (n,)."""
@@ -145,13 +148,17 @@ class Equations:
         m = 6 + 6 * sum(s.free for s in self.stretches)
         residual, derivative = np.empty(m), np.zeros((m, len(angle)))
         after, row = np.eye(4), m
-        for stretch, part, repeated in reversed(list(zip(self.with_angles(angle), self._slices, self._repeated, strict=True))):
+        for stretch, part, repeated in reversed(
+            list(zip(self.with_angles(angle), self._slices, self._repeated, strict=True))
+        ):
             if repeated is not None:
                 after = repeated @ after
                 continue
             row -= 6
             g, twists = flow_and_jacobian(self.swimmer, stretch.sequence, stretch.start, self.accuracy)
-            residual[row : row + 6], derivative[row : row + 6, part] = shape_gap(stretch.sequence, stretch.start, stretch.end)
+            residual[row : row + 6], derivative[row : row + 6, part] = shape_gap(
+                stretch.sequence, stretch.start, stretch.end
+            )
             derivative[:6, part] = se3.adjoint(se3.inverse(after)) @ twists
             after = g @ after
         residual[:6] = se3.log(se3.normalised(self.wanted_inverse @ after))

@@ -5,8 +5,6 @@ from __future__ import annotations
 import itertools
 import warnings
 
-import numpy as np
-
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
 

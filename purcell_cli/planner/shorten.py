@@ -79,7 +79,9 @@ class _Search:
             position += len(stretch.sequence) if stretch.free else 0
         room = np.concatenate(rooms)
         violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(room, 0.0)))
-        return _Point(angle, values, room, np.concatenate(slopes), float(np.sum(np.abs(angle))) + self.price * violation)
+        return _Point(
+            angle, values, room, np.concatenate(slopes), float(np.sum(np.abs(angle))) + self.price * violation
+        )
 
     def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
         """Return the angles that minimise the linearised merit within reach, and that merit."""

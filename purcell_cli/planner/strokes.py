@@ -73,7 +73,7 @@ class StrokeBook:
         stroke, reach = self.largest[gait.name]
         count = abs(motion.amount) / abs(reach)
         approach = 2.0 * stroke.approach.joint_travel_rad if motion.amount else 0.0
-        return approach + stroke.cycle.joint_travel_rad * math.ceil(count) ** (2 / 3) * count ** (1 / 3)
+        return approach + stroke.cycle.joint_travel_rad * float(math.ceil(count) ** (2 / 3) * count ** (1 / 3))
 
     def blocks(self, motion: Motion) -> list[Block]:
         """Return the strokes that make a motion exactly; none for a motion of nothing."""
@@ -137,7 +137,11 @@ def _roll_yaw_roll(rotation: Array) -> list[tuple[float, float, float]]:
     sine = math.hypot(rotation[1, 0], rotation[2, 0])
     b = math.atan2(sine, rotation[0, 0])
     if sine < _NEGLIGIBLE:
-        c = math.atan2(rotation[2, 1], rotation[1, 1]) if rotation[0, 0] > 0 else -math.atan2(-rotation[2, 1], -rotation[1, 1])
+        c = (
+            math.atan2(rotation[2, 1], rotation[1, 1])
+            if rotation[0, 0] > 0
+            else -math.atan2(-rotation[2, 1], -rotation[1, 1])
+        )
         return [(0.0, b, c)]
     a, c = math.atan2(rotation[2, 0], rotation[1, 0]), math.atan2(rotation[0, 2], -rotation[0, 1])
     other = (math.remainder(a + math.pi, 2 * math.pi), -b, math.remainder(c + math.pi, 2 * math.pi))
