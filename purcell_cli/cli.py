@@ -24,10 +24,10 @@ app = typer.Typer(
     epilog="Start with [bold]purcell plan nearby[/], a stored scenario, or [bold]purcell gait --list[/].",
 )
 
-_WIDTH = 110
+_WIDTH = 128
 """Columns of a table that is not shown on a terminal."""
 
-DONE, NOT_REACHED, MISUSE = 0, 1, 2
+DONE, NOT_REACHED, MISUSE, INTERRUPTED = 0, 1, 2, 130
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else.")]
 SwimmerFile = Annotated[
@@ -110,7 +110,7 @@ def plan(
 ) -> None:
     """Plan a motion from a start to a goal configuration and write it as CSV."""
     from purcell_cli import report
-    from purcell_cli.export import write_csv
+    from purcell_cli.export import writable, write_csv
     from purcell_cli.files import load_configuration
     from purcell_cli.solution import plan as solve
     from purcell_cli.stored import find_scenario, stored_gaits
@@ -121,6 +121,7 @@ def plan(
         body = scenario.swimmer if swimmer is None else _swimmer(swimmer)
     else:
         begin, end, body = load_configuration(start), load_configuration(goal), _swimmer(swimmer)
+    writable(out)
     with _busy("planning"):
         solution = solve(begin, end, body, stored_gaits(gaits), dt)
         write_csv(solution.trajectory, out)
@@ -154,7 +155,7 @@ def gait(
     from purcell_cli import report
     from purcell_cli.configuration import Configuration
     from purcell_cli.errors import InputError
-    from purcell_cli.export import write_csv
+    from purcell_cli.export import writable, write_csv
     from purcell_cli.gaits import find, realise
     from purcell_cli.stored import stored_gaits
     from purcell_cli.trajectory import sample_stroke
@@ -169,6 +170,7 @@ def gait(
     chosen = find(stored, name)
     stroke = realise(chosen, body, amplitude)
     file = Path(f"{chosen.name}.csv") if out is None else out
+    writable(file)
     with _busy("swimming"):
         write_csv(sample_stroke(body, Configuration(), stroke, cycles, dt), file)
     _show(report.gait_document(chosen, stroke, body, cycles, str(file)), json, report.show_gait)
@@ -225,6 +227,8 @@ def _run(arguments: list[str]) -> int:
     command = next((a for a in arguments if not a.startswith("-")), "purcell")
     try:
         result = app(arguments, standalone_mode=False)
+        if result == INTERRUPTED:
+            raise KeyboardInterrupt
         return result if isinstance(result, int) else DONE
     except _UnsuccessfulError as failure:
         return failure.code
@@ -240,7 +244,7 @@ def _run(arguments: list[str]) -> int:
         return MISUSE
     except (KeyboardInterrupt, typer.Abort):
         _fail(command, "interrupted; nothing was written", json="--json" in arguments)
-        return 130
+        return INTERRUPTED
 
 
 def _fail(command: str, message: str, *, json: bool) -> None:

@@ -30,6 +30,21 @@ _ROWS_AT_ONCE = 65536
 _LARGEST_BYTES = 4 << 30
 
 
+def writable(path: Path | str) -> None:
+    """Refuse a file that cannot be written to, before the work for it is done.
+
+    Raises:
+        InputError: Its folder does not exist or cannot be written to, or it is a folder itself.
+    """
+    target = Path(path)
+    if target.is_dir():
+        raise InputError(f"{target}: wanted a file to write, found a folder")
+    if not target.parent.is_dir():
+        raise InputError(f"{target}: wanted a file in a folder that exists, found no folder {target.parent}")
+    if not os.access(target.parent, os.W_OK | os.X_OK):
+        raise InputError(f"{target}: cannot be written (no permission in {target.parent})")
+
+
 @contextlib.contextmanager
 def whole_file(path: Path | str) -> Iterator[IO[bytes]]:
     """Open a file that appears under its name only when all is written.
@@ -40,8 +55,7 @@ def whole_file(path: Path | str) -> Iterator[IO[bytes]]:
     target = Path(path)
     temporary: str | None = None
     try:
-        if target.is_dir():
-            raise InputError(f"{target}: wanted a file to write, found a folder")
+        writable(target)
         handle, temporary = tempfile.mkstemp(prefix=f".{target.name[:80]}.", suffix=".part", dir=target.parent)
         with os.fdopen(handle, "wb") as stream:
             yield stream

@@ -143,6 +143,7 @@ class Stroke:
         return float(np.max(angle_between(COLLINEAR, self.played().shapes(COLLINEAR)[-1])))
 
 
+_STRONG, _SETTLED = 1e-4, 1e-6
 _PURE = 3e-13
 """Cross-talk and closure (L, rad) that count as none; Newton's method goes on below it while it gains."""
 
@@ -192,19 +193,27 @@ class _Purity:
         """Return the solution near a guess, or None where Newton's method loses its way.
 
         Some strokes have directions of unknowns that hardly move any equation. They are left alone
-        until the others are met, and then followed in short steps.
+        until the stronger ones have settled, and then followed by one short step at a time.
         """
         unknown, scale = guess.copy(), np.abs(guess)
-        best, kept = np.inf, None
-        for _ in range(60):
+        best, kept, rank = np.inf, None, 0
+        for _ in range(100):
             value, derivative = self.residual(unknown)
             size = float(np.max(np.abs(value)))
             if size < best:
                 best, kept = size, unknown
             elif best < _PURE:
                 break
-            step = scale * np.linalg.lstsq(derivative * scale, -value, rcond=min(1e-4, 1e-2 * size))[0]
-            unknown = unknown + step / max(1.0, 5.0 * float(np.max(np.abs(step) / scale)))
+            left, singular, right = np.linalg.svd(derivative * scale, full_matrices=False)
+            strong = int(np.sum(singular > _STRONG * singular[0]))
+            rank = max(rank, strong)
+            step = right[:rank].T @ (left.T[:rank] @ -value / singular[:rank])
+            longest = float(np.max(np.abs(step)))
+            if longest < _SETTLED:
+                rank = min(rank + 1, len(singular))
+            elif rank == len(singular) > strong:
+                rank -= 1
+            unknown = unknown + scale * step / max(1.0, 5.0 * longest)
             if np.any(np.abs(unknown / guess - 1.0) > 1.5):
                 break
         return kept if best < _PURE else None
@@ -277,5 +286,5 @@ def find(gaits: Mapping[str, Gait], name: str) -> Gait:
     if name in names:
         return names[name]
     near = difflib.get_close_matches(name, names, n=1, cutoff=0.4)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    raise UnknownNameError(f"no gait is called {name!r}{hint} `purcell gait --list` shows all")
+    hint = f"did you mean {near[0]!r}? " if near else ""
+    raise UnknownNameError(f"no gait is called {name!r}; {hint}`purcell gait --list` shows all")

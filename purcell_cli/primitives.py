@@ -120,10 +120,12 @@ class PrimitiveSequence:
         for axis in range(3):
             mask = self.control % 3 == axis
             turns[mask] = about_axis(axis, self.angle[mask])
-        for k, (control, turn) in enumerate(zip(self.control, turns, strict=True)):
+        limbs, turned = (self.control // 3).tolist(), (self.angle != 0.0).tolist()
+        for k, turn in enumerate(turns):
             out[k + 1] = out[k]
-            limb = control // 3
-            out[k + 1, limb] = orthonormalised(out[k, limb] @ turn)
+            if turned[k]:
+                limb = limbs[k]
+                out[k + 1, limb] = orthonormalised(out[k, limb] @ turn)
         return out
 
 

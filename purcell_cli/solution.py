@@ -10,7 +10,6 @@ import numpy as np
 from purcell_cli import se3
 from purcell_cli.certificate import Certificate, certify
 from purcell_cli.configuration import Configuration, Deviation
-from purcell_cli.errors import ParameterError
 from purcell_cli.gaits import Gait
 from purcell_cli.planner.reconfiguration import Plan, reconfigure
 from purcell_cli.rotations import Array
@@ -67,11 +66,9 @@ def plan(
         dt_s: Longest time between rows of the trajectory [s].
 
     Raises:
-        ParameterError: A time between rows that is not positive.
+        ParameterError: A time between rows that is not positive, or that asks for too many rows.
         GaitError: No stored gait for a motion that is needed.
     """
-    if not (np.isfinite(dt_s) and dt_s > 0):
-        raise ParameterError(f"dt: a time above 0 s is wanted, found {dt_s!r}")
     body = swimmer or Swimmer()
     made = reconfigure(body, start, goal, stored_gaits() if gaits is None else gaits)
     trajectory = sample(body, start, made.blocks, dt_s)

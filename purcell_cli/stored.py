@@ -55,7 +55,7 @@ def find_scenario(name: str) -> Scenario:
         UnknownNameError: Neither a file nor a stored scenario has the name.
     """
     scenarios = stored_scenarios()
-    if name in scenarios and not Path(name).exists():
+    if name in scenarios and not Path(name).is_file():
         return load_scenario(scenarios[name])
     if not Path(name).exists() and name != "-":
         near = difflib.get_close_matches(name, scenarios, n=1, cutoff=0.4)

@@ -15,11 +15,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from purcell_cli import se3
 from purcell_cli.configuration import Configuration
+from purcell_cli.errors import ParameterError
 from purcell_cli.gaits import Stroke
 from purcell_cli.lift import displacements, flow, work
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array, as_euler, as_quaternion
 from purcell_cli.swimmer import Swimmer
+
+
+_MOST_ROWS = 2e7
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -156,8 +160,16 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
         start: The configuration at time 0.
         blocks: The motion, its durations whole numbers of clock steps (`rounded`).
         dt_s: Longest time between rows [s].
+
+    Raises:
+        ParameterError: A time between rows that is not positive, or that asks for too many rows.
     """
-    step = clock_step(sum(b.joint_travel_rad for b in blocks) / swimmer.joint_rate_rad_s)
+    duration = sum(b.joint_travel_rad for b in blocks) / swimmer.joint_rate_rad_s
+    if not dt_s > 0 or duration / dt_s > _MOST_ROWS:
+        raise ParameterError(
+            f"dt: a time above {duration / _MOST_ROWS:.2g} s is wanted (at most {_MOST_ROWS:.0e} rows), found {dt_s!r}"
+        )
+    step = clock_step(duration)
     shapes = starting_shapes(blocks, start.shape)
     names = tuple(dict.fromkeys(b.gait for b in blocks))
     parts: list[tuple[Array, ...]] = []

@@ -84,33 +84,38 @@ class _Search:
         )
 
     def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
-        """Return the angles that minimise the linearised merit within reach, and that merit."""
-        from scipy.optimize import linprog
-        from scipy.sparse import csc_array, eye_array, hstack, vstack
+        """Return the angles that minimise the linearised merit within reach, and that merit.
 
-        n, m, k = len(here.angle), len(here.values.residual), len(here.room)
-        g, h = csc_array(here.values.derivative), csc_array(here.room_derivative)
-        cost = np.concatenate([np.ones(2 * n), np.full(2 * m + k, self.price)])
-        zero_k, zero_m = csc_array((m, k)), csc_array((k, 2 * m))
-        equal = hstack([g, -g, eye_array(m), -eye_array(m), zero_k], format="csc")
-        rows = [hstack([eye_array(n), -eye_array(n), csc_array((n, 2 * m + k))])]
-        rows.append(-rows[0])
-        bounds = [here.angle + reach, reach - here.angle]
-        if k:
-            rows.append(hstack([-h, h, zero_m, -eye_array(k)]))
-            bounds.append(here.room - here.room_derivative @ here.angle)
+        An angle that cannot change sign within reach is one variable; another is split into what
+        it turns the one way and the other. The reach then only bounds variables.
+        """
+        from scipy.optimize import linprog
+
+        angle, m, k = here.angle, len(here.values.residual), len(here.room)
+        sign = np.where(angle < 0, -1.0, 1.0)
+        split = np.flatnonzero(np.abs(angle) < reach)
+        slope = np.concatenate([here.values.derivative, -here.room_derivative])
+        ones = np.eye(m + k)
+        columns = np.concatenate([slope * sign, -slope[:, split] * sign[split], -ones, ones[:, :m]], axis=1)
+        wanted = slope @ angle - np.concatenate([here.values.residual, -here.room])
+        size = np.abs(angle)
+        low = np.concatenate([np.maximum(size - reach, 0.0), np.zeros(len(split) + 2 * m + k)])
+        high = np.concatenate([size + reach, reach - size[split], np.full(2 * m + k, np.inf)])
+        cost = np.concatenate([np.ones(len(angle) + len(split)), np.full(2 * m + k, self.price)])
         solved = linprog(
             cost,
-            A_ub=vstack(rows, format="csc"),
-            b_ub=np.concatenate(bounds),
-            A_eq=equal,
-            b_eq=here.values.derivative @ here.angle - here.values.residual,
-            bounds=(0, None),
+            A_eq=columns[:m],
+            b_eq=wanted[:m],
+            A_ub=columns[m:] if k else None,
+            b_ub=wanted[m:] if k else None,
+            bounds=np.stack([low, high], axis=1),
             method="highs-ds",
         )
         if solved.x is None:
             return None
-        return solved.x[:n] - solved.x[n : 2 * n], float(solved.fun)
+        turned = solved.x[: len(angle)]
+        turned[split] -= solved.x[len(angle) : len(angle) + len(split)]
+        return sign * turned, float(solved.fun)
 
     def corrected(self, there: _Point, slope: Array, reach: float) -> _Point:
         """Return a point moved back to the arrival by the angles in use (second-order correction)."""

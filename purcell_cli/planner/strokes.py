@@ -21,6 +21,7 @@ from purcell_cli.trajectory import Block
 
 _BEND_MAX_RAD = 1.0
 _ROLL_STEP_RAD = 1.0
+_SMALLEST_RAD = 0.1
 _NEGLIGIBLE = 1e-13
 _GRID = 181
 
@@ -48,14 +49,20 @@ class StrokeBook:
         missing = [m for m, found in self.gaits.items() if not found]
         if missing:
             raise GaitError(f"planning needs a stored gait for each motion; none moves along {', '.join(missing)}")
-        self.largest = {g.name: self._stroke(g, self._limit(g)) for found in self.gaits.values() for g in found}
+        self.largest = {g.name: self._largest(g) for found in self.gaits.values() for g in found}
 
-    def _limit(self, gait: Gait) -> float:
-        return _ROLL_STEP_RAD if gait.amplitude_is_displacement else self.bend
-
-    def _stroke(self, gait: Gait, amplitude: float) -> tuple[Stroke, float]:
-        stroke = stored.realise(gait, self.swimmer, amplitude)
-        return stroke, self._amount(gait, stroke)
+    def _largest(self, gait: Gait) -> tuple[Stroke, float]:
+        """Return the stroke of largest amplitude that is used, and how far it goes."""
+        amplitude = _ROLL_STEP_RAD if gait.amplitude_is_displacement else self.bend
+        while True:
+            try:
+                stroke = stored.realise(gait, self.swimmer, amplitude)
+            except GaitError:
+                if amplitude < _SMALLEST_RAD:
+                    raise
+                amplitude *= 0.8
+            else:
+                return stroke, self._amount(gait, stroke)
 
     def _amount(self, gait: Gait, stroke: Stroke) -> float:
         g = stroke.displacement(self.swimmer)
