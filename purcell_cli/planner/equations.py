@@ -108,7 +108,11 @@ class Values:
 
 
 class Equations:
-    """The equations of one motion; the displacements of its repeated strokes are computed once.
+    """The equations of one motion.
+
+    A repeated stroke multiplies what its first shape is off by the number of its cycles. Exact
+    equations therefore follow the shapes as they come; those to search by take every stretch from
+    the shape it ought to start at, and compute the repeated strokes once.
 
     Args:
         swimmer: The swimmer, scaled to L = 1.
@@ -123,14 +127,10 @@ class Equations:
         self.swimmer, self.accuracy = swimmer, accuracy
         self.stretches = tuple(stretches)
         self.wanted_inverse = se3.inverse(displacement)
-        self._repeated = [
-            None if s.free else se3.power(flow(swimmer, s.sequence, s.start), s.cycles) for s in self.stretches
-        ]
-        ends = np.cumsum([len(s.sequence) if s.free else 0 for s in self.stretches])
-        self._slices = [
-            slice(int(b) - (len(s.sequence) if s.free else 0), int(b))
-            for s, b in zip(self.stretches, ends, strict=True)
-        ]
+        self._repeated: dict[tuple[int, bytes], Array] = {}
+        counts = [len(s.sequence) if s.free else 0 for s in self.stretches]
+        ends = np.cumsum(counts)
+        self._slices = [slice(int(end) - n, int(end)) for n, end in zip(counts, ends, strict=True)]
 
     def angles(self) -> Array:
         """Return the angles of all free stretches as they are [rad]. Shape (n,)."""
@@ -148,18 +148,32 @@ class Equations:
         m = 6 + 6 * sum(s.free for s in self.stretches)
         residual, derivative = np.empty(m), np.zeros((m, len(angle)))
         after, row = np.eye(4), m
-        for stretch, part, repeated in reversed(
-            list(zip(self.with_angles(angle), self._slices, self._repeated, strict=True))
-        ):
-            if repeated is not None:
-                after = repeated @ after
+        stretches = self.with_angles(angle)
+        starts = self._starts(stretches)
+        for k in range(len(stretches) - 1, -1, -1):
+            stretch, start, part = stretches[k], starts[k], self._slices[k]
+            if not stretch.free:
+                after = self._displacement(k, start) @ after
                 continue
             row -= 6
-            g, twists = flow_and_jacobian(self.swimmer, stretch.sequence, stretch.start, self.accuracy)
-            residual[row : row + 6], derivative[row : row + 6, part] = shape_gap(
-                stretch.sequence, stretch.start, stretch.end
-            )
+            g, twists = flow_and_jacobian(self.swimmer, stretch.sequence, start, self.accuracy)
+            residual[row : row + 6], derivative[row : row + 6, part] = shape_gap(stretch.sequence, start, stretch.end)
             derivative[:6, part] = se3.adjoint(se3.inverse(after)) @ twists
             after = g @ after
         residual[:6] = se3.log(se3.normalised(self.wanted_inverse @ after))
         return Values(residual, derivative)
+
+    def _starts(self, stretches: Sequence[Stretch]) -> list[Array]:
+        if self.accuracy is not EXACT:
+            return [s.start for s in stretches]
+        shapes = [stretches[0].start]
+        for stretch in stretches[:-1]:
+            shapes.append(stretch.sequence.shapes(shapes[-1])[-1])
+        return shapes
+
+    def _displacement(self, k: int, start: Array) -> Array:
+        key = (k, start.tobytes())
+        if key not in self._repeated:
+            stretch = self.stretches[k]
+            self._repeated[key] = se3.power(flow(self.swimmer, stretch.sequence, start), stretch.cycles)
+        return self._repeated[key]

@@ -9,8 +9,9 @@ import numpy as np
 from purcell_cli.planner.equations import Equations, Stretch
 from purcell_cli.rotations import Array
 
-_ENOUGH = 1e-12
-_ROUNDS = 12
+_ENOUGH = 4e-12
+_PATIENCE = 4
+"""Rounds without gain before the best is taken: rounding to the clock falls out anew in each."""
 _WEAKEST = 1e-9
 
 
@@ -25,13 +26,13 @@ def arrive(equations: Equations, rounded: Callable[[Array], Array]) -> tuple[lis
         The stretches of the best round, and the largest residual left [L, rad].
     """
     angle = rounded(equations.angles())
-    best, kept = np.inf, angle
-    for _ in range(_ROUNDS):
+    best, kept, idle = np.inf, angle, 0
+    while idle < _PATIENCE:
         values = equations.at(angle)
-        gain = values.size / best
-        if gain < 1.0:
+        idle = idle + 1 if values.size > 0.5 * best else 0
+        if values.size < best:
             best, kept = values.size, angle
-        if best < _ENOUGH or gain > 0.5:
+        if best < _ENOUGH:
             break
         step = np.linalg.lstsq(values.derivative, -values.residual, rcond=_WEAKEST)[0]
         angle = rounded(angle + step)

@@ -12,17 +12,19 @@ is taken into account.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from purcell_cli import se3
 from purcell_cli.configuration import Configuration
+from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits import Gait
 from purcell_cli.lift import flow
-from purcell_cli.planner.equations import Equations, stretches_of
+from purcell_cli.planner.equations import Equations, Stretch, stretches_of
 from purcell_cli.planner.finish import arrive
 from purcell_cli.planner.limbs import from_collinear, to_collinear
+from purcell_cli.planner.shorten import Pace, shorten
 from purcell_cli.planner.strokes import StrokeBook, phase_two
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
@@ -69,7 +71,16 @@ def _scaled(pose: Array, length_m: float) -> Array:
     return out
 
 
-def reconfigure(swimmer: Swimmer, start: Configuration, goal: Configuration, gaits: Mapping[str, Gait]) -> Plan:
+EFFORTS: Mapping[str, tuple[int, Pace | None]] = {
+    "standard": (0, None),
+    "thorough": (64, Pace(rounds=6, steps=60)),
+}
+"""How many primitives of phase 2 are optimised together at most, and for how long."""
+
+
+def reconfigure(
+    swimmer: Swimmer, start: Configuration, goal: Configuration, gaits: Mapping[str, Gait], effort: str = "standard"
+) -> Plan:
     """Return a plan from a start to a goal configuration.
 
     Args:
@@ -77,10 +88,15 @@ def reconfigure(swimmer: Swimmer, start: Configuration, goal: Configuration, gai
         start: The start configuration.
         goal: The goal configuration.
         gaits: The stored gaits to choose from.
+        effort: One of `EFFORTS`: "standard" plays stored gaits one after the other; "thorough" then
+            shortens them together.
 
     Raises:
         GaitError: No stored gait for a motion that is needed.
+        UnknownNameError: No effort has this name.
     """
+    if effort not in EFFORTS:
+        raise UnknownNameError(f"effort: one of {', '.join(EFFORTS)} is wanted, found {effort!r}")
     unit = swimmer.scaled()
     wanted = se3.inverse(_scaled(start.pose, swimmer.length_m)) @ _scaled(goal.pose, swimmer.length_m)
     first, last = to_collinear(start.shape), from_collinear(goal.shape)
@@ -92,16 +108,43 @@ def reconfigure(swimmer: Swimmer, start: Configuration, goal: Configuration, gai
     ]
     if not blocks:
         return Plan(swimmer, start, goal, ())
-    stretches = stretches_of(blocks, start.shape, goal.shape)
-    step = clock_step(1.01 * sum(b.joint_travel_rad for b in blocks) / swimmer.joint_rate_rad_s)
+    plain, off = _exact(swimmer, stretches_of(blocks, start.shape, goal.shape), wanted)
+    most, pace = EFFORTS[effort]
+    if pace is not None:
+        joined = stretches_of(_unrolled(blocks, most), start.shape, goal.shape)
+        shorter, still_off = _exact(swimmer, shorten(unit, joined, wanted, swimmer.max_bend_rad, pace), wanted)
+        if still_off < max(1e-10, off) and _travel(shorter) < _travel(plain):
+            plain = shorter
+    return Plan(swimmer, start, goal, tuple(b for s in plain for b in s.blocks() if np.any(b.sequence.angle)))
+
+
+def _travel(stretches: Sequence[Stretch]) -> float:
+    return sum(s.cycles * s.sequence.joint_travel_rad for s in stretches)
+
+
+def _unrolled(blocks: Sequence[Block], most: int) -> list[Block]:
+    """Return blocks with the cycles of repeated strokes apart, as long as they are at most so many primitives."""
+    out: list[Block] = []
+    room = most - sum(len(b.sequence) for b in blocks if b.cycles == 1)
+    for block in blocks:
+        more = block.cycles * len(block.sequence)
+        if block.cycles > 1 and more <= room:
+            room -= more
+            out += [dataclasses.replace(block, cycles=1)] * block.cycles
+        else:
+            out.append(block)
+    return out
+
+
+def _exact(swimmer: Swimmer, stretches: Sequence[Stretch], wanted: Array) -> tuple[list[Stretch], float]:
+    """Return stretches that arrive exactly, their durations on the clock, and what they miss by [L, rad]."""
+    step = clock_step(1.01 * _travel(stretches) / swimmer.joint_rate_rad_s)
 
     def on_the_clock(angle: Array) -> Array:
         return rounded(angle, swimmer.joint_rate_rad_s, step)
 
-    stretches = [
+    timed = [
         s if s.free else dataclasses.replace(s, sequence=s.sequence.with_angles(on_the_clock(s.sequence.angle)))
         for s in stretches
     ]
-    arrived, _ = arrive(Equations(unit, stretches, wanted), on_the_clock)
-    blocks = [b for s in arrived for b in s.blocks() if np.any(b.sequence.angle)]
-    return Plan(swimmer, start, goal, tuple(blocks))
+    return arrive(Equations(swimmer.scaled(), timed, wanted), on_the_clock)

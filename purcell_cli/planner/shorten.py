@@ -176,6 +176,11 @@ def merged(sequence: PrimitiveSequence) -> PrimitiveSequence:
     return PrimitiveSequence(np.array(controls, dtype=np.int64), np.array(angles))
 
 
+def _uneven(angle: Array, rng: np.random.Generator) -> Array:
+    """Return angles a little off, since a symmetric motion can be a saddle that no step leaves."""
+    return np.asarray(angle * (1.0 + 0.02 * rng.standard_normal(len(angle))))
+
+
 def shorten(
     swimmer: Swimmer, stretches: Sequence[Stretch], displacement: Array, max_bend_rad: float, pace: Pace
 ) -> list[Stretch]:
@@ -188,12 +193,12 @@ def shorten(
         max_bend_rad: How far a limb may bend in phase 2 [rad].
         pace: How long to go on.
     """
-    parts = list(stretches)
+    parts, rng = list(stretches), np.random.default_rng(0)
     for _ in range(pace.rounds):
         before = sum(s.sequence.joint_travel_rad for s in parts if s.free)
         parts = [s.renamed(JOINED, offered(s.sequence, pace.split)) if s.free else s for s in parts]
         equations = Equations(swimmer, parts, displacement, SEARCHING)
-        angle = _Search(equations, max_bend_rad, pace.price).run(equations.angles(), pace.steps)
+        angle = _Search(equations, max_bend_rad, pace.price).run(_uneven(equations.angles(), rng), pace.steps)
         parts = [s.renamed(JOINED, merged(s.sequence)) if s.free else s for s in equations.with_angles(angle)]
         if sum(s.sequence.joint_travel_rad for s in parts if s.free) > 0.999 * before:
             break

@@ -113,30 +113,33 @@ def split(book: StrokeBook, displacement: Array) -> list[Motion]:
     p, r = displacement[:3, 3], displacement[:3, :3]
     aside = math.hypot(p[1], p[2])
     first_roll = math.atan2(p[2], p[1]) if aside > _NEGLIGIBLE else 0.0
-    best: tuple[float, list[Motion]] = (math.inf, [])
+    along = [Motion(axis, float(v)) for axis, v in zip("xyz", p, strict=True)]
+    ways = [[*along, *turns] for turns in _rotations(r)]
     for sense in (1.0, -1.0):
+        roll = math.remainder(first_roll + (0.0 if sense > 0 else math.pi), 2.0 * math.pi)
+        y = sense * aside
+        bearing = math.remainder(math.atan2(y, p[0]), math.pi)  # swims backwards rather than turning round
         for part in np.linspace(0.0, 1.0, _GRID if aside > _NEGLIGIBLE else 1):
-            roll = first_roll + (0.0 if sense > 0 else math.pi)
-            roll = math.remainder(roll, 2 * math.pi)
-            aside_now = aside * sense
-            bearing = math.atan2(aside_now, p[0])
-            bearing = math.remainder(bearing, math.pi)  # swims backwards rather than turning round
             yaw = float(part) * bearing
-            x, y = math.cos(yaw) * p[0] + math.sin(yaw) * aside_now, -math.sin(yaw) * p[0] + math.cos(yaw) * aside_now
+            c, s = math.cos(yaw), math.sin(yaw)
+            begun = [Motion("roll", roll), Motion("yaw", yaw)]
+            begun += [Motion("x", c * p[0] + s * y), Motion("y", c * y - s * p[0])]
             done = about_axis(0, roll) @ about_axis(2, yaw)
-            for turned in _roll_yaw_roll(done.T @ r):
-                motions = [
-                    Motion("roll", roll),
-                    Motion("yaw", yaw),
-                    Motion("x", x),
-                    Motion("y", y),
-                    *(Motion(a, v) for a, v in zip(("roll", "yaw", "roll"), turned, strict=True)),
-                ]
-                motions = [m for m in _merged(motions) if abs(m.amount) > _NEGLIGIBLE]
-                cost = sum(book.cost(m) for m in motions)
-                if cost < best[0] * (1 - 1e-12):
-                    best = (cost, motions)
-    return best[1]
+            ways += [[*begun, *turns] for turns in _rotations(done.T @ r)]
+    priced = [_merged(way) for way in ways]
+    return min(priced, key=lambda way: round(sum(book.cost(m) for m in way), 9))
+
+
+def _rotations(rotation: Array) -> list[list[Motion]]:
+    """Return the ways to make a rotation by roll, yaw, roll, and as pitch alone where it is one."""
+    ways = [
+        [Motion(a, v) for a, v in zip(("roll", "yaw", "roll"), turned, strict=True)]
+        for turned in _roll_yaw_roll(rotation)
+    ]
+    pitch = math.atan2(float(rotation[0, 2]), float(rotation[0, 0]))
+    if float(np.max(np.abs(about_axis(1, pitch) - rotation))) < _NEGLIGIBLE:
+        ways.append([Motion("pitch", pitch)])
+    return ways
 
 
 def _roll_yaw_roll(rotation: Array) -> list[tuple[float, float, float]]:
