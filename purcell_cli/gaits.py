@@ -64,7 +64,7 @@ class Guess:
         return float(sign * np.exp(level) * swimmer.roll_sharpness() ** self.sharpness_power)
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Gait:
     """A stored gait, as its file describes it.
 
@@ -137,6 +137,10 @@ class Stroke:
         inner = self.approach.shapes(COLLINEAR)[-1]
         entry = flow(swimmer, self.approach)
         return entry @ se3.power(flow(swimmer, self.cycle, inner), cycles) @ se3.inverse(entry)
+
+    def bend_rad(self) -> float:
+        """Return how far a limb's axis bends from the base's, at most where a primitive ends [rad]."""
+        return float(np.max(np.arccos(np.clip(self.played().shapes(COLLINEAR)[..., 0, 0], -1.0, 1.0))))
 
     def closure_rad(self) -> float:
         """Return how far one cycle leaves the limbs from the collinear shape, the larger angle [rad]."""

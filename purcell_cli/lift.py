@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.primitives import PrimitiveSequence
-from purcell_cli.rotations import Array, cross, hat, orthonormalised
+from purcell_cli.rotations import Array, as_vector, cross, hat, orthonormalised
 from purcell_cli.swimmer import Swimmer
 
 _E_X = np.array([1.0, 0.0, 0.0])
@@ -430,9 +430,7 @@ def shape_gap(sequence: PrimitiveSequence, start: Array, end: Array) -> tuple[Ar
         leading order in the gap, shape (6, n).
     """
     shapes = sequence.shapes(start)
-    gap = np.concatenate(
-        [se3.log(se3.pose(found @ wanted.T, np.zeros(3)))[3:] for found, wanted in zip(shapes[-1], end, strict=True)]
-    )
+    gap = as_vector(shapes[-1] @ np.swapaxes(end, -1, -2)).ravel()
     limb, axis = sequence.control // 3, sequence.control % 3
     turned = shapes[np.arange(len(sequence)), limb, :, axis].T
     return gap, np.concatenate([np.where(limb == i, turned, 0.0) for i in (0, 1)])

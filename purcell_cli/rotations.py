@@ -177,11 +177,18 @@ def from_matrix(matrix: ArrayLike) -> Array:
     return orthonormalised(orthonormalised(m))
 
 
+def as_vector(rotation: ArrayLike) -> Array:
+    """Return the rotation vector of a rotation, at most pi long [rad]. Shape (..., 3, 3) to (..., 3)."""
+    q = as_quaternion(rotation)
+    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    stretch = np.where(sine > 1e-150, 2.0 * np.arctan2(sine, q[..., :1]) / np.maximum(sine, 1e-150), 2.0)
+    return np.asarray(stretch * q[..., 1:])
+
+
 def angle_between(first: ArrayLike, second: ArrayLike) -> Array:
     """Return the angle [rad] of the rotation that takes one orientation to another. Shape (...).
 
     Accurate for small angles and near pi alike (half-angle quaternion form).
     """
     relative = np.swapaxes(np.asarray(first, dtype=np.float64), -1, -2) @ np.asarray(second, dtype=np.float64)
-    q = as_quaternion(relative)
-    return np.asarray(2.0 * np.arctan2(np.linalg.norm(q[..., 1:], axis=-1), q[..., 0]))
+    return np.asarray(np.linalg.norm(as_vector(relative), axis=-1))

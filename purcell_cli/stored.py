@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import difflib
+import functools
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from purcell_cli.errors import InputError, UnknownNameError
 from purcell_cli.files import Scenario, load_gait, load_scenario
@@ -27,18 +30,26 @@ def stored_gaits(own: Path | str | None = None) -> dict[str, Gait]:
     Raises:
         InputError: No such folder, or a file that is no gait, or two gaits of one name.
     """
+    return {**_packaged_gaits(), **({} if own is None else _gaits_in(Path(own)))}
+
+
+@functools.cache
+def _packaged_gaits() -> Mapping[str, Gait]:
+    return MappingProxyType(_gaits_in(_folder("gaits")))
+
+
+def _gaits_in(folder: Path) -> dict[str, Gait]:
+    if not folder.is_dir():
+        raise InputError(f"{folder}: wanted a folder of gait files, found none")
     gaits: dict[str, Gait] = {}
-    for folder in [_folder("gaits"), *([] if own is None else [Path(own)])]:
-        if not folder.is_dir():
-            raise InputError(f"{folder}: wanted a folder of gait files, found none")
-        here: dict[str, Path] = {}
-        for path in sorted(folder.glob("*.yaml")):
-            gait = load_gait(path)
-            for name in (gait.name, *gait.also):
-                if name in here:
-                    raise InputError(f"{path}: wanted a name of its own, found {name!r}, which {here[name]} has")
-                here[name] = path
-            gaits[gait.name] = gait
+    taken: dict[str, Path] = {}
+    for path in sorted(folder.glob("*.yaml")):
+        gait = load_gait(path)
+        for name in (gait.name, *gait.also):
+            if name in taken:
+                raise InputError(f"{path}: wanted a name of its own, found {name!r}, which {taken[name]} has")
+            taken[name] = path
+        gaits[gait.name] = gait
     return gaits
 
 

@@ -11,7 +11,7 @@ from purcell_cli.certificate import Certificate, Rows, judged, replay
 from purcell_cli.configuration import Configuration, Deviation
 from purcell_cli.errors import InputError, ParameterError
 from purcell_cli.export import Table
-from purcell_cli.rotations import Array, as_euler, from_euler, from_quaternion
+from purcell_cli.rotations import Array, as_euler, as_vector, from_euler, from_quaternion
 from purcell_cli.swimmer import Swimmer
 
 _RATE_SLACK = 1e-9
@@ -103,7 +103,7 @@ def _off(label: str, found: Configuration, wanted: Configuration, limit_m: float
         ("limb 2", found.shape[1], wanted.shape[1]),
     ]
     for name, here, there in pairs:
-        turn = se3.log(se3.pose(there.T @ here, np.zeros(3)))[3:]
+        turn = as_vector(there.T @ here)
         if np.linalg.norm(turn) > limit_rad:
             parts = ", ".join(f"{axis} by {value:+.3e} rad" for axis, value in zip("xyz", turn, strict=True))
             out.append(f"{label}: {name} orientation off about {parts} (tolerance {limit_rad:.1e} rad)")

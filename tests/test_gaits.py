@@ -180,7 +180,6 @@ def test_at_any_amplitude_a_gait_is_pure_or_says_that_it_cannot_be(name: str, am
     assert is_pure(name, PAPERS, stroke)
 
 
-@pytest.mark.xfail(reason="Newton's method misses it at some amplitudes", raises=GaitError, strict=True)
 @pytest.mark.parametrize("limb", [0.2, 0.3])
 def test_a_thin_swimmer_with_long_limbs_has_an_x_rotation_at_its_default_amplitude(limb: float) -> None:
     """Newton's method must find it from the stored guesses: it exists, a little way from them."""

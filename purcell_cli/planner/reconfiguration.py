@@ -25,7 +25,7 @@ from purcell_cli.planner.equations import Equations, Stretch, stretches_of
 from purcell_cli.planner.finish import arrive
 from purcell_cli.planner.limbs import from_collinear, to_collinear
 from purcell_cli.planner.shorten import Pace, shorten
-from purcell_cli.planner.strokes import StrokeBook, phase_two
+from purcell_cli.planner.strokes import phase_two, stroke_book
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Block, clock_step, rounded
@@ -103,7 +103,7 @@ def reconfigure(
     missing = se3.inverse(flow(unit, first, start.shape)) @ wanted @ se3.inverse(flow(unit, last))
     blocks = [
         *([Block(1, PHASES[1], first)] if len(first) else []),
-        *phase_two(StrokeBook(gaits, unit), se3.normalised(missing)),
+        *phase_two(stroke_book(tuple(gaits.values()), unit), se3.normalised(missing)),
         *([Block(3, PHASES[3], last)] if len(last) else []),
     ]
     if not blocks:

@@ -7,8 +7,9 @@ the other, and each motion into cycles of one amplitude.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from purcell_cli.trajectory import Block
 _BEND_MAX_RAD = 1.0
 _ROLL_STEP_RAD = 1.0
 _SMALLEST_RAD = 0.1
+_TRIES = 40
+_BEND_SLACK = 1.0 + 1e-6
 _NEGLIGIBLE = 1e-13
 _GRID = 181
 
@@ -42,10 +45,11 @@ class Motion:
 class StrokeBook:
     """The pure strokes of one scaled swimmer: how far each gait goes, and what it costs."""
 
-    def __init__(self, gaits: Mapping[str, Gait], swimmer: Swimmer) -> None:
+    def __init__(self, gaits: Iterable[Gait], swimmer: Swimmer) -> None:
         self.swimmer = swimmer
         self.bend = min(swimmer.max_bend_rad, _BEND_MAX_RAD)
-        self.gaits = {m: [g for g in gaits.values() if g.moves == m] for m in MOTIONS}
+        everything = list(gaits)
+        self.gaits = {m: [g for g in everything if g.moves == m] for m in MOTIONS}
         missing = [m for m, found in self.gaits.items() if not found]
         if missing:
             raise GaitError(f"planning needs a stored gait for each motion; none moves along {', '.join(missing)}")
@@ -61,8 +65,11 @@ class StrokeBook:
                 if amplitude < _SMALLEST_RAD:
                     raise
                 amplitude *= 0.8
-            else:
+                continue
+            bend = stroke.bend_rad()
+            if bend <= self.swimmer.max_bend_rad * _BEND_SLACK:
                 return stroke, self._amount(gait, stroke)
+            amplitude *= self.swimmer.max_bend_rad / bend
 
     def _amount(self, gait: Gait, stroke: Stroke) -> float:
         g = stroke.displacement(self.swimmer)
@@ -87,16 +94,36 @@ class StrokeBook:
         if abs(motion.amount) <= _NEGLIGIBLE:
             return []
         gait = min(self.gaits[motion.along], key=lambda g: self._cost(g, motion))
-        largest, reach = self.largest[gait.name]
-        cycles = math.ceil(abs(motion.amount) / abs(reach) - 1e-12)
-        amount = math.copysign(motion.amount / cycles, reach)
-        order = 2.0 if gait.moves == "x" else 3.0
-        near = largest.amplitude_rad * (amount / reach) ** (1.0 / order)
-        stroke = stored.realise_displacement(gait, self.swimmer, amount, near)
+        _, reach = self.largest[gait.name]
+        fewest = math.ceil(abs(motion.amount) / abs(reach) - 1e-12)
+        tries = ((n, self._of(gait, math.copysign(motion.amount / n, reach))) for n in range(fewest, fewest + _TRIES))
+        cycles, stroke = next(((n, s) for n, s in tries if s is not None), (0, None))
+        if stroke is None:
+            raise GaitError(f"gait {gait.name!r} makes no {motion.amount:g} along {motion.along} for this swimmer")
         if motion.amount * reach < 0:
             stroke = stroke.inverse()
         parts = [(stroke.approach, 1), (stroke.cycle, cycles - 1), (stroke.cycle, 1), (stroke.approach.inverse(), 1)]
         return [Block(2, gait.name, s, n, stroke.amplitude_rad) for s, n in parts if len(s) and n]
+
+    def _of(self, gait: Gait, amount: float) -> Stroke | None:
+        """Return the stroke that goes an amount, or None where there is none within the bend limit.
+
+        A displacement need not grow with the amplitude all the way to the limit.
+        """
+        largest, reach = self.largest[gait.name]
+        order = 2.0 if gait.moves == "x" else 3.0
+        near = largest.amplitude_rad * (amount / reach) ** (1.0 / order)
+        try:
+            stroke = stored.realise_displacement(gait, self.swimmer, amount, near)
+        except GaitError:
+            return None
+        return stroke if stroke.bend_rad() <= self.swimmer.max_bend_rad * _BEND_SLACK else None
+
+
+@functools.lru_cache(maxsize=64)
+def stroke_book(gaits: tuple[Gait, ...], swimmer: Swimmer) -> StrokeBook:
+    """Return the strokes of a scaled swimmer, made once for the same gaits."""
+    return StrokeBook(gaits, swimmer)
 
 
 def split(book: StrokeBook, displacement: Array) -> list[Motion]:
