@@ -394,10 +394,11 @@ def test_equal_queries_have_equal_trajectories_to_the_byte(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("seed", range(3))
 def test_the_same_world_motion_of_start_and_goal_leaves_the_controls(seed: int) -> None:
+    """To 1e-7 rad: one free angle of a crank hardly matters, and carries the rounding of the moved poses."""
     rng = np.random.default_rng(seed)
     world = se3.pose(random_rotations(rng), rng.normal(size=3))
     moved = plan(Configuration(world @ BENT.pose, BENT.shape), Configuration(world @ NEAR.pose, NEAR.shape), dt_s=DT)
-    assert_same_controls(moved, bent())
+    assert_same_controls(moved, bent(), 1e-7)
     assert_close(in_lengths(Swimmer(), moved.trajectory.pose[-1]), in_lengths(Swimmer(), world @ NEAR.pose), REACHED)
 
 
