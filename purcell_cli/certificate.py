@@ -57,7 +57,7 @@ class Replay:
     """A motion replayed from its controls alone.
 
     Attributes:
-        row: The row at which each stretch of constant control begins, and the last row. Shape (m + 1,).
+        row: The row at which each stretch of control begins, and the last row. Shape (m + 1,).
         pose: The base's pose there [m]. Shape (m + 1, 4, 4).
         shape: The limbs' orientations there. Shape (m + 1, 2, 3, 3).
         integrated: How many stretches were integrated.
@@ -74,7 +74,7 @@ class Replay:
         return Configuration(self.pose[-1], self.shape[-1])
 
 
-def replay(swimmer: Swimmer, start: Configuration, time_s: Array, rate_rad_s: Array) -> Replay:
+def replay(swimmer: Swimmer, start: Configuration, time_s: Array, rate_rad_s: Array, every_row: bool = False) -> Replay:
     """Replay controls from a start configuration.
 
     Args:
@@ -82,8 +82,10 @@ def replay(swimmer: Swimmer, start: Configuration, time_s: Array, rate_rad_s: Ar
         start: The configuration at the first time.
         time_s: Times [s]. Shape (n,).
         rate_rad_s: Limb rates, each holding until the next time; the last is not used. Shape (n, 6).
+        every_row: Whether to stop at every row, not only where the control changes.
     """
-    changes = np.flatnonzero(np.any(rate_rad_s[1:-1] != rate_rad_s[:-2], axis=1)) + 1
+    changed = np.any(rate_rad_s[1:-1] != rate_rad_s[:-2], axis=1) | every_row
+    changes = np.flatnonzero(changed) + 1
     row = np.concatenate([[0], changes, [len(time_s) - 1]]) if len(time_s) > 1 else np.array([0])
     rates, durations = rate_rad_s[row[:-1]], np.diff(time_s[row])
     shapes = _shapes(start.shape, rates, durations)

@@ -128,8 +128,9 @@ def plan(
     writable(out)
     with _busy("planning"):
         solution = solve(begin, end, body, stored_gaits(gaits), dt, effort)
+        document = report.plan_document(solution, str(out))
         write_csv(solution.trajectory, out)
-    _show(report.plan_document(solution, str(out)), json, report.show_plan)
+    _show(document, json, report.show_plan)
     if solution.verdict != "reached":
         raise _UnsuccessfulError(NOT_REACHED)
 
@@ -176,8 +177,9 @@ def gait(
     file = Path(f"{chosen.name}.csv") if out is None else out
     writable(file)
     with _busy("swimming"):
+        document = report.gait_document(chosen, stroke, body, cycles, str(file))
         write_csv(sample_stroke(body, Configuration(), stroke, cycles, dt), file)
-    _show(report.gait_document(chosen, stroke, body, cycles, str(file)), json, report.show_gait)
+    _show(document, json, report.show_gait)
 
 
 @app.command(epilog="Example: purcell verify trajectory.csv start.yaml goal.yaml")

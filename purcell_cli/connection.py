@@ -67,31 +67,37 @@ def wrench_to_base(swimmer: Swimmer, shape: ArrayLike, limb: int) -> Array:
     return np.swapaxes(base_to_limb(swimmer, shape, limb), -1, -2)
 
 
-def resistance(swimmer: Swimmer, shape: ArrayLike) -> Array:
-    """Return P = H_0 + sum T_i H_i B_i, the resistance of the frozen shape to the base's twist.
+def resistance_and_coupling(swimmer: Swimmer, shape: ArrayLike) -> tuple[Array, Array]:
+    """Return P and Q of section III-C, the wrenches on the frozen shape and on a base at rest.
 
-    Symmetric positive definite (section III-C).
+    P = H_0 + sum T_i H_i B_i takes the base's twist to force and torque; it is symmetric positive
+    definite. Q = [T_1 H_1 W_1, T_2 H_2 W_2] takes the limb rates to them.
+
+    Args:
+        swimmer: The swimmer.
+        shape: Limb orientations (A_1, A_2). Shape (..., 2, 3, 3).
 
     Returns:
-        Matrices on (v, omega) [N s/m, N s, N s m]. Shape (..., 6, 6).
+        P and Q, on (v, omega) and on (omega_1, omega_2). Each of shape (..., 6, 6).
     """
-    out = np.zeros((*np.shape(shape)[:-3], 6, 6)) + swimmer.drag(0)
+    p = np.zeros((*np.shape(shape)[:-3], 6, 6)) + swimmer.drag(0)
+    q = np.zeros_like(p)
     for limb in (1, 2):
         b = base_to_limb(swimmer, shape, limb)
-        out = out + np.swapaxes(b, -1, -2) @ swimmer.drag(limb) @ b
-    return out
+        wrench = np.swapaxes(b, -1, -2) @ swimmer.drag(limb)
+        p += wrench @ b
+        q[..., 3 * limb - 3 : 3 * limb] = wrench @ rate_to_limb(swimmer, limb)
+    return p, q
+
+
+def resistance(swimmer: Swimmer, shape: ArrayLike) -> Array:
+    """Return P (see `resistance_and_coupling`) [N s/m, N s, N s m]. Shape (..., 6, 6)."""
+    return resistance_and_coupling(swimmer, shape)[0]
 
 
 def coupling(swimmer: Swimmer, shape: ArrayLike) -> Array:
-    """Return Q = [T_1 H_1 W_1, T_2 H_2 W_2], the wrench per limb rate on a base at rest (section III-C).
-
-    Returns:
-        Matrices from (omega_1, omega_2) to (force, torque). Shape (..., 6, 6).
-    """
-    columns = [
-        wrench_to_base(swimmer, shape, limb) @ swimmer.drag(limb) @ rate_to_limb(swimmer, limb) for limb in (1, 2)
-    ]
-    return np.concatenate(columns, axis=-1)
+    """Return Q (see `resistance_and_coupling`) [N s, N s m]. Shape (..., 6, 6)."""
+    return resistance_and_coupling(swimmer, shape)[1]
 
 
 def connection(swimmer: Swimmer, shape: ArrayLike) -> Array:
@@ -108,7 +114,7 @@ def connection(swimmer: Swimmer, shape: ArrayLike) -> Array:
         Matrices from (omega_1, omega_2) [rad/s] to (v, omega) [m/s, rad/s]. Shape (..., 6, 6).
     """
     unit = swimmer.scaled()
-    out = np.asarray(np.linalg.solve(resistance(unit, shape), coupling(unit, shape)), dtype=np.float64)
+    out = np.asarray(np.linalg.solve(*resistance_and_coupling(unit, shape)), dtype=np.float64)
     out[..., :3, :] *= swimmer.length_m
     return out
 

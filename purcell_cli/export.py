@@ -13,7 +13,7 @@ from typing import IO
 import numpy as np
 
 from purcell_cli.errors import InputError
-from purcell_cli.rotations import Array, as_euler
+from purcell_cli.rotations import INPUT_SLACK, Array, as_euler
 from purcell_cli.trajectory import Trajectory
 
 _LIMB = ("qw", "qx", "qy", "qz", "psi_rad", "theta_rad", "phi_rad")
@@ -131,6 +131,15 @@ class Table:
     rate_rad_s: Array
 
 
+def _unreadable(source: Path, reason: str) -> str:
+    """Return the message about a file whose rows cannot be read."""
+    with source.open(encoding="utf-8", errors="replace") as stream:
+        for line, text in enumerate(stream, start=1):
+            if text.count(",") < len(COLUMNS) - 1:
+                return f"{source}:{line}: wanted a row of finite numbers, found one that is not"
+    return f"{source}: wanted numbers in every row, found: {reason}"
+
+
 def read_csv(path: Path | str) -> Table:
     """Read a trajectory file.
 
@@ -160,7 +169,7 @@ def read_csv(path: Path | str) -> Table:
     try:
         frame = pl.read_csv(source, schema=types)
     except (pl.exceptions.PolarsError, OSError) as error:
-        raise InputError(f"{source}: wanted numbers in every row, found: {str(error).splitlines()[0]}") from None
+        raise InputError(_unreadable(source, str(error).splitlines()[0])) from None
     numbers = frame.select(c for c in COLUMNS if c != "gait").to_numpy()
     bad = np.flatnonzero(~np.all(np.isfinite(numbers), axis=1))
     if not len(numbers) or len(bad):
@@ -169,6 +178,17 @@ def read_csv(path: Path | str) -> Table:
             f"{source}:{line}: wanted a row of finite numbers, found {'one that is not' if len(bad) else 'no row'}"
         )
     values = numbers[:, 2:]
+    late = np.flatnonzero(np.diff(numbers[:, 0]) < 0)
+    if len(late):
+        k = int(late[0])
+        before, after = float(numbers[k, 0]), float(numbers[k + 1, 0])
+        raise InputError(f"{source}:{k + 3}: t_s: wanted a time of at least {before!r}, found {after!r}")
+    for low, name in ((3, "qw to qz"), (10, "l1_qw to l1_qz"), (17, "l2_qw to l2_qz")):
+        length = np.linalg.norm(values[:, low : low + 4], axis=1)
+        bad = np.flatnonzero(np.abs(length - 1.0) > INPUT_SLACK)
+        if len(bad):
+            k = int(bad[0])
+            raise InputError(f"{source}:{k + 2}: {name}: wanted a quaternion of length 1, found length {length[k]:.9g}")
     return Table(
         numbers[:, 0],
         numbers[:, 1],

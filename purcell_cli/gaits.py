@@ -148,8 +148,8 @@ class Stroke:
 
 
 _STRONG, _SETTLED = 1e-4, 1e-6
-_PURE = 3e-13
-"""Cross-talk and closure (L, rad) that count as none; Newton's method goes on below it while it gains."""
+PURE = 3e-13
+"""Cross-talk and closure (L, rad) of a stroke that count as none."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -193,21 +193,21 @@ class _Purity:
             value[own] -= self.wanted
         return value, derivative @ self.slope()
 
-    def newton(self, guess: Array) -> Array | None:
+    def newton(self, guess: Array, pure: float) -> Array | None:
         """Return the solution near a guess, or None where Newton's method loses its way.
 
         Some strokes have directions of unknowns that hardly move any equation. They are left alone
         until the stronger ones have settled, and then followed by one short step at a time.
+
+        Args:
+            guess: The unknowns to begin with [rad]. Shape (n,).
+            pure: Cross-talk and closure (L, rad) that count as none.
         """
-        unknown, scale = guess.copy(), np.abs(guess)
-        best, kept, rank = np.inf, None, 0
+        unknown, scale, rank = guess.copy(), np.abs(guess), 0
         for _ in range(100):
             value, derivative = self.residual(unknown)
-            size = float(np.max(np.abs(value)))
-            if size < best:
-                best, kept = size, unknown
-            elif best < _PURE:
-                break
+            if np.max(np.abs(value)) < pure:
+                return unknown
             left, singular, right = np.linalg.svd(derivative * scale, full_matrices=False)
             strong = int(np.sum(singular > _STRONG * singular[0]))
             rank = max(rank, strong)
@@ -220,14 +220,14 @@ class _Purity:
             unknown = unknown + scale * step / max(1.0, 5.0 * longest)
             if np.any(np.abs(unknown / guess - 1.0) > 1.5):
                 break
-        return kept if best < _PURE else None
+        return None
 
 
 def _guess(gait: Gait, swimmer: Swimmer, amplitude: float) -> Array:
     return np.array([guess.at(amplitude, swimmer) for guess in gait.free.values()])
 
 
-def realise(gait: Gait, swimmer: Swimmer, amplitude: float | None = None) -> Stroke:
+def realise(gait: Gait, swimmer: Swimmer, amplitude: float | None = None, pure: float = PURE) -> Stroke:
     """Return the stroke of a gait for a swimmer, its free angles solved on the true flow.
 
     Args:
@@ -235,6 +235,7 @@ def realise(gait: Gait, swimmer: Swimmer, amplitude: float | None = None) -> Str
         swimmer: The swimmer.
         amplitude: The amplitude, the gait's default where none is given; negative runs the stroke
             backwards [rad].
+        pure: Cross-talk and closure (L, rad) that count as none.
 
     Raises:
         ParameterError: An amplitude that is zero, not finite, or beyond pi.
@@ -247,7 +248,7 @@ def realise(gait: Gait, swimmer: Swimmer, amplitude: float | None = None) -> Str
     known = {gait.symbol: size}
     wanted = size if gait.amplitude_is_displacement else None
     purity = _Purity(gait, unit, known, tuple(gait.free), wanted)
-    solved = purity.newton(_guess(gait, unit, size)) if gait.free else np.empty(0)
+    solved = purity.newton(_guess(gait, unit, size), pure) if gait.free else np.empty(0)
     if solved is None:
         raise GaitError(
             f"gait {gait.name!r} has no pure stroke at amplitude {size:g} rad for this swimmer; try another"
@@ -274,7 +275,7 @@ def realise_displacement(gait: Gait, swimmer: Swimmer, amount: float, near_rad: 
         return realise(gait, swimmer, amount)
     unit = swimmer.scaled()
     purity = _Purity(gait, unit, {}, (gait.symbol, *gait.free), amount)
-    solved = purity.newton(np.array([near_rad, *_guess(gait, unit, near_rad)]))
+    solved = purity.newton(np.array([near_rad, *_guess(gait, unit, near_rad)]), PURE)
     if solved is None:
         raise GaitError(f"gait {gait.name!r} has no pure stroke that moves by {amount:g} near {near_rad:g} rad")
     return gait.stroke(purity.values(solved))

@@ -124,6 +124,7 @@ def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, fil
     own = MOTIONS.index(gait.moves) if gait.moves in MOTIONS else None
     scale = [swimmer.length_m] * 3 + [1.0] * 3
     units = ["m"] * 3 + ["rad"] * 3
+    turned = se3.log(g) / np.array([swimmer.length_m] * 3 + [1.0] * 3)
     return {
         "schema": "purcell/gait/1",
         "verdict": "done",
@@ -139,7 +140,7 @@ def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, fil
         "duration_s": played.joint_travel_rad / swimmer.joint_rate_rad_s,
         "displacement": {f"{m}_{u}": float(v * s) for m, u, v, s in zip(MOTIONS, units, moved, scale, strict=True)},
         "moves": gait.moves,
-        "cross_talk": None if own is None else float(np.max(np.abs(np.delete(moved, own)))),
+        "cross_talk": None if own is None else float(np.max(np.abs(np.delete(turned, own)))),
         "closure_rad": stroke.closure_rad(),
         "energy_j": float(np.sum(work(swimmer, played))),
         "trajectory": file,
@@ -183,19 +184,18 @@ def verify_document(found: Verification, swimmer: Swimmer) -> Document:
     }
 
 
-def _length(metres: float) -> str:
-    return "0" if abs(metres) < 5e-13 else f"{1e3 * metres:.4g}"
+_SHOWN_AS_ZERO = 1e-8
+"""Displacements below this (L, rad) are not worth a person's while."""
 
 
-def _angle(radians: float) -> str:
-    return "0" if abs(radians) < 5e-13 else f"{math.degrees(radians):.4g}"
+def _moved(displacement: Mapping[str, Any], length_m: float) -> list[str]:
+    def shown(value: float, unit: float, scale: float) -> str:
+        return "0" if abs(value) < _SHOWN_AS_ZERO * unit else f"{scale * value:.4g}"
 
-
-def _moved(displacement: Mapping[str, Any]) -> list[str]:
-    x, y, z = displacement["position_m"]
+    angles = [displacement[f"{a}_rad"] for a in ("psi", "theta", "phi")]
     return [
-        ", ".join(_length(v) for v in (x, y, z)),
-        ", ".join(_angle(displacement[f"{a}_rad"]) for a in ("psi", "theta", "phi")),
+        ", ".join(shown(v, length_m, 1e3) for v in displacement["position_m"]),
+        ", ".join(shown(v, 1.0, math.degrees(1.0)) for v in angles),
     ]
 
 
@@ -208,14 +208,19 @@ def show_plan(console: Console, document: Document) -> None:
     table.add_column("stroke", no_wrap=True)
     headings = ("amplitude [rad]", "cycles", "travel [rad]", "time [s]", "x, y, z [mm]", "psi, theta, phi [deg]")
     for heading in headings:
-        table.add_column(heading.replace(" [", "\n\\["), justify="right", no_wrap=True)
+        table.add_column(heading.replace(" [", "\n\\["), justify="right", overflow="fold")
+    length_m = document["swimmer"]["L_m"]
     for phase in document["phases"]:
-        sums = [f"{phase['joint_travel_rad']:.4f}", f"{phase['duration_s']:.2f}", *_moved(phase["displacement"])]
+        sums = [
+            f"{phase['joint_travel_rad']:.4f}",
+            f"{phase['duration_s']:.2f}",
+            *_moved(phase["displacement"], length_m),
+        ]
         label = f"{phase['phase']} {phase['name']}"
         table.add_row(label, "", "", *(sums if phase["strokes"] else ["0", "0", "", ""]), style="bold")
         for s in phase["strokes"] if phase["phase"] == 2 else []:
             amplitude = "" if s["amplitude_rad"] is None else f"{s['amplitude_rad']:.5f}"
-            figures = [f"{s['joint_travel_rad']:.4f}", f"{s['duration_s']:.2f}", *_moved(s["displacement"])]
+            figures = [f"{s['joint_travel_rad']:.4f}", f"{s['duration_s']:.2f}", *_moved(s["displacement"], length_m)]
             table.add_row(f"  {s['gait']}", amplitude, str(s["cycles"]), *figures)
     console.print(table)
     errors = Table(title="Distance from the goal", title_justify="left", box=SIMPLE_HEAD)

@@ -24,7 +24,7 @@ from purcell_cli.errors import ParameterError
 
 Array = NDArray[np.float64]
 
-_INPUT_SLACK = 1e-6
+INPUT_SLACK = 1e-6
 """A quaternion or matrix this close to valid is normalised; further off it is refused."""
 
 _AXES = np.eye(3)
@@ -127,11 +127,9 @@ def from_quaternion(quaternion: ArrayLike) -> Array:
         raise ParameterError(f"a quaternion of 4 numbers (w, x, y, z) is wanted, found shape {q.shape}")
     length = np.linalg.norm(q, axis=-1, keepdims=True)
     off = np.abs(length - 1.0)
-    if not np.all(off <= _INPUT_SLACK):
+    if not np.all(off <= INPUT_SLACK):
         found = float(length.ravel()[np.argmax(np.where(np.isnan(off), np.inf, off))])
-        raise ParameterError(
-            f"a unit quaternion (length 1 within {_INPUT_SLACK:g}) is wanted, found length {found:.9g}"
-        )
+        raise ParameterError(f"a unit quaternion (length 1 within {INPUT_SLACK:g}) is wanted, found length {found:.9g}")
     w, v = (q / length)[..., :1], (q / length)[..., 1:]
     k = hat(v)
     return np.asarray(_AXES + 2.0 * (w[..., None] * k + k @ k))
@@ -168,9 +166,9 @@ def from_matrix(matrix: ArrayLike) -> Array:
     """
     m = np.asarray(matrix, dtype=np.float64)
     defect = float(np.max(np.abs(np.swapaxes(m, -1, -2) @ m - _AXES)))
-    if not defect <= 2 * _INPUT_SLACK:
+    if not defect <= 2 * INPUT_SLACK:
         raise ParameterError(
-            f"a rotation matrix (orthogonal within {_INPUT_SLACK:g}) is wanted, found one off by {defect:.3g}"
+            f"a rotation matrix (orthogonal within {INPUT_SLACK:g}) is wanted, found one off by {defect:.3g}"
         )
     if not np.all(np.linalg.det(m) > 0):
         raise ParameterError("a rotation matrix is wanted, found a reflection (determinant -1)")

@@ -276,7 +276,6 @@ def test_cycles_are_what_the_flow_of_all_their_primitives_is(name: str) -> None:
     assert_close(in_lengths(PAPERS, stroke.displacement(PAPERS, 40)), in_lengths(PAPERS, wanted), 1e-11)
 
 
-@pytest.mark.xfail(reason="past a right angle Z-Y-X angles call a pure pitch half turns of roll and yaw", strict=True)
 def test_a_pitch_past_a_right_angle_is_reported_as_pure() -> None:
     gait = GAITS["y-rotation"]
     document = gait_document(gait, realise(gait, PAPERS, 2.5), PAPERS, 1, None)

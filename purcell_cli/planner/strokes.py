@@ -23,10 +23,12 @@ from purcell_cli.trajectory import Block
 _BEND_MAX_RAD = 1.0
 _ROLL_STEP_RAD = 1.0
 _SMALLEST_RAD = 0.1
+_ALMOST_PURE = 1e-9
+"""Cross-talk and closure (L, rad) of strokes that are only priced, not played."""
 _TRIES = 40
 _BEND_SLACK = 1.0 + 1e-6
 _NEGLIGIBLE = 1e-13
-_GRID = 181
+_GRID = 91
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -54,13 +56,17 @@ class StrokeBook:
         if missing:
             raise GaitError(f"planning needs a stored gait for each motion; none moves along {', '.join(missing)}")
         self.largest = {g.name: self._largest(g) for found in self.gaits.values() for g in found}
+        self._prices = {
+            name: (2.0 * stroke.approach.joint_travel_rad, stroke.cycle.joint_travel_rad, abs(reach))
+            for name, (stroke, reach) in self.largest.items()
+        }
 
     def _largest(self, gait: Gait) -> tuple[Stroke, float]:
         """Return the stroke of largest amplitude that is used, and how far it goes."""
         amplitude = _ROLL_STEP_RAD if gait.amplitude_is_displacement else self.bend
         while True:
             try:
-                stroke = stored.realise(gait, self.swimmer, amplitude)
+                stroke = stored.realise(gait, self.swimmer, amplitude, _ALMOST_PURE)
             except GaitError:
                 if amplitude < _SMALLEST_RAD:
                     raise
@@ -84,10 +90,9 @@ class StrokeBook:
         return min(self._cost(g, motion) for g in self.gaits[motion.along])
 
     def _cost(self, gait: Gait, motion: Motion) -> float:
-        stroke, reach = self.largest[gait.name]
-        count = abs(motion.amount) / abs(reach)
-        approach = 2.0 * stroke.approach.joint_travel_rad if motion.amount else 0.0
-        return approach + stroke.cycle.joint_travel_rad * float(math.ceil(count) ** (2 / 3) * count ** (1 / 3))
+        approach, cycle, reach = self._prices[gait.name]
+        count = abs(motion.amount) / reach
+        return approach + cycle * float(math.ceil(count) ** (2 / 3) * count ** (1 / 3))
 
     def blocks(self, motion: Motion) -> list[Block]:
         """Return the strokes that make a motion exactly; none for a motion of nothing."""
