@@ -13,6 +13,7 @@ import typer
 from purcell_cli import __version__
 
 if TYPE_CHECKING:
+    from purcell_cli.configuration import Configuration
     from purcell_cli.swimmer import Swimmer
 
 app = typer.Typer(
@@ -79,6 +80,17 @@ def _swimmer(path: Path | None) -> Swimmer:
     return Swimmer() if path is None else load_swimmer(path)
 
 
+def _query(start: str, goal: str | None, swimmer: Path | None) -> tuple[Configuration, Configuration, Swimmer]:
+    """Return start, goal and swimmer, from two files or from a scenario."""
+    from purcell_cli.files import load_configuration
+    from purcell_cli.stored import find_scenario
+
+    if goal is not None:
+        return load_configuration(start), load_configuration(goal), _swimmer(swimmer)
+    scenario = find_scenario(start)
+    return scenario.start, scenario.goal, scenario.swimmer if swimmer is None else _swimmer(swimmer)
+
+
 def _version(wanted: bool) -> None:
     if wanted:
         print(f"purcell {__version__}")
@@ -115,16 +127,10 @@ def plan(
     """Plan a motion from a start to a goal configuration and write it as CSV."""
     from purcell_cli import report
     from purcell_cli.export import writable, write_csv
-    from purcell_cli.files import load_configuration
     from purcell_cli.solution import plan as solve
-    from purcell_cli.stored import find_scenario, stored_gaits
+    from purcell_cli.stored import stored_gaits
 
-    if goal is None:
-        scenario = find_scenario(start)
-        begin, end = scenario.start, scenario.goal
-        body = scenario.swimmer if swimmer is None else _swimmer(swimmer)
-    else:
-        begin, end, body = load_configuration(start), load_configuration(goal), _swimmer(swimmer)
+    begin, end, body = _query(start, goal, swimmer)
     writable(out)
     with _busy("planning"):
         solution = solve(begin, end, body, stored_gaits(gaits), dt, effort)
@@ -202,18 +208,11 @@ def verify(
     from purcell_cli import report
     from purcell_cli.errors import ParameterError
     from purcell_cli.export import read_csv
-    from purcell_cli.files import load_configuration
-    from purcell_cli.stored import find_scenario
     from purcell_cli.verification import verify as check
 
     if not 0.0 < tolerance < 1.0:
         raise ParameterError(f"--tolerance: a number above 0 and below 1 is wanted, found {tolerance!r}")
-    if goal is None:
-        scenario = find_scenario(start)
-        begin, end = scenario.start, scenario.goal
-        body = scenario.swimmer if swimmer is None else _swimmer(swimmer)
-    else:
-        begin, end, body = load_configuration(start), load_configuration(goal), _swimmer(swimmer)
+    begin, end, body = _query(start, goal, swimmer)
     table = read_csv(trajectory)
     with _busy("re-integrating"):
         found = check(table, begin, end, body, tolerance, tolerance)
