@@ -184,13 +184,16 @@ def verify_document(found: Verification, swimmer: Swimmer) -> Document:
     }
 
 
+_ROOMY = 108
+"""Columns a terminal needs to show a plan with amplitudes and times."""
+
 _SHOWN_AS_ZERO = 1e-8
 """Displacements below this (L, rad) are not worth a person's while."""
 
 
-def _moved(displacement: Mapping[str, Any], length_m: float) -> list[str]:
+def _moved(displacement: Mapping[str, Any], length_m: float, digits: int) -> list[str]:
     def shown(value: float, unit: float, scale: float) -> str:
-        return "0" if abs(value) < _SHOWN_AS_ZERO * unit else f"{scale * value:.4g}"
+        return "0" if abs(value) < _SHOWN_AS_ZERO * unit else f"{scale * value:.{digits}g}"
 
     angles = [displacement[f"{a}_rad"] for a in ("psi", "theta", "phi")]
     return [
@@ -205,23 +208,24 @@ def show_plan(console: Console, document: Document) -> None:
     from rich.table import Table
 
     table = Table(title="Reconfiguration", title_justify="left", box=SIMPLE_HEAD)
-    table.add_column("stroke", no_wrap=True)
-    headings = ("amplitude [rad]", "cycles", "travel [rad]", "time [s]", "x, y, z [mm]", "psi, theta, phi [deg]")
-    for heading in headings:
-        table.add_column(heading.replace(" [", "\n\\["), justify="right", overflow="fold")
+    narrow = console.width < _ROOMY
+    table.add_column("stroke", no_wrap=not narrow)
+    headings = ("cycles", "travel [rad]", "x, y, z [mm]", "psi, theta, phi [deg]")
+    for heading in headings if narrow else ("amplitude [rad]", *headings[:2], "time [s]", *headings[2:]):
+        table.add_column(heading.replace(" [", "\n\\["), justify="right", no_wrap=True)
     length_m = document["swimmer"]["L_m"]
+
+    def row(label: str, amplitude: str, cycles: str, part: Mapping[str, Any], style: str) -> None:
+        travel, time = f"{part['joint_travel_rad']:.4f}", f"{part['duration_s']:.2f}"
+        moved = _moved(part["displacement"], length_m, 3 if narrow else 4) if part["joint_travel_rad"] else ["", ""]
+        cells = (cycles, travel) if narrow else (amplitude, cycles, travel, time)
+        table.add_row(label, *cells, *moved, style=style)
+
     for phase in document["phases"]:
-        sums = [
-            f"{phase['joint_travel_rad']:.4f}",
-            f"{phase['duration_s']:.2f}",
-            *_moved(phase["displacement"], length_m),
-        ]
-        label = f"{phase['phase']} {phase['name']}"
-        table.add_row(label, "", "", *(sums if phase["strokes"] else ["0", "0", "", ""]), style="bold")
+        row(f"{phase['phase']} {phase['name']}", "", "", phase, "bold")
         for s in phase["strokes"] if phase["phase"] == 2 else []:
             amplitude = "" if s["amplitude_rad"] is None else f"{s['amplitude_rad']:.5f}"
-            figures = [f"{s['joint_travel_rad']:.4f}", f"{s['duration_s']:.2f}", *_moved(s["displacement"], length_m)]
-            table.add_row(f"  {s['gait']}", amplitude, str(s["cycles"]), *figures)
+            row(f"  {s['gait']}", amplitude, str(s["cycles"]), s, "")
     console.print(table)
     errors = Table(title="Distance from the goal", title_justify="left", box=SIMPLE_HEAD)
     errors.add_column("")
