@@ -13,6 +13,7 @@ import numpy as np
 
 from purcell_cli import se3
 from purcell_cli.configuration import Deviation
+from purcell_cli.connection import COLLINEAR
 from purcell_cli.gaits import MOTIONS, Gait, Stroke
 from purcell_cli.lift import work
 from purcell_cli.planner.reconfiguration import PHASES
@@ -118,7 +119,12 @@ def plan_document(solution: Solution, file: str | None) -> Document:
 
 def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, file: str | None) -> Document:
     """Return what a stroke does in a number of cycles."""
-    played = stroke.played(cycles)
+    inner = stroke.approach.shapes(COLLINEAR)[-1]
+    travel = 2.0 * stroke.approach.joint_travel_rad + cycles * stroke.cycle.joint_travel_rad
+    approach_j, cycle_j = (
+        float(np.sum(work(swimmer, sequence, shape)))
+        for sequence, shape in ((stroke.approach, COLLINEAR), (stroke.cycle, inner))
+    )
     g = stroke.displacement(swimmer, cycles)
     moved = np.concatenate([g[:3, 3] / swimmer.length_m, as_euler(g[:3, :3])[::-1]])
     own = MOTIONS.index(gait.moves) if gait.moves in MOTIONS else None
@@ -136,13 +142,13 @@ def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, fil
         "swimmer": _swimmer(swimmer),
         "approach": [{"control": c, "angle_rad": a} for c, a in stroke.approach],
         "cycle": [{"control": c, "angle_rad": a} for c, a in stroke.cycle],
-        "joint_travel_rad": played.joint_travel_rad,
-        "duration_s": played.joint_travel_rad / swimmer.joint_rate_rad_s,
+        "joint_travel_rad": travel,
+        "duration_s": travel / swimmer.joint_rate_rad_s,
         "displacement": {f"{m}_{u}": float(v * s) for m, u, v, s in zip(MOTIONS, units, moved, scale, strict=True)},
         "moves": gait.moves,
         "cross_talk": None if own is None else float(np.max(np.abs(np.delete(turned, own)))),
         "closure_rad": stroke.closure_rad(),
-        "energy_j": float(np.sum(work(swimmer, played))),
+        "energy_j": 2.0 * approach_j + cycles * cycle_j,
         "trajectory": file,
     }
 
