@@ -227,7 +227,7 @@ def main() -> None:
 
 
 def _run(arguments: list[str]) -> int:
-    from purcell_cli.errors import PurcellError
+    from purcell_cli.errors import GaitError, PurcellError
 
     command = next((a for a in arguments if not a.startswith("-")), "purcell")
     try:
@@ -246,6 +246,9 @@ def _run(arguments: list[str]) -> int:
         return MISUSE
     except PurcellError as error:
         _fail(command, str(error), json="--json" in arguments)
+        return NOT_REACHED if isinstance(error, GaitError) else MISUSE
+    except MemoryError:
+        _fail(command, "more memory is needed than there is; ask for fewer rows or cycles", json="--json" in arguments)
         return MISUSE
     except (KeyboardInterrupt, typer.Abort):
         _fail(command, "interrupted; nothing was written", json="--json" in arguments)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import os
-import tempfile
+import secrets
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
@@ -53,23 +53,18 @@ def whole_file(path: Path | str) -> Iterator[IO[bytes]]:
         InputError: The folder does not exist or cannot be written to, or the disk is full.
     """
     target = Path(path)
-    temporary: str | None = None
+    # Named before it is made: an interrupt at any moment finds it, and removes it.
+    temporary = target.with_name(f".{target.name[:80]}.{secrets.token_hex(6)}.part")
     try:
         writable(target)
-        handle, temporary = tempfile.mkstemp(prefix=f".{target.name[:80]}.", suffix=".part", dir=target.parent)
-        with os.fdopen(handle, "wb") as stream:
+        with temporary.open("xb") as stream:
             yield stream
-        umask = os.umask(0)
-        os.umask(umask)
-        Path(temporary).chmod(0o666 & ~umask)
-        Path(temporary).replace(target)
-        temporary = None
+        temporary.replace(target)
     except OSError as error:
         raise InputError(f"{target}: cannot be written ({error.strerror or error})") from error
     finally:
-        if temporary is not None:
-            with contextlib.suppress(OSError):
-                Path(temporary).unlink()
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
 
 
 def write_csv(trajectory: Trajectory, path: Path | str) -> None:

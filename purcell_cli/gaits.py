@@ -249,7 +249,7 @@ def realise(gait: Gait, swimmer: Swimmer, amplitude: float | None = None, pure: 
     wanted = size if gait.amplitude_is_displacement else None
     purity = _Purity(gait, unit, known, tuple(gait.free), wanted)
     solved = purity.newton(_guess(gait, unit, size), pure) if gait.free else np.empty(0)
-    if solved is None:
+    if solved is None or np.any(np.abs(solved) > np.pi):
         raise GaitError(
             f"gait {gait.name!r} has no pure stroke at amplitude {size:g} rad for this swimmer; try another"
         )

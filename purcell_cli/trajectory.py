@@ -22,7 +22,7 @@ from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array, as_euler, as_quaternion
 from purcell_cli.swimmer import Swimmer
 
-_MOST_ROWS = 2e7
+_MOST_ROWS = 3e6
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -67,6 +67,7 @@ def verify(
         *_off("re-integrated end against the goal", found.end, goal, limit, tolerance_rad),
         *_off("last row against the goal", Configuration(poses[-1], shapes[-1]), goal, limit, tolerance_rad),
         *_rows(table, poses, shapes, found.row, found.pose, found.shape, limit, tolerance_rad),
+        *_phases(table),
         *_controls(table, swimmer),
         *_angles(table, poses, shapes, tolerance_rad),
     ]
@@ -107,6 +108,15 @@ def _rows(
     n = int(row[k])
     label = f"line {n + 2} (t = {table.time_s[n]:.6g} s) against the re-integration"
     return _off(label, Configuration(poses[n], shapes[n]), Configuration(pose[k], shape[k]), limit_m, limit_rad)
+
+
+def _phases(table: Table) -> list[str]:
+    wrong = ~np.isin(table.phase, (1, 2, 3))
+    wrong[1:] |= np.diff(table.phase) < 0
+    if not np.any(wrong):
+        return []
+    n = int(np.flatnonzero(wrong)[0])
+    return [f"line {n + 2}: the phases of a reconfiguration are 1, 2, 3 in this order, found {table.phase[n]:g}"]
 
 
 def _controls(table: Table, swimmer: Swimmer) -> list[str]:

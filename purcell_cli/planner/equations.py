@@ -136,6 +136,11 @@ class Equations:
         """Return the angles of all free stretches as they are [rad]. Shape (n,)."""
         return np.concatenate([np.empty(0), *(s.sequence.angle for s in self.stretches if s.free)])
 
+    def tail(self) -> int:
+        """Return the first angle of those after which no stroke repeats: their changes are not multiplied."""
+        repeated = [part.stop for s, part in zip(self.stretches, self._slices, strict=True) if not s.free]
+        return repeated[-1] if repeated else 0
+
     def with_angles(self, angle: Array) -> list[Stretch]:
         """Return the stretches with other angles [rad]. Shape (n,)."""
         return [

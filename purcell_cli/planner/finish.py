@@ -1,4 +1,8 @@
-"""The exact finish: Newton's method on the true flow until the goal is met in all twelve dimensions."""
+"""The exact finish: Newton's method on the true flow until the goal is met in all twelve dimensions.
+
+All angles change together, by the least amount. Where rounding to the clock then stands in the way,
+since strokes that repeat multiply it, only the angles after the last of those go on.
+"""
 
 from __future__ import annotations
 
@@ -34,6 +38,7 @@ def arrive(equations: Equations, rounded: Callable[[Array], Array]) -> tuple[lis
             best, kept = values.size, angle
         if best < _ENOUGH:
             break
-        step = np.linalg.lstsq(values.derivative, -values.residual, rcond=_WEAKEST)[0]
-        angle = rounded(angle + step)
+        first = equations.tail() if idle else 0
+        step = np.linalg.lstsq(values.derivative[:, first:], -values.residual, rcond=_WEAKEST)[0]
+        angle = rounded(np.concatenate([angle[:first], angle[first:] + step]))
     return equations.with_angles(kept), float(best)

@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from purcell_cli import se3
-from purcell_cli.configuration import Configuration
+from purcell_cli.configuration import Configuration, Deviation
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits import Gait
 from purcell_cli.lift import flow
@@ -71,6 +71,12 @@ def _scaled(pose: Array, length_m: float) -> Array:
     return out
 
 
+_THERE = 1e-14
+"""A start this near its goal (L, rad) is there already."""
+
+_APART = 128
+"""Cycles of repeated strokes are kept apart, free to change, up to so many primitives."""
+
 EFFORTS: Mapping[str, tuple[int, Pace | None]] = {
     "standard": (0, None),
     "thorough": (64, Pace(rounds=6, steps=60)),
@@ -97,6 +103,8 @@ def reconfigure(
     """
     if effort not in EFFORTS:
         raise UnknownNameError(f"effort: one of {', '.join(EFFORTS)} is wanted, found {effort!r}")
+    if Deviation.between(start, goal).within(_THERE * swimmer.length_m, _THERE):
+        return Plan(swimmer, start, goal, ())
     unit = swimmer.scaled()
     wanted = se3.inverse(_scaled(start.pose, swimmer.length_m)) @ _scaled(goal.pose, swimmer.length_m)
     first, last = to_collinear(start.shape), from_collinear(goal.shape)
@@ -108,7 +116,7 @@ def reconfigure(
     ]
     if not blocks:
         return Plan(swimmer, start, goal, ())
-    plain, off = _exact(swimmer, stretches_of(blocks, start.shape, goal.shape), wanted)
+    plain, off = _exact(swimmer, stretches_of(_unrolled(blocks, _APART), start.shape, goal.shape), wanted)
     most, pace = EFFORTS[effort]
     if pace is not None:
         joined = stretches_of(_unrolled(blocks, most), start.shape, goal.shape)
@@ -123,17 +131,17 @@ def _travel(stretches: Sequence[Stretch]) -> float:
 
 
 def _unrolled(blocks: Sequence[Block], most: int) -> list[Block]:
-    """Return blocks with the cycles of repeated strokes apart, as long as they are at most so many primitives."""
+    """Return blocks with the cycles of repeated strokes apart, the last first, up to so many primitives."""
     out: list[Block] = []
     room = most - sum(len(b.sequence) for b in blocks if b.cycles == 1)
-    for block in blocks:
+    for block in reversed(blocks):
         more = block.cycles * len(block.sequence)
         if block.cycles > 1 and more <= room:
             room -= more
             out += [dataclasses.replace(block, cycles=1)] * block.cycles
         else:
             out.append(block)
-    return out
+    return out[::-1]
 
 
 def _exact(swimmer: Swimmer, stretches: Sequence[Stretch], wanted: Array) -> tuple[list[Stretch], float]:
