@@ -361,7 +361,7 @@ def test_a_folder_without_write_permission_is_refused(tmp_path: Path, monkeypatc
         def denied(*_: object, **__: object) -> NoReturn:
             raise PermissionError(errno.EACCES, "Permission denied")
 
-        monkeypatch.setattr("tempfile.mkstemp", denied)
+        monkeypatch.setattr(Path, "open", denied)
     assert "cannot be written" in refused(folder / "t.csv")
     folder.chmod(0o700)
     assert list(folder.iterdir()) == []
