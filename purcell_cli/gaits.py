@@ -184,7 +184,7 @@ class _Purity:
         """Return the equations' values and derivatives by the unknowns. Shapes (12,), (12, unknowns)."""
         sequence = self.gait.stroke(self.values(unknown)).played()
         g, jacobian = flow_and_jacobian(self.swimmer, sequence)
-        gap, closure = shape_gap(sequence, COLLINEAR, COLLINEAR)
+        gap, closure = shape_gap(sequence, sequence.shapes(COLLINEAR), COLLINEAR)
         value, derivative = np.concatenate([se3.log(g), gap]), np.concatenate([jacobian, closure])
         own = MOTIONS.index(self.gait.moves)
         if self.wanted is None:
@@ -225,6 +225,21 @@ class _Purity:
 
 def _guess(gait: Gait, swimmer: Swimmer, amplitude: float) -> Array:
     return np.array([guess.at(amplitude, swimmer) for guess in gait.free.values()])
+
+
+def guessed(gait: Gait, swimmer: Swimmer, amplitude: float) -> Stroke:
+    """Return the stroke of a gait with its free angles as guessed, about as pure as the guesses are good.
+
+    Args:
+        gait: The gait.
+        swimmer: The swimmer.
+        amplitude: The amplitude; negative runs the stroke backwards [rad].
+    """
+    unknown = _guess(gait, swimmer.scaled(), abs(amplitude))
+    stroke = gait.stroke(
+        {"": 1.0, gait.symbol: abs(amplitude), **dict(zip(gait.free, map(float, unknown), strict=True))}
+    )
+    return stroke if amplitude > 0 else stroke.inverse()
 
 
 def realise(gait: Gait, swimmer: Swimmer, amplitude: float | None = None, pure: float = PURE) -> Stroke:

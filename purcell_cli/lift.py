@@ -17,6 +17,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -327,6 +328,26 @@ def _displacements(model: _Model, shapes: Array, rate: Array, duration: Array, a
     return out
 
 
+def piece_displacements(
+    swimmer: Swimmer, shapes: Array, rate: Array, duration: Array, accuracy: Accuracy = EXACT
+) -> Array:
+    """Return the base's body displacement on pieces of constant limb rates, each from a shape of its own.
+
+    Args:
+        swimmer: The swimmer.
+        shapes: Shapes at the beginning of the pieces. Shape (n, 2, 3, 3).
+        rate: Limb rates (omega_1, omega_2) [rad/s]. Shape (n, 6).
+        duration: Durations [s], not negative. Shape (n,).
+        accuracy: Order and step of the method.
+
+    Returns:
+        Poses relative to each piece's beginning [m]. Shape (n, 4, 4).
+    """
+    out = _displacements(_model(swimmer), shapes, rate, duration, accuracy)
+    out[:, :3, 3] *= swimmer.length_m
+    return out
+
+
 def displacements(
     swimmer: Swimmer, sequence: PrimitiveSequence, start: ArrayLike = COLLINEAR, accuracy: Accuracy = EXACT
 ) -> Array:
@@ -343,10 +364,7 @@ def displacements(
     Returns:
         Poses relative to each primitive's beginning [m]. Shape (n, 4, 4).
     """
-    shapes = sequence.shapes(start)[:-1]
-    out = _displacements(_model(swimmer), shapes, sequence.rates(), np.abs(sequence.angle), accuracy)
-    out[:, :3, 3] *= swimmer.length_m
-    return out
+    return piece_displacements(swimmer, sequence.shapes(start)[:-1], sequence.rates(), np.abs(sequence.angle), accuracy)
 
 
 def flow(
@@ -371,8 +389,38 @@ def work(swimmer: Swimmer, sequence: PrimitiveSequence, start: ArrayLike = COLLI
     return np.asarray(scale * np.bincount(mesh.piece, weights=power, minlength=len(sequence)), dtype=np.float64)
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Repeat:
+    """A part of a sequence that is played more than once; each cycle brings the limbs back to where they were.
+
+    Attributes:
+        first: Its first primitive.
+        stop: The primitive after its last.
+        cycles: How often it is played.
+    """
+
+    first: int
+    stop: int
+    cycles: int
+
+
+def _power_sum(pose: Array, cycles: int) -> Array:
+    """Return 1 + Ad_g + ... + Ad_g^(n-1), by doubling. Shape (6, 6)."""
+    once = se3.adjoint(pose)
+    total, power = np.eye(6), once
+    for bit in bin(cycles)[3:]:
+        total, power = total + power @ total, power @ power
+        if bit == "1":
+            total, power = total + power, power @ once
+    return total
+
+
 def flow_and_jacobian(
-    swimmer: Swimmer, sequence: PrimitiveSequence, start: ArrayLike = COLLINEAR, accuracy: Accuracy = EXACT
+    swimmer: Swimmer,
+    sequence: PrimitiveSequence,
+    start: ArrayLike = COLLINEAR,
+    accuracy: Accuracy = EXACT,
+    repeats: Sequence[Repeat] = (),
 ) -> tuple[Array, Array]:
     """Return the displacement along a sequence and its derivative by every angle.
 
@@ -380,11 +428,16 @@ def flow_and_jacobian(
     frame, about the axis n_k the limb turned on. So one pass that carries six such rotations back
     from the end gives all derivatives at once, whatever the number of primitives.
 
+    A part that is repeated costs one cycle: the others are conjugate to it by powers of its
+    displacement. Its own angles may only change together, so that it still closes; what they do
+    within a cycle is then all they do.
+
     Args:
         swimmer: The swimmer.
         sequence: The controls; a zero angle is taken as turning the positive way.
         start: Shape before the first primitive. Shape (2, 3, 3).
         accuracy: Order and step of the method.
+        repeats: Parts that are played more than once, in order.
 
     Returns:
         The displacement g [m], shape (4, 4), and the body twists g^-1 dg/d(angle_k) [m/rad,
@@ -392,44 +445,61 @@ def flow_and_jacobian(
     """
     model = _model(swimmer)
     shapes = sequence.shapes(start)
-    rate = sequence.rates()
-    base_rates = _base_rates(shapes[:-1], rate)
+    base_rates = _base_rates(shapes[:-1], sequence.rates())
     n = len(sequence)
     mesh = _mesh(model, shapes[:-1, :, :, 0], base_rates, np.abs(sequence.angle), accuracy.step)
     solved = _solve(model, mesh, accuracy, gradient=True)
+    m = len(mesh.piece)
+    stop_of = np.searchsorted(mesh.piece, np.arange(n), side="right")
     before = se3.prefix_products(solved.step_pose)
-    last = np.searchsorted(mesh.piece, np.arange(n), side="right")
-    nodes = before[:-1, None] @ solved.node_pose
-    carried = np.einsum("nmij,nmjk->nik", se3.adjoint(nodes), solved.node_change)
-    later = np.zeros((len(mesh.piece) + 1, 6, 6))
-    later[:-1] = np.cumsum(carried[::-1], axis=0)[::-1]
-    sign = np.where(sequence.angle < 0, -1.0, 1.0)
-    xi_end = sign[:, None] * model.twist(shapes[1:, :, :, 0], base_rates)
+    begins, ends = before.copy(), before[1:].copy()
+    inside = np.zeros(n, dtype=np.int64)
+    spread = [np.eye(6)]
+    for part in repeats:
+        first, stop = (int(stop_of[k - 1]) if k else 0 for k in (part.first, part.stop))
+        cycle = se3.normalised(se3.inverse(begins[first]) @ ends[stop - 1])
+        extra = begins[first] @ se3.power(cycle, part.cycles - 1) @ se3.inverse(begins[first])
+        begins[stop:], ends[stop:] = extra @ begins[stop:], extra @ ends[stop:]
+        around = se3.adjoint(begins[first])
+        inside[part.first : part.stop] = len(spread)
+        spread.append(around @ _power_sum(cycle, part.cycles) @ se3.adjoint(se3.inverse(begins[first])))
+    all_cycles = np.stack(spread)
+    nodes = begins[:-1, None] @ solved.node_pose
+    carried = np.zeros((m + 1, 6, 6))
+    carried[:-1] = np.einsum("nmij,nmjk->nik", se3.adjoint(nodes), solved.node_change)
+    within = np.cumsum(carried[::-1], axis=0)[::-1]
+    carried[:-1] = all_cycles[inside[mesh.piece]] @ carried[:-1]
+    later = np.cumsum(carried[::-1], axis=0)[::-1][stop_of]
+    for k, part in enumerate(repeats, 1):
+        mine = slice(part.first, part.stop)
+        later[mine] = all_cycles[k] @ (within[stop_of[mine]] - within[stop_of[part.stop - 1]])
     limb, axis = sequence.control // 3, sequence.control % 3
     turned_about = shapes[np.arange(n), limb, :, axis]
-    through = later[last].reshape(n, 6, 2, 3)[np.arange(n), :, limb]
-    seen_at_start = (se3.adjoint(before[last]) @ xi_end[..., None])[..., 0]
-    seen_at_start += (through @ turned_about[..., None])[..., 0]
-    g = before[-1].copy()
+    sign = np.where(sequence.angle < 0, -1.0, 1.0)
+    xi_end = sign[:, None] * model.twist(shapes[1:, :, :, 0], base_rates)
+    idle = sequence.angle == 0.0
+    end = np.where(idle[:, None, None], begins[stop_of], ends[np.maximum(stop_of - 1, 0)] if m else begins[stop_of])
+    seen_at_start = (all_cycles[inside] @ se3.adjoint(end) @ xi_end[..., None])[..., 0]
+    seen_at_start += (later.reshape(n, 6, 2, 3)[np.arange(n), :, limb] @ turned_about[..., None])[..., 0]
+    g = se3.normalised(begins[-1])
     jacobian = se3.adjoint(se3.inverse(g)) @ seen_at_start.T
     g[:3, 3] *= model.length_m
     jacobian[:3] *= model.length_m
     return g, jacobian
 
 
-def shape_gap(sequence: PrimitiveSequence, start: Array, end: Array) -> tuple[Array, Array]:
+def shape_gap(sequence: PrimitiveSequence, shapes: Array, end: Array) -> tuple[Array, Array]:
     """Return the rotation vectors from the wanted end shape to the found one, and their derivative.
 
     Args:
         sequence: The controls.
-        start: Shape before them. Shape (2, 3, 3).
+        shapes: Shapes before, between and after them. Shape (n + 1, 2, 3, 3).
         end: Shape wanted after them. Shape (2, 3, 3).
 
     Returns:
         Rotation vectors in base coordinates [rad], shape (6,), and derivatives by the angles,
         leading order in the gap, shape (6, n).
     """
-    shapes = sequence.shapes(start)
     gap = as_vector(shapes[-1] @ np.swapaxes(end, -1, -2)).ravel()
     limb, axis = sequence.control // 3, sequence.control % 3
     turned = shapes[np.arange(len(sequence)), limb, :, axis].T
@@ -458,7 +528,4 @@ def flow_of_rates(
     turns = _turn(rates.reshape(-1, 2, 3) * times[:, None, None])
     for k, turn in enumerate(turns):
         shapes[k + 1] = orthonormalised(shapes[k] @ turn)
-    steps = _displacements(_model(swimmer), shapes[:-1], rates, times, accuracy)
-    poses = se3.prefix_products(steps)
-    poses[:, :3, 3] *= swimmer.length_m
-    return shapes, poses
+    return shapes, se3.prefix_products(piece_displacements(swimmer, shapes[:-1], rates, times, accuracy))

@@ -7,7 +7,7 @@ Conventions: `rotations`.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -114,20 +114,25 @@ class PrimitiveSequence:
         Returns:
             Shapes. Shape (n + 1, 2, 3, 3).
         """
-        out = np.empty((len(self) + 1, 2, 3, 3))
-        out[0] = start
-        turns = np.empty((len(self), 3, 3))
+        turns = np.tile(np.eye(3), (len(self) + 1, 2, 1, 1))
+        turns[0] = start
         for axis in range(3):
-            mask = self.control % 3 == axis
-            turns[mask] = about_axis(axis, self.angle[mask])
-        limbs, turned = (self.control // 3).tolist(), (self.angle != 0.0).tolist()
-        for k, turn in enumerate(turns):
-            out[k + 1] = out[k]
-            if turned[k]:
-                limb = limbs[k]
-                out[k + 1, limb] = orthonormalised(out[k, limb] @ turn)
+            mine = np.flatnonzero(self.control % 3 == axis)
+            turns[mine + 1, self.control[mine] // 3] = about_axis(axis, self.angle[mine])
+        reach = 1
+        while reach <= len(self):
+            turns[reach:] = turns[:-reach] @ turns[reach:]
+            reach *= 2
+        out = orthonormalised(turns)
+        out[0] = start
         return out
 
 
 EMPTY = PrimitiveSequence(np.empty(0, dtype=np.int64), np.empty(0))
 """The sequence that does nothing."""
+
+
+def joined(sequences: Sequence[PrimitiveSequence]) -> PrimitiveSequence:
+    """Return sequences played one after the other."""
+    parts = [EMPTY, *sequences]
+    return PrimitiveSequence(np.concatenate([s.control for s in parts]), np.concatenate([s.angle for s in parts]))

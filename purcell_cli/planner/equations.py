@@ -1,26 +1,30 @@
 """The equations of an exact arrival, and their derivatives, for a whole motion at once.
 
-A motion is cut into stretches: runs of primitives whose angles may change, and strokes that repeat
-and stay as they are. Every free stretch must end at its shape, and the base at the goal: six
-equations for the base and six for each free stretch. Left invariance carries each stretch's own
-derivative to the end by the adjoint of what follows it.
+A motion is a chain of stretches: runs of primitives whose angles are free, and strokes that repeat.
+A repeated stroke that goes round a rectangle of two joints' angles closes whatever the sides, so
+its two sides are free as well; any other stays as it is. The limbs must be collinear where phases
+1 and 2 end, they must end at the goal's shape, and the base at the goal's pose.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
-from purcell_cli.lift import EXACT, Accuracy, flow, flow_and_jacobian, shape_gap
-from purcell_cli.primitives import PrimitiveSequence
+from purcell_cli.lift import EXACT, Accuracy, Repeat, flow_and_jacobian, shape_gap
+from purcell_cli.primitives import PrimitiveSequence, joined
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Block
+
+Rows = NDArray[np.int64]
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -31,22 +35,29 @@ class Stretch:
         phase: 1, 2 or 3 of the reconfiguration.
         strokes: The strokes it consists of, in order: name, amplitude [rad] and number of primitives.
         sequence: Its primitives.
-        start: Shape before it. Shape (2, 3, 3).
-        end: Shape it must end at. Shape (2, 3, 3).
-        cycles: How often it is played; one that repeats stays as it is.
+        cycles: How often it is played.
     """
 
     phase: int
     strokes: tuple[tuple[str, float, int], ...]
     sequence: PrimitiveSequence
-    start: Array
-    end: Array
     cycles: int = 1
 
     @property
     def free(self) -> bool:
-        """Whether its angles may change."""
+        """Whether every angle may change by itself."""
         return self.cycles == 1
+
+    @property
+    def rectangle(self) -> bool:
+        """Whether it repeats a rectangle of two joints' angles."""
+        c, a = self.sequence.control, self.sequence.angle
+        return not self.free and len(a) == 4 and c[0] == c[2] and c[1] == c[3] and bool(np.all(a[:2] == -a[2:]))
+
+    @property
+    def joint_travel_rad(self) -> float:
+        """The sum over all its primitives of |angle| [rad]."""
+        return self.cycles * self.sequence.joint_travel_rad
 
     def renamed(self, name: str, sequence: PrimitiveSequence) -> Stretch:
         """Return the stretch with other primitives, all of one stroke."""
@@ -62,44 +73,34 @@ class Stretch:
         return out
 
 
-def stretches_of(blocks: Sequence[Block], start: Array, goal: Array) -> list[Stretch]:
-    """Return blocks as stretches: neighbours that may change together are joined.
-
-    Args:
-        blocks: The motion.
-        start: Shape before it. Shape (2, 3, 3).
-        goal: Shape it must end at; the limbs are collinear where a phase ends before that. Shape (2, 3, 3).
-    """
+def stretches_of(blocks: Sequence[Block]) -> list[Stretch]:
+    """Return blocks as stretches: neighbours in one phase that do not repeat are joined."""
     out: list[Stretch] = []
-    shape = start
     for block in blocks:
-        after = block.sequence.shapes(shape)[-1]
         stroke = (block.gait, block.amplitude_rad, len(block.sequence))
         last = out[-1] if out else None
         if last is not None and last.free and block.cycles == 1 and last.phase == block.phase:
-            strokes = (*last.strokes, stroke)
-            out[-1] = dataclasses.replace(last, strokes=strokes, sequence=last.sequence + block.sequence, end=after)
+            out[-1] = dataclasses.replace(
+                last, strokes=(*last.strokes, stroke), sequence=last.sequence + block.sequence
+            )
         else:
-            if last is not None and last.phase != block.phase:
-                out[-1], shape = dataclasses.replace(last, end=COLLINEAR), COLLINEAR
-            out.append(Stretch(block.phase, (stroke,), block.sequence, shape, after, block.cycles))
-        shape = after
-    if out:
-        out[-1] = dataclasses.replace(out[-1], end=goal)
+            out.append(Stretch(block.phase, (stroke,), block.sequence, block.cycles))
     return out
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Values:
-    """The equations at one set of angles.
+    """The equations at one set of free angles.
 
     Attributes:
         residual: What is missing [L, rad]. Shape (m,).
         derivative: By every free angle. Shape (m, n).
+        shapes: Shapes before, between and after the primitives, one cycle each. Shape (k + 1, 2, 3, 3).
     """
 
     residual: Array
     derivative: Array
+    shapes: Array
 
     @property
     def size(self) -> float:
@@ -110,75 +111,124 @@ class Values:
 class Equations:
     """The equations of one motion.
 
-    A repeated stroke multiplies what its first shape is off by the number of its cycles. Exact
-    equations therefore follow the shapes as they come; those to search by take every stretch from
-    the shape it ought to start at, and compute the repeated strokes once.
-
     Args:
         swimmer: The swimmer, scaled to L = 1.
         stretches: The parts of the motion.
+        start: Shape before it. Shape (2, 3, 3).
+        goal: Shape it must end at. Shape (2, 3, 3).
         displacement: Body displacement the motion must make, in units of L. Shape (4, 4).
         accuracy: Of the flow.
     """
 
     def __init__(
-        self, swimmer: Swimmer, stretches: Sequence[Stretch], displacement: Array, accuracy: Accuracy = EXACT
+        self,
+        swimmer: Swimmer,
+        stretches: Sequence[Stretch],
+        start: Array,
+        goal: Array,
+        displacement: Array,
+        accuracy: Accuracy = EXACT,
     ) -> None:
-        self.swimmer, self.accuracy = swimmer, accuracy
+        self.swimmer, self.accuracy, self.start, self.goal = swimmer, accuracy, start, goal
         self.stretches = tuple(stretches)
-        self.wanted_inverse = se3.inverse(displacement)
-        self._repeated: dict[tuple[int, bytes], Array] = {}
-        counts = [len(s.sequence) if s.free else 0 for s in self.stretches]
-        ends = np.cumsum(counts)
-        self._slices = [slice(int(end) - n, int(end)) for n, end in zip(counts, ends, strict=True)]
+        self.displacement, self._wanted_inverse = displacement, se3.inverse(displacement)
+        counts = [len(s.sequence) for s in self.stretches]
+        stops = np.cumsum([0, *counts]).tolist()
+        self._slices = [slice(a, b) for a, b in zip(stops[:-1], stops[1:], strict=True)]
+        self.repeats = [
+            Repeat(part.start, part.stop, s.cycles)
+            for s, part in zip(self.stretches, self._slices, strict=True)
+            if not s.free
+        ]
+        self.phase = np.repeat([s.phase for s in self.stretches], counts)
+        self._free_index()
+        self._targets = [
+            (int(np.flatnonzero(self.phase == phase)[-1]) + 1, COLLINEAR)
+            for phase in (1, 2)
+            if np.any(self.phase == phase) and np.any(self.phase > phase)
+        ]
+        self._targets.append((len(self.phase), goal))
 
-    def angles(self) -> Array:
-        """Return the angles of all free stretches as they are [rad]. Shape (n,)."""
-        return np.concatenate([np.empty(0), *(s.sequence.angle for s in self.stretches if s.free)])
+    def _free_index(self) -> None:
+        """Number the free angles: primitive k turns by sign[k] times free angle index[k]; -1 is none."""
+        index, sign, weight = [], [], []
+        self._first_after_repeats = 0
+        for s in self.stretches:
+            n, k = len(s.sequence), len(weight)
+            if s.free:
+                index += list(range(k, k + n))
+                sign += [1.0] * n
+                weight += [1.0] * n
+            else:
+                index += [k, k + 1, k, k + 1] if s.rectangle else [-1] * n
+                sign += [1.0, 1.0, -1.0, -1.0] if s.rectangle else [0.0] * n
+                weight += [2.0 * s.cycles] * 2 if s.rectangle else []
+                self._first_after_repeats = len(weight)
+        self.weight = np.array(weight)
+        self._index, self._sign = np.array(index, dtype=np.int64), np.array(sign)
 
+    @functools.cached_property
+    def tie(self) -> Array:
+        """The derivative of every primitive's angle by every free angle. Shape (k, n)."""
+        out = np.zeros((len(self._index), len(self.weight)))
+        free = np.flatnonzero(self._index >= 0)
+        out[free, self._index[free]] = self._sign[free]
+        return out
+
+    @property
     def tail(self) -> int:
-        """Return the first angle of those after which no stroke repeats: their changes are not multiplied."""
-        repeated = [part.stop for s, part in zip(self.stretches, self._slices, strict=True) if not s.free]
-        return repeated[-1] if repeated else 0
+        """The first free angle of those after which no stroke repeats: their changes are not multiplied."""
+        return self._first_after_repeats
+
+    @property
+    def angles(self) -> Array:
+        """The free angles as they are [rad]. Shape (n,)."""
+        out = np.empty(len(self.weight))
+        mine = np.flatnonzero(self._sign > 0)
+        out[self._index[mine]] = self.sequence.angle[mine]
+        return out
+
+    @functools.cached_property
+    def sequence(self) -> PrimitiveSequence:
+        """All primitives, one cycle each, as they are."""
+        return joined([s.sequence for s in self.stretches])
+
+    def sequence_at(self, angle: Array) -> PrimitiveSequence:
+        """Return all primitives, one cycle each, at other free angles [rad]. Shape (n,)."""
+        return self.sequence.with_angles(
+            np.where(self._index < 0, self.sequence.angle, self._sign * angle[self._index])
+        )
+
+    @property
+    def joint_travel_rad(self) -> float:
+        """The motion's joint travel [rad]."""
+        return sum(s.joint_travel_rad for s in self.stretches)
+
+    def of(self, stretches: Sequence[Stretch]) -> Equations:
+        """Return the same equations for another motion."""
+        return Equations(self.swimmer, stretches, self.start, self.goal, self.displacement, self.accuracy)
+
+    def at_accuracy(self, accuracy: Accuracy) -> Equations:
+        """Return the same equations on the flow computed otherwise."""
+        return Equations(self.swimmer, self.stretches, self.start, self.goal, self.displacement, accuracy)
 
     def with_angles(self, angle: Array) -> list[Stretch]:
-        """Return the stretches with other angles [rad]. Shape (n,)."""
+        """Return the stretches with other free angles [rad]. Shape (n,)."""
+        sequence = self.sequence_at(angle)
         return [
-            dataclasses.replace(s, sequence=s.sequence.with_angles(angle[part])) if s.free else s
+            dataclasses.replace(s, sequence=sequence[part])
             for s, part in zip(self.stretches, self._slices, strict=True)
         ]
 
     def at(self, angle: Array) -> Values:
-        """Return the equations at some angles [rad]. Shape (n,)."""
-        m = 6 + 6 * sum(s.free for s in self.stretches)
-        residual, derivative = np.empty(m), np.zeros((m, len(angle)))
-        after, row = np.eye(4), m
-        stretches = self.with_angles(angle)
-        starts = self._starts(stretches)
-        for k in range(len(stretches) - 1, -1, -1):
-            stretch, start, part = stretches[k], starts[k], self._slices[k]
-            if not stretch.free:
-                after = self._displacement(k, start) @ after
-                continue
-            row -= 6
-            g, twists = flow_and_jacobian(self.swimmer, stretch.sequence, start, self.accuracy)
-            residual[row : row + 6], derivative[row : row + 6, part] = shape_gap(stretch.sequence, start, stretch.end)
-            derivative[:6, part] = se3.adjoint(se3.inverse(after)) @ twists
-            after = g @ after
-        residual[:6] = se3.log(se3.normalised(self.wanted_inverse @ after))
-        return Values(residual, derivative)
-
-    def _starts(self, stretches: Sequence[Stretch]) -> list[Array]:
-        if self.accuracy is not EXACT:
-            return [s.start for s in stretches]
-        shapes = [stretches[0].start]
-        for stretch in stretches[:-1]:
-            shapes.append(stretch.sequence.shapes(shapes[-1])[-1])
-        return shapes
-
-    def _displacement(self, k: int, start: Array) -> Array:
-        key = (k, start.tobytes())
-        if key not in self._repeated:
-            stretch = self.stretches[k]
-            self._repeated[key] = se3.power(flow(self.swimmer, stretch.sequence, start), stretch.cycles)
-        return self._repeated[key]
+        """Return the equations at some free angles [rad]. Shape (n,)."""
+        sequence = self.sequence_at(angle)
+        shapes = sequence.shapes(self.start)
+        g, twists = flow_and_jacobian(self.swimmer, sequence, self.start, self.accuracy, self.repeats)
+        residual = [se3.log(se3.normalised(self._wanted_inverse @ g))]
+        derivative = [twists]
+        for stop, shape in self._targets:
+            gap, slope = shape_gap(sequence[:stop], shapes[: stop + 1], shape)
+            residual.append(gap)
+            derivative.append(np.pad(slope, ((0, 0), (0, len(sequence) - stop))))
+        return Values(np.concatenate(residual), np.concatenate(derivative) @ self.tie, shapes)

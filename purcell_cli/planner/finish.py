@@ -1,7 +1,8 @@
 """The exact finish: Newton's method on the true flow until the goal is met in all twelve dimensions.
 
-All angles change together, by the least amount. Where rounding to the clock then stands in the way,
-since strokes that repeat multiply it, only the angles after the last of those go on.
+All angles change together, by the least amount that keeps the bend limit. Where rounding to the
+clock then stands in the way, since strokes that repeat multiply it, only the angles after the last
+of those go on.
 """
 
 from __future__ import annotations
@@ -10,26 +11,76 @@ from collections.abc import Callable
 
 import numpy as np
 
-from purcell_cli.planner.equations import Equations, Stretch
+from purcell_cli.planner.equations import Equations, Values
+from purcell_cli.planner.limits import bend_rows, least_cosines
 from purcell_cli.rotations import Array
 
 _ENOUGH = 4e-12
 _PATIENCE = 4
 """Rounds without gain before the best is taken: rounding to the clock falls out anew in each."""
 _WEAKEST = 1e-9
+_REACH_RAD = 0.25
+_ROUNDS = 30
+_BEND_SLACK = 1e-9
 
 
-def arrive(equations: Equations, rounded: Callable[[Array], Array]) -> tuple[list[Stretch], float]:
-    """Return the stretches with their angles changed, by the least amount, to end exactly at the goal.
+def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[Equations, float]:
+    """Return the motion with its angles changed to arrive, by short steps within the bend limit.
 
     Args:
         equations: The equations of a motion that almost arrives.
+        max_bend_rad: How far a limb may bend in phase 2 [rad].
+        close: Residual that is close enough [L, rad].
+
+    Returns:
+        The motion, and the largest residual left [L, rad].
+    """
+    least = least_cosines(equations, max_bend_rad)
+    angle = equations.angles
+    values = equations.at(angle)
+    best, kept = np.inf, angle
+    for _ in range(_ROUNDS):
+        room, _ = bend_rows(equations, values.shapes, least)
+        off = max(values.size, float(-np.min(room, initial=0.0)))
+        if off < best:
+            best, kept = off, angle
+        if best < close:
+            break
+        step = _bounded(equations, values, least, _REACH_RAD)
+        angle = angle + step
+        values = equations.at(angle)
+    return equations.of(equations.with_angles(kept)), float(best)
+
+
+def _bounded(equations: Equations, values: Values, least: Array, reach: float) -> Array:
+    """Return the least step to the arrival that leaves no limb bent too far, as far as is linear. Shape (n,)."""
+    room, slope = bend_rows(equations, values.shapes, least)
+    rows, wanted = values.derivative, -values.residual
+    active = room < 0.0
+    for _ in range(4):
+        matrix = np.concatenate([rows, slope[active]])
+        step: Array = np.linalg.lstsq(matrix, np.concatenate([wanted, -room[active]]), rcond=_WEAKEST)[0]
+        step *= min(1.0, reach / max(float(np.max(np.abs(step))), 1e-300))
+        broken = (room + slope @ step < -_BEND_SLACK) & ~active
+        if not np.any(broken):
+            break
+        active |= broken
+    return step
+
+
+def arrive(equations: Equations, max_bend_rad: float, rounded: Callable[[Array], Array]) -> tuple[Equations, float]:
+    """Return the motion with its angles changed, by the least amount, to end exactly at the goal.
+
+    Args:
+        equations: The equations of a motion that almost arrives.
+        max_bend_rad: How far a limb may bend in phase 2 [rad].
         rounded: Rounds angles to what the clock can tell [rad].
 
     Returns:
-        The stretches of the best round, and the largest residual left [L, rad].
+        The motion of the best round, and the largest residual left [L, rad].
     """
-    angle = rounded(equations.angles())
+    least = least_cosines(equations, max_bend_rad)
+    angle = rounded(equations.angles)
     best, kept, idle = np.inf, angle, 0
     while idle < _PATIENCE:
         values = equations.at(angle)
@@ -38,7 +89,11 @@ def arrive(equations: Equations, rounded: Callable[[Array], Array]) -> tuple[lis
             best, kept = values.size, angle
         if best < _ENOUGH:
             break
-        first = equations.tail() if idle else 0
-        step = np.linalg.lstsq(values.derivative[:, first:], -values.residual, rcond=_WEAKEST)[0]
-        angle = rounded(np.concatenate([angle[:first], angle[first:] + step]))
-    return equations.with_angles(kept), float(best)
+        if idle:
+            tail = equations.tail
+            step = np.zeros_like(angle)
+            step[tail:] = np.linalg.lstsq(values.derivative[:, tail:], -values.residual, rcond=_WEAKEST)[0]
+        else:
+            step = _bounded(equations, values, least, _REACH_RAD)
+        angle = rounded(angle + step)
+    return equations.of(equations.with_angles(kept)), float(best)

@@ -8,32 +8,45 @@ from __future__ import annotations
 
 import numpy as np
 
-from purcell_cli.planner.equations import Stretch
+from purcell_cli.planner.equations import Equations
 from purcell_cli.rotations import Array
 
 _WATCHED = 0.35
 """How near the limit, in the cosine of the bend, a primitive's end must come to be watched."""
 
 
-def bend_rows(stretch: Stretch, max_bend_rad: float) -> tuple[Array, Array]:
+def least_cosines(equations: Equations, max_bend_rad: float) -> Array:
+    """Return the least cosine of its limb's bend that each primitive may end at. Shape (k,).
+
+    The limit holds in phase 2; in phases 1 and 3 a limb may be as bent as the start or the goal has it.
+    """
+    limb = equations.sequence.control // 3
+    limit = np.cos(max_bend_rad)
+    for phase, shape in ((1, equations.start), (3, equations.goal)):
+        own = np.minimum(shape[limb, 0, 0], limit)
+        limit = np.where(equations.phase == phase, own, limit)
+    return np.broadcast_to(limit, limb.shape)
+
+
+def bend_rows(equations: Equations, shapes: Array, least: Array) -> tuple[Array, Array]:
     """Return the room left below the bend limit where it is small, and its derivative.
 
     Args:
-        stretch: A part of the motion.
-        max_bend_rad: The limit [rad].
+        equations: The motion.
+        shapes: Its shapes. Shape (k + 1, 2, 3, 3).
+        least: Least cosine of the bend at the end of each primitive. Shape (k,).
 
     Returns:
-        cos(bend) - cos(limit) at the ends of primitives near the limit, shape (k,), and its
-        derivative by the angles of the stretch, shape (k, n).
+        cos(bend) - least at the ends of primitives near the limit, shape (j,), and its derivative
+        by the free angles, shape (j, n).
     """
-    sequence = stretch.sequence
-    n = len(sequence)
-    shapes = sequence.shapes(stretch.start)
-    limb, axis = sequence.control // 3, sequence.control % 3
+    control = equations.sequence.control
+    n = len(control)
+    limb, axis = control // 3, control % 3
     ends = shapes[np.arange(1, n + 1), limb, :, 0]
-    room = ends[:, 0] - np.cos(max_bend_rad)
+    room = ends[:, 0] - least
     watched = np.flatnonzero((room < _WATCHED) & (axis != 0))
     about = shapes[np.arange(n), limb, :, axis]
     lever = about[None, :, 1] * ends[watched, None, 2] - about[None, :, 2] * ends[watched, None, 1]
     acts = (limb[None, :] == limb[watched, None]) & (np.arange(n)[None, :] <= watched[:, None])
-    return room[watched], np.where(acts, lever, 0.0)
+    return room[watched], np.where(acts, lever, 0.0) @ equations.tie

@@ -12,7 +12,7 @@ is taken into account.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -20,17 +20,14 @@ from purcell_cli import se3
 from purcell_cli.configuration import Configuration, Deviation
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits import Gait
-from purcell_cli.lift import flow
-from purcell_cli.planner.equations import Equations, Stretch, stretches_of
-from purcell_cli.planner.finish import arrive
-from purcell_cli.planner.limbs import from_collinear, to_collinear
-from purcell_cli.planner.shorten import Pace, shorten
-from purcell_cli.planner.strokes import phase_two, stroke_book
+from purcell_cli.lift import EXACT
+from purcell_cli.planner.equations import Equations, stretches_of
+from purcell_cli.planner.finish import approach, arrive
+from purcell_cli.planner.search import candidates
+from purcell_cli.planner.shorten import SEARCHING, Pace
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Block, clock_step, rounded
-
-PHASES = {1: "limbs to collinear", 2: "stored gaits", 3: "limbs to the goal shape"}
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -74,14 +71,12 @@ def _scaled(pose: Array, length_m: float) -> Array:
 _THERE = 1e-14
 """A start this near its goal (L, rad) is there already."""
 
-_APART = 128
-"""Cycles of repeated strokes are kept apart, free to change, up to so many primitives."""
+_CLOSE, _ARRIVED = 1e-7, 1e-10
+_MARGIN_RAD = 1e-7
+"""Room left below the bend limit for the exact finish."""
 
-EFFORTS: Mapping[str, tuple[int, Pace | None]] = {
-    "standard": (0, None),
-    "thorough": (64, Pace(rounds=6, steps=60)),
-}
-"""How many primitives of phase 2 are optimised together at most, and for how long."""
+EFFORTS: Mapping[str, Pace | None] = {"quick": None, "standard": None, "thorough": Pace(rounds=6, steps=60)}
+"""How long the strokes are optimised together."""
 
 
 def reconfigure(
@@ -94,8 +89,7 @@ def reconfigure(
         start: The start configuration.
         goal: The goal configuration.
         gaits: The stored gaits to choose from.
-        effort: One of `EFFORTS`: "standard" plays stored gaits one after the other; "thorough" then
-            shortens them together.
+        effort: One of `EFFORTS`.
 
     Raises:
         GaitError: No stored gait for a motion that is needed.
@@ -107,52 +101,28 @@ def reconfigure(
         return Plan(swimmer, start, goal, ())
     unit = swimmer.scaled()
     wanted = se3.inverse(_scaled(start.pose, swimmer.length_m)) @ _scaled(goal.pose, swimmer.length_m)
-    first, last = to_collinear(start.shape), from_collinear(goal.shape)
-    missing = se3.inverse(flow(unit, first, start.shape)) @ wanted @ se3.inverse(flow(unit, last))
-    blocks = [
-        *([Block(1, PHASES[1], first)] if len(first) else []),
-        *phase_two(stroke_book(tuple(gaits.values()), unit), se3.normalised(missing)),
-        *([Block(3, PHASES[3], last)] if len(last) else []),
-    ]
-    if not blocks:
-        return Plan(swimmer, start, goal, ())
-    plain, off = _exact(swimmer, stretches_of(_unrolled(blocks, _APART), start.shape, goal.shape), wanted)
-    most, pace = EFFORTS[effort]
-    if pace is not None:
-        joined = stretches_of(_unrolled(blocks, most), start.shape, goal.shape)
-        shorter, still_off = _exact(swimmer, shorten(unit, joined, wanted, swimmer.max_bend_rad, pace), wanted)
-        if still_off < max(1e-10, off) and _travel(shorter) < _travel(plain):
-            plain = shorter
-    return Plan(swimmer, start, goal, tuple(b for s in plain for b in s.blocks() if np.any(b.sequence.angle)))
+    tried: list[tuple[float, Equations]] = []
+    for candidate in candidates(unit, start.shape, goal.shape, wanted, gaits):
+        rough = Equations(unit, stretches_of(candidate.blocks), start.shape, goal.shape, wanted, SEARCHING)
+        near, off = approach(rough, swimmer.max_bend_rad - _MARGIN_RAD, _CLOSE)
+        motion, off = _exact(swimmer, near) if off < _CLOSE else (near, off)
+        tried.append((off, motion))
+        if off < _ARRIVED:
+            break
+    _, motion = min(tried, key=lambda t: t[0])
+    blocks = (b for s in motion.stretches for b in s.blocks() if np.any(b.sequence.angle))
+    return Plan(swimmer, start, goal, tuple(blocks))
 
 
-def _travel(stretches: Sequence[Stretch]) -> float:
-    return sum(s.cycles * s.sequence.joint_travel_rad for s in stretches)
-
-
-def _unrolled(blocks: Sequence[Block], most: int) -> list[Block]:
-    """Return blocks with the cycles of repeated strokes apart, the last first, up to so many primitives."""
-    out: list[Block] = []
-    room = most - sum(len(b.sequence) for b in blocks if b.cycles == 1)
-    for block in reversed(blocks):
-        more = block.cycles * len(block.sequence)
-        if block.cycles > 1 and more <= room:
-            room -= more
-            out += [dataclasses.replace(block, cycles=1)] * block.cycles
-        else:
-            out.append(block)
-    return out[::-1]
-
-
-def _exact(swimmer: Swimmer, stretches: Sequence[Stretch], wanted: Array) -> tuple[list[Stretch], float]:
-    """Return stretches that arrive exactly, their durations on the clock, and what they miss by [L, rad]."""
-    step = clock_step(1.01 * _travel(stretches) / swimmer.joint_rate_rad_s)
+def _exact(swimmer: Swimmer, motion: Equations) -> tuple[Equations, float]:
+    """Return a motion that arrives exactly, its durations on the clock, and what it misses by [L, rad]."""
+    step = clock_step(1.01 * motion.joint_travel_rad / swimmer.joint_rate_rad_s)
 
     def on_the_clock(angle: Array) -> Array:
         return rounded(angle, swimmer.joint_rate_rad_s, step)
 
     timed = [
         s if s.free else dataclasses.replace(s, sequence=s.sequence.with_angles(on_the_clock(s.sequence.angle)))
-        for s in stretches
+        for s in motion.stretches
     ]
-    return arrive(Equations(swimmer.scaled(), timed, wanted), on_the_clock)
+    return arrive(motion.at_accuracy(EXACT).of(timed), swimmer.max_bend_rad, on_the_clock)

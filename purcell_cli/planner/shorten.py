@@ -13,16 +13,14 @@ exact l1 penalty and a second-order correction.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 
 import numpy as np
 
 from purcell_cli.lift import Accuracy
-from purcell_cli.planner.equations import Equations, Stretch, Values
-from purcell_cli.planner.limits import bend_rows
+from purcell_cli.planner.equations import Equations, Values
+from purcell_cli.planner.limits import bend_rows, least_cosines
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
-from purcell_cli.swimmer import Swimmer
 
 SEARCHING = Accuracy(stages=5, step=0.8)
 """Errors of about 1e-7 (L, rad): enough to choose by, and three times quicker."""
@@ -63,25 +61,15 @@ class _Point:
 
 class _Search:
     def __init__(self, equations: Equations, max_bend_rad: float, price: float) -> None:
-        self.equations, self.max_bend_rad, self.price = equations, max_bend_rad, price
+        self.equations, self.price = equations, price
+        self.least = least_cosines(equations, max_bend_rad)
 
     def point(self, angle: Array) -> _Point:
         values = self.equations.at(angle)
-        rooms, slopes = [np.empty(0)], [np.empty((0, len(angle)))]
-        position = 0
-        for stretch in self.equations.with_angles(angle):
-            if stretch.free and stretch.phase == 2:
-                room, slope = bend_rows(stretch, self.max_bend_rad)
-                rooms.append(room)
-                wide = np.zeros((len(room), len(angle)))
-                wide[:, position : position + slope.shape[1]] = slope
-                slopes.append(wide)
-            position += len(stretch.sequence) if stretch.free else 0
-        room = np.concatenate(rooms)
+        room, slope = bend_rows(self.equations, values.shapes, self.least)
         violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(room, 0.0)))
-        return _Point(
-            angle, values, room, np.concatenate(slopes), float(np.sum(np.abs(angle))) + self.price * violation
-        )
+        merit = float(self.equations.weight @ np.abs(angle)) + self.price * violation
+        return _Point(angle, values, room, slope, merit)
 
     def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
         """Return the angles that minimise the linearised merit within reach, and that merit.
@@ -101,7 +89,8 @@ class _Search:
         size = np.abs(angle)
         low = np.concatenate([np.maximum(size - reach, 0.0), np.zeros(len(split) + 2 * m + k)])
         high = np.concatenate([size + reach, reach - size[split], np.full(2 * m + k, np.inf)])
-        cost = np.concatenate([np.ones(len(angle) + len(split)), np.full(2 * m + k, self.price)])
+        weight = self.equations.weight
+        cost = np.concatenate([weight, weight[split], np.full(2 * m + k, self.price)])
         solved = linprog(
             cost,
             A_eq=columns[:m],
@@ -181,25 +170,27 @@ def _uneven(angle: Array, rng: np.random.Generator) -> Array:
     return np.asarray(angle * (1.0 + 0.02 * rng.standard_normal(len(angle))))
 
 
-def shorten(
-    swimmer: Swimmer, stretches: Sequence[Stretch], displacement: Array, max_bend_rad: float, pace: Pace
-) -> list[Stretch]:
-    """Return stretches of less joint travel that still make a displacement, almost exactly.
+def shorten(equations: Equations, max_bend_rad: float, pace: Pace) -> Equations:
+    """Return the equations of a motion of less joint travel that still arrives, almost exactly.
 
     Args:
-        swimmer: The swimmer, scaled to L = 1.
-        stretches: The parts of the motion; those that repeat stay.
-        displacement: Body displacement it must make, in units of L. Shape (4, 4).
+        equations: The equations of the motion to begin with.
         max_bend_rad: How far a limb may bend in phase 2 [rad].
         pace: How long to go on.
     """
-    parts, rng = list(stretches), np.random.default_rng(0)
+    found, rng = equations.at_accuracy(SEARCHING), np.random.default_rng(0)
     for _ in range(pace.rounds):
-        before = sum(s.sequence.joint_travel_rad for s in parts if s.free)
-        parts = [s.renamed(JOINED, offered(s.sequence, pace.split)) if s.free else s for s in parts]
-        equations = Equations(swimmer, parts, displacement, SEARCHING)
-        angle = _Search(equations, max_bend_rad, pace.price).run(_uneven(equations.angles(), rng), pace.steps)
-        parts = [s.renamed(JOINED, merged(s.sequence)) if s.free else s for s in equations.with_angles(angle)]
-        if sum(s.sequence.joint_travel_rad for s in parts if s.free) > 0.999 * before:
+        before = found.joint_travel_rad
+        tried = found
+        if pace.split:
+            tried = found.of(
+                [s.renamed(JOINED, offered(s.sequence, pace.split)) if s.free else s for s in found.stretches]
+            )
+        angle = _Search(tried, max_bend_rad, pace.price).run(_uneven(tried.angles, rng), pace.steps)
+        parts = tried.with_angles(angle)
+        if pace.split:
+            parts = [s.renamed(JOINED, merged(s.sequence)) if s.free else s for s in parts]
+        found = found.of(parts)
+        if found.joint_travel_rad > 0.999 * before:
             break
-    return parts
+    return found.at_accuracy(equations.accuracy)

@@ -1,0 +1,152 @@
+"""Arcs: strokes that turn the swimmer while they carry it, as a steerable needle.
+
+A square loop of both yaw joints, its centre moved off the collinear shape along (c, -c), swims along
+a circle when it is repeated. The larger the offset the tighter the circle, and the smaller the
+square that still keeps the bend limit. Among them are the best loop to go straight and the best to
+turn; the fan of loops between those two is what this module tabulates for a swimmer, at the
+collinear shape and per joint travel.
+
+Conventions: `rotations`; lengths in units of L.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+
+from purcell_cli import se3
+from purcell_cli.lift import Accuracy, displacements
+from purcell_cli.primitives import PrimitiveSequence
+from purcell_cli.rotations import Array
+from purcell_cli.swimmer import Swimmer
+from purcell_cli.trajectory import Block
+
+_ROUGH = Accuracy(stages=5, step=0.8)
+_STRAIGHT_SIDES = np.linspace(1.6, 3.0, 8)
+_KNOTS = 9
+_BETWEEN = 4
+_SMALLEST = 0.45
+"""The smallest square of the fan, in units of the bend limit."""
+_YAW_1, _YAW_2 = 2, 5
+_NEGLIGIBLE_RAD = 1e-9
+
+NAME = "arc"
+"""Name of the stroke."""
+
+
+def loop_and_approach(side: float, offset: float) -> tuple[PrimitiveSequence, PrimitiveSequence]:
+    """Return the square loop with a side and an offset of its centre, and the way to its inner corner [rad].
+
+    The way there moves limb 1 half way, limb 2, and limb 1 again, which hardly turns the base.
+    """
+    corner = offset - 0.5 * side
+    loop = PrimitiveSequence.of([(_YAW_1, side), (_YAW_2, -side), (_YAW_1, -side), (_YAW_2, side)])
+    return loop, PrimitiveSequence.of([(_YAW_1, 0.5 * corner), (_YAW_2, -corner), (_YAW_1, 0.5 * corner)])
+
+
+def _twists(swimmer: Swimmer, sides: Array, offsets: Array) -> Array:
+    """Return what loops do per joint travel, seen at the collinear shape. Shape (n, 6)."""
+    out = np.empty((len(sides), 6))
+    pairs = [loop_and_approach(float(s), float(c)) for s, c in zip(sides, offsets, strict=True)]
+    for k, ((loop, approach), side) in enumerate(zip(pairs, sides, strict=True)):
+        moves = se3.prefix_products(displacements(swimmer, approach + loop, accuracy=_ROUGH))
+        entry = moves[len(approach)]
+        cycle = se3.inverse(entry) @ moves[-1]
+        out[k] = se3.adjoint(entry) @ se3.log(cycle) / (4.0 * float(side))
+    return out
+
+
+class Fan:
+    """The loops of one scaled swimmer, from the best to go straight to the best to turn.
+
+    Attributes:
+        side: Sides of the squares [rad]. Shape (k,).
+        offset: Offsets of their centres [rad]. Shape (k,).
+        advance: Advance per joint travel [L/rad]. Shape (k,).
+        turn: Turn per joint travel. Shape (k,).
+    """
+
+    def __init__(self, swimmer: Swimmer) -> None:
+        bend = swimmer.max_bend_rad
+        sides = _STRAIGHT_SIDES[2.0 * bend >= _STRAIGHT_SIDES]
+        straight = 2.0 * bend
+        if len(sides):
+            rates = np.abs(_twists(swimmer, sides, 0.0 * sides)[:, 0])
+            straight = float(sides[np.argmax(rates)])
+        side = np.linspace(straight, _SMALLEST * bend, _KNOTS)
+        offset = bend - 0.5 * side
+        between = np.linspace(0.0, offset[0], _BETWEEN, endpoint=False)[: _BETWEEN if offset[0] > 0.0 else 0]
+        side, offset = np.concatenate([np.full(len(between), straight), side]), np.concatenate([between, offset])
+        twist = _twists(swimmer, side, offset)
+        most = int(np.argmax(np.abs(twist[:, 5])))
+        self.side, self.offset = side[: most + 1], offset[: most + 1]
+        self.advance, self.turn = twist[: most + 1, 0], twist[: most + 1, 5]
+        self.straight, self.tight = float(np.max(np.abs(self.advance))), float(np.max(np.abs(self.turn)))
+        self._bearing = np.arctan2(np.abs(self.turn) / self.tight, np.abs(self.advance) / self.straight)
+        order = np.argsort(self._bearing, kind="stable")
+        self._bearing, self._knot = self._bearing[order], order.astype(np.float64)
+        size = np.hypot(self.turn / self.tight, self.advance / self.straight)
+        self._size = size[order]
+
+    def travel(self, advance: Array, turn: Array) -> Array:
+        """Return the joint travel that arcs take when their loops repeat often [rad]. Shape (...).
+
+        An arc tighter than the tightest loop is swum forwards and backwards in turn.
+        """
+        a, b = np.abs(advance) / self.straight, np.abs(turn) / self.tight
+        return np.asarray(np.maximum(np.hypot(a, b) / np.interp(np.arctan2(b, a), self._bearing, self._size), b))
+
+    def loop(self, advance: float, turn: float) -> tuple[float, float, float, float]:
+        """Return side and offset of the loop that swims an arc [rad], and its advance and turn per joint travel."""
+        bearing = math.atan2(abs(turn) / self.tight, abs(advance) / self.straight)
+        knot = np.interp(bearing, self._bearing, self._knot)
+        knots = np.arange(len(self.side))
+        columns = (self.side, self.offset, self.advance, self.turn)
+        side, offset, per_advance, per_turn = (float(np.interp(knot, knots, c)) for c in columns)
+        return side, offset, per_advance, per_turn
+
+
+@functools.lru_cache(maxsize=64)
+def fan(swimmer: Swimmer) -> Fan:
+    """Return the loops of a scaled swimmer, made once."""
+    return Fan(swimmer)
+
+
+def arc_blocks(fan: Fan, advance: float, turn: float) -> list[Block]:
+    """Return strokes that swim about an arc in the x-y plane, from the collinear shape and back to it.
+
+    Args:
+        fan: The swimmer's loops.
+        advance: How far [L], negative backwards.
+        turn: By how much [rad].
+    """
+    forward, spare = advance, 0.0
+    reach = abs(turn) * abs(fan.advance[-1] / fan.turn[-1])
+    if abs(advance) < reach:
+        # Tighter than any loop: the tightest, part of the way forwards and part of it backwards.
+        spare = 0.5 * (reach - abs(advance))
+        forward = math.copysign(abs(advance) + spare, advance)
+    share = abs(forward) / (abs(forward) + spare) if spare else 1.0
+    parts = [(forward, share * turn), (-math.copysign(spare, advance), (1.0 - share) * turn)]
+    return [block for a, b in parts for block in _one_way(fan, a, b)]
+
+
+def _one_way(fan: Fan, advance: float, turn: float) -> list[Block]:
+    travel = float(fan.travel(np.array(advance), np.array(turn)))
+    if travel < _NEGLIGIBLE_RAD:
+        return []
+    side, offset, per_advance, per_turn = fan.loop(advance, turn)
+    cycles = math.ceil(travel / (4.0 * side) - 0.25)
+    cycles = max(cycles, 1)
+    side *= math.sqrt(travel / (4.0 * side * cycles))
+    loop, approach = loop_and_approach(side, offset)
+    forwards = per_advance * advance >= 0.0
+    mirrored = (per_turn * turn < 0.0) == forwards
+    if mirrored:
+        loop, approach = loop.with_angles(-loop.angle), approach.with_angles(-approach.angle)
+    if not forwards:
+        loop = loop.inverse()
+    parts = [(approach, 1), (loop, cycles), (approach.inverse(), 1)]
+    return [Block(2, NAME, s, n, side) for s, n in parts if np.any(s.angle)]

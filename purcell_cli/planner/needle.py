@@ -1,0 +1,134 @@
+"""The steerable needle: a body displacement as three arcs, in planes of any roll, and a last roll.
+
+A swimmer that repeats a loop swims along a circle; rolling, which costs little, chooses the plane.
+So phase 2 is, but for its small print, a problem of a needle that is steered: find the twists
+exp(xi_1) exp(xi_2) exp(xi_3) exp(roll) = D of least cost, where xi = (a, 0, 0; 0, p, q) advances by
+a and turns by (p, q) about the axes across. The cost of an arc is taken as an ellipse's norm here,
+so that weighted least squares, weighted anew in every round, find the sparse minima (many starts,
+all at once).
+
+The needle: Webster et al. (2006), Int. J. Robotics Research 25, 509. The weighting: Daubechies et
+al. (2010), Comm. Pure Appl. Math. 63, 1.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from purcell_cli import se3
+from purcell_cli.planner.arcs import Fan
+from purcell_cli.rotations import Array, hat
+
+_ARCS = 3
+_ROUNDS = 30
+_SETTLING = 6
+_SERIES = 20
+_FREE = (0, 4, 5)
+_ROLL_PRICE = 0.1
+_LEAST = 1e-2  # rad
+_LONGEST_TURN = 0.5
+_THERE = 1e-7
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Arcs:
+    """Ways to make displacements by arcs.
+
+    Attributes:
+        arc: Advance [L] and turns about y and z [rad] of each arc. Shape (n, 3, 3).
+        roll: The last roll [rad]. Shape (n,).
+        displacement: Which displacement each way makes. Shape (n,).
+    """
+
+    arc: Array
+    roll: Array
+    displacement: Array
+
+
+def _twist(arc: Array) -> Array:
+    out = np.zeros((*arc.shape[:-1], 6))
+    out[..., _FREE] = arc
+    return out
+
+
+def _right_jacobian(twist: Array) -> Array:
+    """Return J with exp(xi + d xi) = exp(xi) exp(J d xi), by its series. Shape (..., 6, 6)."""
+    ad = np.zeros((*twist.shape[:-1], 6, 6))
+    ad[..., :3, :3] = ad[..., 3:, 3:] = hat(twist[..., 3:])
+    ad[..., :3, 3:] = hat(twist[..., :3])
+    out = term = np.broadcast_to(np.eye(6), ad.shape)
+    for k in range(1, _SERIES):
+        term = -(term @ ad) / (k + 1)
+        out = out + term
+    return out
+
+
+def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
+    """Return ways to make displacements by arcs, each a local optimum.
+
+    Args:
+        displacement: Body displacements [L]. Shape (k, 4, 4).
+        fan: The swimmer's loops.
+        starts: How many starts for each displacement.
+        seed: Seed of the starts.
+    """
+    rng = np.random.default_rng(seed)
+    k = len(displacement)
+    d = np.repeat(displacement, starts, axis=0)
+    inverse = se3.inverse(d)
+    n = len(d)
+    spread = rng.standard_normal((k, starts, _ARCS, 3)) * [1.0, 0.8, 0.8]
+    far = np.linalg.norm(displacement[:, :3, 3], axis=1)[:, None, None, None]
+    spread[..., :1] *= 0.5 * far + 0.5
+    x = np.concatenate([spread.reshape(n, 9), rng.uniform(-np.pi, np.pi, (n, 1))], axis=1)
+    e_roll = np.eye(6)[3]
+    loose = np.empty((n, 10))
+    for k_round in range(_ROUNDS):
+        residual, jacobian = _equations(x, inverse, e_roll)
+        if k_round < _ROUNDS - _SETTLING:
+            loose = np.concatenate(
+                [_looseness(x[:, :9].reshape(n, 3, 3), fan), np.full((n, 1), 1.0 / _ROLL_PRICE)], axis=1
+            )
+        lever = jacobian * loose[:, None, :]
+        system = lever @ np.swapaxes(jacobian, 1, 2)
+        system += 1e-12 * np.trace(system, axis1=1, axis2=2)[:, None, None] * np.eye(6)
+        wanted = (jacobian @ x[:, :, None])[:, :, 0] - residual
+        if k_round >= _ROUNDS - _SETTLING:
+            wanted = -residual
+        step = np.einsum("nij,ni->nj", lever, np.linalg.solve(system, wanted[:, :, None])[:, :, 0])
+        if k_round < _ROUNDS - _SETTLING:
+            step -= x
+        turning = np.max(np.abs(step[:, [1, 2, 4, 5, 7, 8, 9]]), axis=1)
+        x = x + step * np.minimum(1.0, _LONGEST_TURN / np.maximum(turning, 1e-300))[:, None]
+    residual, _ = _equations(x, inverse, e_roll)
+    good = np.flatnonzero(np.max(np.abs(residual), axis=1) < 1e-3)
+    return Arcs(x[good, :9].reshape(-1, 3, 3), x[good, 9], np.repeat(np.arange(k), starts)[good])
+
+
+def _looseness(arc: Array, fan: Fan) -> Array:
+    """Return the inverse weights of quadratics that fall with the joint travel of arcs. Shape (n, 9)."""
+    a, b = np.abs(arc[..., 0]), np.hypot(arc[..., 1], arc[..., 2])
+    here = np.maximum(fan.travel(a, b), _LEAST)
+    a, b = np.maximum(a, 0.05 * fan.straight * here), np.maximum(b, 0.05 * fan.tight * here)
+    here = fan.travel(a, b)
+    by_a, by_b = fan.travel(1.01 * a, b) / here - 1.0, fan.travel(a, 1.01 * b) / here - 1.0
+    loose_a = a**2 / (here * np.maximum(100.0 * by_a, 0.05))
+    loose_b = b**2 / (here * np.maximum(100.0 * by_b, 0.05))
+    return np.stack([loose_a, loose_b, loose_b], axis=-1).reshape(len(arc), 9)
+
+
+def _equations(x: Array, inverse: Array, e_roll: Array) -> tuple[Array, Array]:
+    """Return log(D^-1 exp .. exp) and its derivative. Shapes (n, 6) and (n, 6, 10)."""
+    n = len(x)
+    twist = _twist(x[:, :9].reshape(n, _ARCS, 3))
+    moves, slopes = se3.exp(twist), _right_jacobian(twist)[..., _FREE]
+    roll = se3.exp(x[:, 9:] * e_roll)
+    jacobian = np.empty((n, 6, 10))
+    jacobian[:, :, 9] = e_roll
+    after = roll
+    for k in (2, 1, 0):
+        jacobian[:, :, 3 * k : 3 * k + 3] = se3.adjoint(se3.inverse(after)) @ slopes[:, k]
+        after = moves[:, k] @ after
+    return se3.log(se3.normalised(inverse @ after)), jacobian

@@ -1,0 +1,168 @@
+"""The search: which strokes, in which order, take the swimmer to its goal at the least cost.
+
+Three choices are made together. How the limbs are straightened and bent again moves the base, so it
+decides what is left for phase 2; the needle then says by which arcs and rolls that is made; and for
+short ways stored gaits one after the other may be shorter than arcs. What comes out is almost a
+plan: it arrives but for a few per cent, and the finish does the rest.
+
+Conventions: `rotations`; lengths in units of L.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from purcell_cli import se3
+from purcell_cli.errors import GaitError
+from purcell_cli.gaits import Gait, guessed
+from purcell_cli.planner.arcs import Fan, arc_blocks, fan
+from purcell_cli.planner.limbs import Straightenings, straightenings
+from purcell_cli.planner.needle import steer
+from purcell_cli.planner.strokes import phase_two, stroke_book
+from purcell_cli.rotations import Array
+from purcell_cli.swimmer import Swimmer
+from purcell_cli.trajectory import Block
+
+PHASES = {1: "limbs to collinear", 2: "stored gaits", 3: "limbs to the goal shape"}
+
+_PAIRS = 12
+"""Pairs of ways to straighten and to bend that are steered for."""
+_STARTS = 6
+_CRANK_RAD = 1.6
+"""The largest roll of one crank."""
+_SHORT_RAD = 40.0
+"""Up to this joint travel stored gaits one after the other are tried too."""
+_NEGLIGIBLE = 1e-12
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A motion that almost arrives.
+
+    Attributes:
+        words: What it is made of.
+        blocks: Its strokes.
+    """
+
+    words: str
+    blocks: tuple[Block, ...]
+
+    @property
+    def joint_travel_rad(self) -> float:
+        """Its joint travel [rad]."""
+        return sum(b.joint_travel_rad for b in self.blocks)
+
+
+def candidates(
+    swimmer: Swimmer, start: Array, goal: Array, wanted: Array, gaits: Mapping[str, Gait]
+) -> list[Candidate]:
+    """Return motions that almost make a displacement between two shapes, shortest first.
+
+    Args:
+        swimmer: The swimmer, scaled to L = 1.
+        start: Shape at the beginning. Shape (2, 3, 3).
+        goal: Shape at the end. Shape (2, 3, 3).
+        wanted: Body displacement. Shape (4, 4).
+        gaits: The stored gaits.
+
+    Raises:
+        GaitError: No stored gait for a motion that is needed.
+    """
+    loops = fan(swimmer)
+    first, last = straightenings(swimmer, start), straightenings(swimmer, goal)
+    pairs, missing = _pairs(first, last, wanted, loops)
+    found: list[Candidate] = []
+    way = steer(missing, loops, _STARTS)
+    cranks = [g for g in gaits.values() if g.moves == "roll" and g.amplitude_is_displacement]
+    if cranks and len(way.roll):
+        travel = loops.travel(way.arc[..., 0], np.hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1)
+        travel += np.array([first.joint_travel_rad[i] + last.joint_travel_rad[j] for i, j in pairs])[way.displacement]
+        for k in _distinct(travel):
+            i, j = pairs[way.displacement[k]]
+            inner = _arcs(swimmer, loops, cranks[0], way.arc[k], float(way.roll[k]))
+            found.append(_candidate("rolls and arcs", first, i, inner, last, j))
+    if not found or min(c.joint_travel_rad for c in found) < _SHORT_RAD:
+        book = stroke_book(tuple(gaits.values()), swimmer)
+        for (i, j), displacement in list(zip(pairs, missing, strict=True))[:2]:
+            try:
+                inner = phase_two(book, displacement)
+            except GaitError:
+                if found:
+                    continue
+                raise
+            found.append(_candidate("stored gaits one after the other", first, i, inner, last, j))
+    return sorted(found, key=lambda c: round(c.joint_travel_rad, 9))
+
+
+def _distinct(travel: Array) -> list[int]:
+    """Return the ways of least joint travel, each a little different from the one before."""
+    out: list[int] = []
+    for k in np.argsort(travel, kind="stable").tolist():
+        if not out or travel[k] > travel[out[-1]] + 0.01:
+            out.append(k)
+        if len(out) == 6:
+            break
+    return out
+
+
+def _candidate(
+    words: str, first: Straightenings, i: int, inner: list[Block], last: Straightenings, j: int
+) -> Candidate:
+    before, after = first.sequences[i], last.sequences[j].inverse()
+    return Candidate(
+        words,
+        (
+            *([Block(1, PHASES[1], before)] if len(before) else []),
+            *inner,
+            *([Block(3, PHASES[3], after)] if len(after) else []),
+        ),
+    )
+
+
+def _pairs(
+    first: Straightenings, last: Straightenings, wanted: Array, loops: Fan
+) -> tuple[list[tuple[int, int]], Array]:
+    """Return the pairs of ways in and out that promise the least joint travel, and what they leave to be made.
+
+    What is left costs at least the change of heading at the tightest loop's rate, and at least the
+    distance at the straight loop's.
+    """
+    gone = se3.inverse(first.displacement) @ wanted
+    done = last.displacement  # phase 3 is played backwards, so this is what undoes it
+    heading = np.clip(gone[:, 0, :3] @ done[:, :3, 0].T, -1.0, 1.0)
+    position = np.einsum("iab,jb->ija", gone[:, :3, :3], done[:, :3, 3]) + gone[:, None, :3, 3]
+    distance = np.linalg.norm(position, axis=2)
+    cost = np.arccos(heading) / loops.tight + distance / loops.straight
+    cost += first.joint_travel_rad[:, None] + last.joint_travel_rad
+    best = np.argsort(cost, axis=None, kind="stable")[:_PAIRS]
+    pairs = [(int(k // cost.shape[1]), int(k % cost.shape[1])) for k in best]
+    return pairs, se3.normalised(np.stack([gone[i] @ done[j] for i, j in pairs]))
+
+
+def _arcs(swimmer: Swimmer, loops: Fan, crank: Gait, arc: Array, roll: float) -> list[Block]:
+    """Return the strokes of arcs with the rolls between them: never more than a quarter turn to the next plane."""
+    out: list[Block] = []
+    plane = 0.0
+    for advance, p, q in arc.tolist():
+        turn = math.hypot(p, q)
+        if turn > _NEGLIGIBLE:
+            change = math.remainder(math.atan2(-p, q) - plane, 2.0 * math.pi)
+            if abs(change) > 0.5 * math.pi:
+                change, turn = math.remainder(change + math.pi, 2.0 * math.pi), -turn
+            out += _rolls(swimmer, crank, change)
+            plane += change
+        out += arc_blocks(loops, advance, turn)
+    return out + _rolls(swimmer, crank, roll - plane)
+
+
+def _rolls(swimmer: Swimmer, crank: Gait, angle: float) -> list[Block]:
+    angle = math.remainder(angle, 2.0 * math.pi)
+    if abs(angle) < _NEGLIGIBLE:
+        return []
+    count = math.ceil(abs(angle) / _CRANK_RAD)
+    one = guessed(crank, swimmer, angle / count)
+    return [Block(2, crank.name, one.cycle, 1, angle / count)] * count
