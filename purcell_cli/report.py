@@ -16,7 +16,7 @@ from purcell_cli.configuration import Deviation
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.gaits import MOTIONS, Gait, Stroke
 from purcell_cli.lift import work
-from purcell_cli.planner.reconfiguration import PHASES
+from purcell_cli.planner.search import PHASES
 from purcell_cli.rotations import Array, as_euler
 from purcell_cli.solution import Solution, phase_displacement
 from purcell_cli.swimmer import Swimmer

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -134,13 +135,13 @@ class Equations:
         self.displacement, self._wanted_inverse = displacement, se3.inverse(displacement)
         counts = [len(s.sequence) for s in self.stretches]
         stops = np.cumsum([0, *counts]).tolist()
-        self._slices = [slice(a, b) for a, b in zip(stops[:-1], stops[1:], strict=True)]
+        self._slices = [slice(a, b) for a, b in itertools.pairwise(stops)]
         self.repeats = [
             Repeat(part.start, part.stop, s.cycles)
             for s, part in zip(self.stretches, self._slices, strict=True)
             if not s.free
         ]
-        self.phase = np.repeat([s.phase for s in self.stretches], counts)
+        self.phase = np.repeat(np.array([s.phase for s in self.stretches], dtype=np.int64), counts)
         self._free_index()
         self._targets = [
             (int(np.flatnonzero(self.phase == phase)[-1]) + 1, COLLINEAR)
@@ -151,7 +152,9 @@ class Equations:
 
     def _free_index(self) -> None:
         """Number the free angles: primitive k turns by sign[k] times free angle index[k]; -1 is none."""
-        index, sign, weight = [], [], []
+        index: list[int] = []
+        sign: list[float] = []
+        weight: list[float] = []
         self._first_after_repeats = 0
         for s in self.stretches:
             n, k = len(s.sequence), len(weight)

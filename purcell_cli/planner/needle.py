@@ -16,6 +16,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli import se3
 from purcell_cli.planner.arcs import Fan
@@ -44,7 +45,7 @@ class Arcs:
 
     arc: Array
     roll: Array
-    displacement: Array
+    displacement: NDArray[np.int64]
 
 
 def _twist(arc: Array) -> Array:

@@ -12,7 +12,8 @@ is taken into account.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -23,8 +24,9 @@ from purcell_cli.gaits import Gait
 from purcell_cli.lift import EXACT
 from purcell_cli.planner.equations import Equations, stretches_of
 from purcell_cli.planner.finish import approach, arrive
-from purcell_cli.planner.search import candidates
-from purcell_cli.planner.shorten import SEARCHING, Pace
+from purcell_cli.planner.search import Candidate, candidates
+from purcell_cli.planner.shorten import SEARCHING, Pace, shorten, tightened
+from purcell_cli.planner.words import random_words
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Block, clock_step, rounded
@@ -75,12 +77,102 @@ _CLOSE, _ARRIVED = 1e-7, 1e-10
 _MARGIN_RAD = 1e-7
 """Room left below the bend limit for the exact finish."""
 
-EFFORTS: Mapping[str, Pace | None] = {"quick": None, "standard": None, "thorough": Pace(rounds=6, steps=60)}
-"""How long the strokes are optimised together."""
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Effort:
+    """How long to look for a shorter plan.
+
+    Attributes:
+        candidates: How many of the search's motions are carried on with.
+        pace: How long their strokes are optimised together; None for not at all.
+        most: Cycles are told apart, each free to change, up to so many primitives.
+        longest_rad: Motions of more joint travel are not optimised [rad].
+        words: How many random words are tried too, for a phase 2 of little joint travel.
+    """
+
+    candidates: int
+    pace: Pace | None = None
+    most: int = 0
+    longest_rad: float = math.inf
+    words: int = 0
+
+
+EFFORTS: Mapping[str, Effort] = {
+    "quick": Effort(1),
+    "standard": Effort(1, Pace(rounds=3, steps=20), most=24, longest_rad=12.0),
+    "thorough": Effort(4, Pace(rounds=5, steps=40, price=300.0), most=60, words=32),
+}
+
+_WORD_RAD = 25.0
+"""Phases 2 of less joint travel than this may be one random word."""
+_PROMISING = 1.2
+"""A word is carried on with if it is at most so many times as long as the best plan."""
+
+Progress = Callable[[str], None]
+
+
+class _Best:
+    """The best plan so far."""
+
+    def __init__(self, swimmer: Swimmer) -> None:
+        self.swimmer, self.bend = swimmer, swimmer.max_bend_rad - _MARGIN_RAD
+        self.off = math.inf
+        self.motion: Equations | None = None
+
+    @property
+    def arrived(self) -> bool:
+        return self.off < _ARRIVED
+
+    @property
+    def joint_travel_rad(self) -> float:
+        return math.inf if self.motion is None else self.motion.joint_travel_rad
+
+    def consider(self, motion: Equations) -> Equations:
+        """Bring a motion to the goal, keep it if it is the best, and return it nearly there."""
+        near, off = approach(motion, self.bend, _CLOSE)
+        exact = near
+        if off < _CLOSE and near.joint_travel_rad < self.joint_travel_rad:
+            exact, off = _exact(self.swimmer, near)
+        if (off >= _ARRIVED, exact.joint_travel_rad) < (not self.arrived, self.joint_travel_rad):
+            self.off, self.motion = off, exact
+        return near
+
+    def explore(self, found: Sequence[Candidate], rough: Equations, how: Effort, progress: Progress) -> None:
+        """Carry on with candidates, and with random words for small displacements."""
+        for k, candidate in enumerate(found):
+            if k >= how.candidates and self.arrived:
+                break
+            near = self.consider(rough.of(stretches_of(candidate.blocks)))
+            self._tell(progress, k + 1, how)
+            if how.pace is not None and near.joint_travel_rad < how.longest_rad:
+                self.consider(shorten(near.of(stretches_of(_apart(near, how.most))), self.bend, how.pace))
+        self._words(rough, how, progress)
+
+    def _words(self, rough: Equations, how: Effort, progress: Progress) -> None:
+        if self.motion is None or how.pace is None:
+            return
+        outer = [s for s in self.motion.stretches if s.phase != 2]
+        inner = self.joint_travel_rad - sum(s.joint_travel_rad for s in outer)
+        for k, word in enumerate(random_words(how.words if inner < _WORD_RAD else 0)):
+            parts = [s for s in outer if s.phase == 1] + [word] + [s for s in outer if s.phase == 3]
+            near, off = approach(rough.of(parts), self.bend, 1e-5)
+            if off < 1e-3:
+                first = tightened(near, self.bend, how.pace)
+                if first.joint_travel_rad < _PROMISING * self.joint_travel_rad:
+                    self.consider(shorten(first, self.bend, how.pace))
+            done = how.candidates + k + 1
+            progress(
+                f"{done} of {how.candidates + how.words} ways explored, joint travel {self.joint_travel_rad:.2f} rad"
+            )
 
 
 def reconfigure(
-    swimmer: Swimmer, start: Configuration, goal: Configuration, gaits: Mapping[str, Gait], effort: str = "standard"
+    swimmer: Swimmer,
+    start: Configuration,
+    goal: Configuration,
+    gaits: Mapping[str, Gait],
+    effort: str = "standard",
+    progress: Progress = lambda _: None,
 ) -> Plan:
     """Return a plan from a start to a goal configuration.
 
@@ -89,7 +181,8 @@ def reconfigure(
         start: The start configuration.
         goal: The goal configuration.
         gaits: The stored gaits to choose from.
-        effort: One of `EFFORTS`.
+        effort: One of `EFFORTS`. Interrupted, "thorough" returns the best plan so far.
+        progress: Is told in words how far the search is.
 
     Raises:
         GaitError: No stored gait for a motion that is needed.
@@ -99,19 +192,32 @@ def reconfigure(
         raise UnknownNameError(f"effort: one of {', '.join(EFFORTS)} is wanted, found {effort!r}")
     if Deviation.between(start, goal).within(_THERE * swimmer.length_m, _THERE):
         return Plan(swimmer, start, goal, ())
-    unit = swimmer.scaled()
+    unit, how = swimmer.scaled(), EFFORTS[effort]
     wanted = se3.inverse(_scaled(start.pose, swimmer.length_m)) @ _scaled(goal.pose, swimmer.length_m)
-    tried: list[tuple[float, Equations]] = []
-    for candidate in candidates(unit, start.shape, goal.shape, wanted, gaits):
-        rough = Equations(unit, stretches_of(candidate.blocks), start.shape, goal.shape, wanted, SEARCHING)
-        near, off = approach(rough, swimmer.max_bend_rad - _MARGIN_RAD, _CLOSE)
-        motion, off = _exact(swimmer, near) if off < _CLOSE else (near, off)
-        tried.append((off, motion))
-        if off < _ARRIVED:
-            break
-    _, motion = min(tried, key=lambda t: t[0])
-    blocks = (b for s in motion.stretches for b in s.blocks() if np.any(b.sequence.angle))
-    return Plan(swimmer, start, goal, tuple(blocks))
+    found = candidates(unit, start.shape, goal.shape, wanted, gaits)
+    best = _Best(swimmer)
+    try:
+        best.explore(found, Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING), how, progress)
+    except KeyboardInterrupt:
+        if not best.arrived or not how.words:
+            raise
+    blocks = (b for s in best.motion.stretches for b in s.blocks()) if best.motion is not None else ()
+    return Plan(swimmer, start, goal, tuple(b for b in blocks if np.any(b.sequence.angle)))
+
+
+def _apart(motion: Equations, most: int) -> list[Block]:
+    """Return a motion's blocks, the cycles of repeated strokes apart, the last first, up to so many primitives."""
+    out: list[Block] = []
+    blocks = [b for s in motion.stretches for b in s.blocks()]
+    room = most - sum(len(b.sequence) for b in blocks if b.cycles == 1)
+    for block in reversed(blocks):
+        more = block.cycles * len(block.sequence)
+        if block.cycles > 1 and more <= room:
+            room -= more
+            out += [dataclasses.replace(block, cycles=1)] * block.cycles
+        else:
+            out.append(block)
+    return out[::-1]
 
 
 def _exact(swimmer: Swimmer, motion: Equations) -> tuple[Equations, float]:

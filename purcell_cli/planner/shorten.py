@@ -19,16 +19,16 @@ import numpy as np
 from purcell_cli.lift import Accuracy
 from purcell_cli.planner.equations import Equations, Values
 from purcell_cli.planner.limits import bend_rows, least_cosines
+from purcell_cli.planner.words import NAME
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
 
 SEARCHING = Accuracy(stages=5, step=0.8)
 """Errors of about 1e-7 (L, rad): enough to choose by, and three times quicker."""
 
-_DROPPED_RAD = 1e-7
-
-JOINED = "joined strokes"
-"""Name of strokes that have been optimised together."""
+_DROPPED_RAD = 1e-6
+_LONGEST = 100
+"""Longer words are offered no more controls."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -180,17 +180,19 @@ def shorten(equations: Equations, max_bend_rad: float, pace: Pace) -> Equations:
     """
     found, rng = equations.at_accuracy(SEARCHING), np.random.default_rng(0)
     for _ in range(pace.rounds):
-        before = found.joint_travel_rad
-        tried = found
-        if pace.split:
-            tried = found.of(
-                [s.renamed(JOINED, offered(s.sequence, pace.split)) if s.free else s for s in found.stretches]
-            )
+        before, parts = found.joint_travel_rad, found.stretches
+        if sum(len(s.sequence) for s in parts if s.free) <= _LONGEST:
+            parts = tuple(s.renamed(NAME, offered(s.sequence, pace.split)) if s.free else s for s in parts)
+        tried = found.of(parts)
         angle = _Search(tried, max_bend_rad, pace.price).run(_uneven(tried.angles, rng), pace.steps)
-        parts = tried.with_angles(angle)
-        if pace.split:
-            parts = [s.renamed(JOINED, merged(s.sequence)) if s.free else s for s in parts]
-        found = found.of(parts)
+        shorter = [s.renamed(NAME, merged(s.sequence)) if s.free else s for s in tried.with_angles(angle)]
+        found = found.of(shorter)
         if found.joint_travel_rad > 0.999 * before:
             break
     return found.at_accuracy(equations.accuracy)
+
+
+def tightened(equations: Equations, max_bend_rad: float, pace: Pace) -> Equations:
+    """Return the same word at angles of less joint travel, for a first look: no control is offered."""
+    search = _Search(equations, max_bend_rad, pace.price)
+    return equations.of(equations.with_angles(search.run(equations.angles, pace.steps)))

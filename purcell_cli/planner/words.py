@@ -1,0 +1,40 @@
+"""Short words that no hand would write: random primitives, brought to the goal, to be shortened.
+
+For a small displacement the best motions interleave bends of both limbs and small cranks in an
+order that follows no pattern. From a few dozen random words of pitches and yaws, each made to
+arrive by Newton's method and then shortened, some come close to the best known.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from purcell_cli.planner.equations import Stretch
+from purcell_cli.primitives import PrimitiveSequence
+
+_BENDS = (1, 2, 4, 5)
+_TURNS = (4, 5, 6)
+_SPREADS_RAD = (0.15, 0.3, 0.5)
+
+NAME = "joined strokes"
+"""Name of strokes that have been optimised together."""
+
+
+def random_words(count: int, seed: int = 0) -> Iterator[Stretch]:
+    """Yield random words of phase 2: each of the limbs' pitches and yaws, in a few turns.
+
+    Args:
+        count: How many.
+        seed: Seed of their orders and angles.
+    """
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        turns = int(rng.choice(_TURNS))
+        same = rng.permutation(_BENDS)
+        fresh = bool(rng.integers(2))
+        control = np.concatenate([rng.permutation(_BENDS) if fresh else same for _ in range(turns)])
+        angle = rng.normal(scale=rng.choice(_SPREADS_RAD), size=len(control))
+        yield Stretch(2, ((NAME, math.nan, len(control)),), PrimitiveSequence(control, angle))
