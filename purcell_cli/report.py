@@ -58,8 +58,15 @@ def _swimmer(swimmer: Swimmer) -> Document:
     return {**dataclasses.asdict(swimmer), "L_m": swimmer.length_m}
 
 
-def plan_document(solution: Solution, file: str | None) -> Document:
-    """Return what is known of a plan."""
+def plan_document(solution: Solution, file: str | None, saved: str | None = None, command: str = "plan") -> Document:
+    """Return what is known of a plan.
+
+    Args:
+        solution: The plan, carried out.
+        file: The trajectory's file.
+        saved: The plan document's file, written or read.
+        command: The command that asks: plan or run.
+    """
     plan, swimmer = solution.plan, solution.plan.swimmer
     rate = swimmer.joint_rate_rad_s
     strokes: dict[int, list[Document]] = {1: [], 2: [], 3: []}
@@ -99,7 +106,7 @@ def plan_document(solution: Solution, file: str | None) -> Document:
     ]
     found = solution.certificate
     return {
-        "schema": "purcell/plan/1",
+        "schema": f"purcell/{command}/1",
         "verdict": solution.verdict,
         "swimmer": _swimmer(swimmer),
         "joint_travel_rad": plan.joint_travel_rad,
@@ -114,6 +121,7 @@ def plan_document(solution: Solution, file: str | None) -> Document:
         "certificate": {"method": "DOP853", "stretches": found.stretches, "integrated": found.integrated},
         "rows": len(solution.trajectory),
         "trajectory": file,
+        "plan_document": saved,
     }
 
 
@@ -249,6 +257,8 @@ def show_plan(console: Console, document: Document) -> None:
     _verdict(console, document["verdict"])
     if document["trajectory"]:
         console.print(f"{document['rows']} rows in {document['trajectory']}", soft_wrap=True)
+    if document["plan_document"] and document["schema"] == "purcell/plan/1":
+        console.print(f"plan in {document['plan_document']}", soft_wrap=True)
 
 
 def _checked(console: Console, certificate: Mapping[str, Any]) -> None:

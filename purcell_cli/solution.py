@@ -71,16 +71,29 @@ def plan(
         ParameterError: A time between rows that is not positive, or that asks for too many rows.
         GaitError: No stored gait for a motion that is needed.
     """
-    body = swimmer or Swimmer()
-    made = reconfigure(body, start, goal, stored_gaits() if gaits is None else gaits, effort)
-    trajectory = sample(body, start, made.blocks, dt_s)
+    stored = stored_gaits() if gaits is None else gaits
+    return carried_out(reconfigure(swimmer or Swimmer(), start, goal, stored, effort), dt_s)
+
+
+def carried_out(plan: Plan, dt_s: float = 0.05) -> Solution:
+    """Carry out a plan, new or read from a document, and check it.
+
+    Args:
+        plan: The plan.
+        dt_s: Longest time between rows of the trajectory [s].
+
+    Raises:
+        ParameterError: A time between rows that is not positive, or that asks for too many rows.
+    """
+    swimmer, start, goal, blocks = plan.swimmer, plan.start, plan.goal, plan.blocks
+    trajectory = sample(swimmer, start, blocks, dt_s)
     return Solution(
-        made,
+        plan,
         trajectory,
         Deviation.between(trajectory.end, goal),
-        certify(body, start, goal, trajectory.time_s, trajectory.rate_rad_s),
-        block_displacements(body, made.blocks, start.shape),
-        energies(body, made.blocks, start.shape),
+        certify(swimmer, start, goal, trajectory.time_s, trajectory.rate_rad_s),
+        block_displacements(swimmer, blocks, start.shape),
+        energies(swimmer, blocks, start.shape),
     )
 
 

@@ -27,6 +27,7 @@ FLOORS = [
     "files",
     "stored",
     "export",
+    "documents",
     "solution",
     "verification",
     "report",

@@ -145,6 +145,7 @@ PLAN_KEYS = {
     "certificate": CERTIFICATE_KEYS,
     "rows": None,
     "trajectory": None,
+    "plan_document": None,
 }
 PRIMITIVE_KEYS = dict.fromkeys(("control", "angle_rad"))
 GAIT_KEYS = {
