@@ -14,6 +14,7 @@ from purcell_cli import __version__
 
 if TYPE_CHECKING:
     from purcell_cli.configuration import Configuration
+    from purcell_cli.solution import Solution
     from purcell_cli.swimmer import Swimmer
 
 app = typer.Typer(
@@ -40,6 +41,9 @@ Effort = Annotated[
     str, typer.Option("--effort", metavar="HOW", help="standard; or thorough, to look longer for a shorter plan.")
 ]
 Out = Annotated[Path, typer.Option("--out", metavar="FILE", help="The trajectory's CSV file.")]
+Explain = Annotated[
+    bool, typer.Option("--explain", help="Say what each stroke is for, what limits it and what would upset the plan.")
+]
 Dt = Annotated[float, typer.Option("--dt", metavar="SECONDS", help="Longest time between rows of the CSV.")]
 
 
@@ -60,6 +64,26 @@ def _show(document: dict[str, Any], json: bool, show: Callable[[Any, dict[str, A
 
     console = Console(highlight=False)
     show(console if console.is_terminal else Console(highlight=False, width=_WIDTH), document)
+
+
+def _show_solution(solution: Solution, document: dict[str, Any], json: bool, explain: bool) -> None:
+    """Show a plan that was carried out, and why it is as it is; without success where it did not arrive."""
+    from purcell_cli.report import show_plan
+
+    if not explain:
+        _show(document, json, show_plan)
+    else:
+        from purcell_cli.explanation import explain as explained
+        from purcell_cli.report_explanation import explanation_document, show_explanation
+
+        def show(console: Any, told: dict[str, Any]) -> None:
+            show_plan(console, told)
+            show_explanation(console, told)
+
+        reasons = explanation_document(explained(solution), solution.plan.swimmer)
+        _show({**document, "explanation": reasons}, json, show)
+    if solution.verdict != "reached":
+        raise _UnsuccessfulError(NOT_REACHED)
 
 
 @contextlib.contextmanager
@@ -133,6 +157,7 @@ def plan(
         Path | None,
         typer.Option("--plan-out", metavar="FILE", help="Write the plan itself too, as JSON for purcell run."),
     ] = None,
+    explain: Explain = False,
     json: Json = False,
 ) -> None:
     """Plan a motion from a start to a goal configuration and write it as CSV."""
@@ -154,9 +179,7 @@ def plan(
             if plan_out is not None:  # it appears only when the trajectory has
                 both.enter_context(whole_file(plan_out)).write(PlanDocument(solution.plan, dt).as_text().encode())
             write_csv(solution.trajectory, out)
-    _show(document, json, report.show_plan)
-    if solution.verdict != "reached":
-        raise _UnsuccessfulError(NOT_REACHED)
+    _show_solution(solution, document, json, explain)
 
 
 @app.command(epilog="Example: purcell plan nearby --plan-out plan.json, then purcell run plan.json --out again.csv")
@@ -165,6 +188,7 @@ def run(
         Path, typer.Argument(metavar="PLAN", help="A plan document, as purcell plan --plan-out writes it.")
     ],
     out: Out = Path("trajectory.csv"),
+    explain: Explain = False,
     json: Json = False,
 ) -> None:
     """Play a plan again from its document: the same trajectory, checked anew."""
@@ -180,9 +204,7 @@ def run(
         solution = carried_out(saved.plan, saved.dt_s)
         told = report.plan_document(solution, str(out), str(document), "run")
         write_csv(solution.trajectory, out)
-    _show(told, json, report.show_plan)
-    if solution.verdict != "reached":
-        raise _UnsuccessfulError(NOT_REACHED)
+    _show_solution(solution, told, json, explain)
 
 
 @app.command(epilog="Example: purcell gait z-motion --amplitude 0.5 --cycles 3")

@@ -21,6 +21,7 @@ FLOORS = [
     "gaits",
     "configuration",
     "trajectory",
+    "sensitivity",
     "planner",
     "certificate",
     "schema",
@@ -29,8 +30,10 @@ FLOORS = [
     "export",
     "documents",
     "solution",
+    "explanation",
     "verification",
     "report",
+    "report_explanation",
     "cli",
 ]
 """From the bottom. All of the package `planner` is one floor, without cycles inside."""
