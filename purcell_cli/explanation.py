@@ -29,6 +29,10 @@ _NEARLY_STRAIGHT_RAD = 0.5
 """Limbs bent no more than this are called nearly straight: a roll stroke that stays there is a crank."""
 
 
+_MANY_CYCLES = 4
+"""From so many on, what each cycle is off is said to add up."""
+
+
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class StrokeReason:
     """What a stroke is for.
@@ -199,7 +203,7 @@ def _what_is_delicate(solution: Solution, stroke: int, reasons: Sequence[StrokeR
     out = []
     if turns[2] > max(turns[0], turns[1], way) and reason.largest_bend_rad <= _NEARLY_STRAIGHT_RAD:
         out.append("it rolls with nearly straight limbs, where little resists a roll")
-    if reason.cycles > 1:
+    if reason.cycles >= _MANY_CYCLES:
         out.append(f"what one cycle is off adds up over {reason.cycles}")
     if np.max(turns) > way and carried > 1.0:
         out.append(f"it sets the direction of a way of {figure(carried)} L")

@@ -263,7 +263,7 @@ def test_a_table_cuts_no_number_short(run: Run, folder: Path) -> None:
 
 def test_help_and_version_are_printed_and_done(run: Run, folder: Path) -> None:
     before = contents(folder)
-    for command in (["--help"], ["plan", "--help"], ["gait", "--help"], ["verify", "--help"]):
+    for command in (["--help"], ["plan", "--help"], ["gait", "--help"], ["verify", "--help"], ["run", "--help"]):
         code, out, err = run(*command)
         assert (code, err) == (DONE, "")
         assert "Usage: " in out
