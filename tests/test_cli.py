@@ -672,8 +672,9 @@ INTERRUPTIBLE = "import signal; signal.signal(signal.SIGINT, signal.default_int_
     [
         ["gait", "x-motion", "--cycles", "200", "--dt", "2e-3", "--out", "swim.csv"],
         ["plan", "start.yaml", "goal.yaml", "--dt", "5e-4", "--out", "swim.csv", "--json"],
+        ["plan", "start.yaml", "goal.yaml", "--dt", "5e-4", "--out", "swim.csv", "--plan-out", "plan.json"],
     ],
-    ids=["gait", "plan"],
+    ids=["gait", "plan", "plan and its document"],
 )
 def test_an_interrupt_while_writing_leaves_the_old_file_and_no_other(folder: Path, arguments: list[str]) -> None:
     (folder / "swim.csv").write_text(WRITTEN_BEFORE)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import subprocess
 import sys
 import time
@@ -14,6 +15,8 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers import random_rotations, random_swimmer
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from purcell_cli import Configuration, PrimitiveSequence, Swimmer, load_plan, stored_scenarios, write_csv, write_plan
 from purcell_cli.cli import _run
@@ -246,6 +249,23 @@ def test_a_bad_document_is_one_clear_message_and_nothing_is_written(run: Any, tm
     assert code == MISUSE
     assert {"schema": "purcell/run/1", "verdict": "error"}.items() <= json.loads(out).items()
     assert [p.name for p in tmp_path.iterdir()] == ["plan.json"]
+
+
+@settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_a_document_with_a_stretch_of_other_characters_reads_or_is_refused(tmp_path: Path, data: st.DataObject) -> None:
+    text = json.dumps(document())
+    low = data.draw(st.integers(0, len(text)))
+    high = data.draw(st.integers(low, min(len(text), low + 12)))
+    other = data.draw(st.text(st.sampled_from('[]{}",:0123456789.eE+-*&!<<| \n\taN'), max_size=8))
+    path = tmp_path / "plan.json"
+    path.write_text(text[:low] + other + text[high:])
+    try:
+        found = load_plan(path)
+    except InputError as error:
+        assert re.match(rf"{re.escape(str(path))}:\d+: .*: wanted .*, found ", str(error))  # noqa: PT017  # or reads
+    else:
+        assert found.plan.duration_s / found.dt_s <= 3e6
 
 
 def test_the_good_document_that_the_bad_ones_are_made_from_is_good(run: Any, tmp_path: Path) -> None:
