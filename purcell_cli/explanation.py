@@ -11,7 +11,7 @@ import numpy as np
 from purcell_cli import se3
 from purcell_cli.planner.reconfiguration import Structure
 from purcell_cli.primitives import PrimitiveSequence
-from purcell_cli.rotations import Array, as_euler
+from purcell_cli.rotations import Array, as_euler, as_vector
 from purcell_cli.sensitivity import Sensitivity, sensitivities
 from purcell_cli.solution import Solution, phase_displacement, stroke_cycles
 from purcell_cli.trajectory import starting_shapes
@@ -21,6 +21,9 @@ _BINDS_RAD = 1e-6
 
 _MINOR = 0.05
 """Parts of a displacement below this share of the largest are not put into words."""
+
+_NOTICED = 0.01
+"""Parts above this share that are left out make a displacement only mainly what is said."""
 
 _NOTHING = 1e-8
 """A displacement below this (L, rad) is none."""
@@ -169,7 +172,8 @@ def in_words(displacement: Array, length_m: float) -> str:
     turns = [f"{verb} by {figure(angle)} deg" for verb, angle in verbs]
     moved = _listed([words for words, said in zip(ways, told[:3], strict=True) if said])
     parts = [*(["moves " + moved] if moved else []), *(w for w, said in zip(turns, told[3:], strict=True) if said)]
-    return ("mainly " if np.any(sizes[~told] >= _NOTHING) else "") + _listed(parts)
+    left_out = np.any(sizes[~told] > _NOTICED * float(np.max(sizes)))
+    return ("mainly " if left_out else "") + _listed(parts)
 
 
 def figure(value: float) -> str:
@@ -199,12 +203,14 @@ def _what_is_delicate(solution: Solution, stroke: int, reasons: Sequence[StrokeR
     moved = se3.prefix_products(solution.displacement[part])[-1]
     rest = se3.prefix_products(solution.displacement[part.stop :])[-1]
     turns, way = np.abs(as_euler(moved[:3, :3])), float(np.linalg.norm(moved[:3, 3]) / length_m)
-    carried = float(np.linalg.norm(rest[:3, 3]) / length_m)
+    turn = as_vector(moved[:3, :3])
+    axis = turn / max(float(np.linalg.norm(turn)), _NOTHING)
+    swung = float(np.linalg.norm(np.cross(axis, rest[:3, 3])) / length_m)
     out = []
     if turns[2] > max(turns[0], turns[1], way) and reason.largest_bend_rad <= _NEARLY_STRAIGHT_RAD:
         out.append("it rolls with nearly straight limbs, where little resists a roll")
     if reason.cycles >= _MANY_CYCLES:
         out.append(f"what one cycle is off adds up over {reason.cycles}")
-    if np.max(turns) > way and carried > 1.0:
-        out.append(f"it sets the direction of a way of {figure(carried)} L")
+    if np.max(turns) > way and swung > 1.0:
+        out.append(f"it sets the direction of a way of {figure(float(np.linalg.norm(rest[:3, 3])) / length_m)} L")
     return "; ".join(out)

@@ -15,7 +15,7 @@ import pytest
 from helpers import assert_close, random_sequence, random_shapes
 from rich.console import Console
 
-from purcell_cli import Configuration, PrimitiveSequence, Swimmer, plan, se3, stored_scenarios
+from purcell_cli import Configuration, PrimitiveSequence, Swimmer, plan, realise, se3, stored_gaits, stored_scenarios
 from purcell_cli.cli import _run
 from purcell_cli.explanation import Explanation, explain, in_words, largest_bend
 from purcell_cli.files import load_scenario
@@ -70,11 +70,12 @@ def told(made: Solution, found: Explanation) -> dict[str, Any]:
 def test_what_is_missing_leads_to_where_phase_two_must_end(name: str) -> None:
     """From the rows of the trajectory: the pose after a stroke, moved by what is missing, is where it must lead."""
     rows, found = solution(name).trajectory, explanation(name)
-    starts = [0, *(np.flatnonzero((np.diff(rows.gait) != 0) | (np.diff(rows.phase) != 0)) + 1), len(rows) - 1]
-    assert len(starts) - 1 == len(found.strokes)
+    ends = np.cumsum([s.joint_travel_rad for s in found.strokes]) / solution(name).plan.swimmer.joint_rate_rad_s
     last = np.flatnonzero(rows.phase == 3)
     targets = {2: rows.pose[last[0] if len(last) else -1], 3: rows.pose[-1]}
-    for stroke, end in zip(found.strokes, starts[1:], strict=True):
+    for stroke, time in zip(found.strokes, ends, strict=True):
+        end = int(np.argmin(np.abs(rows.time_s - time)))
+        assert_close(rows.time_s[end], time, 1e-9, float(time))
         target = targets[3 if stroke.phase == 3 else 2]
         assert_close(rows.pose[end] @ stroke.missing, target, 1e-11, 10.0)
     assert_close(found.strokes[-1].missing, np.eye(4), 1e-10)
@@ -103,7 +104,8 @@ def test_the_strokes_are_those_of_the_plans_table(name: str) -> None:
         ([2000, 0, 0], [0, 0, 0], "moves 2000 mm along x"),
         ([0, 0, 0], [0, 0, -19.13], "rolls by -19.1 deg"),
         ([3, 0, -4], [1, 0, 0], "moves 3 mm along x and 4 mm along -z and yaws by 1 deg"),
-        ([100, 0, 1], [0, 0, 0], "mainly moves 100 mm along x"),
+        ([100, 0, 2], [0, 0, 0], "mainly moves 100 mm along x"),
+        ([100, 0, 0.9], [0, 0, 0], "moves 100 mm along x"),
         ([0, 0, 0], [10, 20, 30], "yaws by 10 deg, pitches by 20 deg and rolls by 30 deg"),
     ],
 )
@@ -141,21 +143,62 @@ def test_a_stroke_at_the_bend_limit_says_so(bend: float, limits: tuple[str, ...]
 # --- What is delicate -----------------------------------------------------------------------------------------------
 
 
+def aimed(way: int) -> tuple[Explanation, list[str]]:
+    """Return the explanation of a roll, a yaw and a long way along x of some cycles, and its strokes' names."""
+    parts = [("x-rotation", 0.5, 1), ("z-rotation", 0.9, 6), ("x-cruise", 1.0, way)]
+    blocks = []
+    for name, amplitude, cycles in parts:
+        stroke = realise(stored_gaits()[name], Swimmer(), amplitude)
+        into, out = stroke.approach, stroke.approach.inverse()
+        blocks += [
+            Block(2, name, sequence, count, amplitude)
+            for sequence, count in ((into, 1), (stroke.cycle, cycles), (out, 1))
+            if len(sequence)
+        ]
+    found = explain(carried_out(Plan(Swimmer(), Configuration(), Configuration(), tuple(blocks))))
+    return found, [s.gait for s in found.strokes]
+
+
 def test_a_crank_a_long_way_and_an_aim_are_named_as_delicate() -> None:
-    found = {s.parameter: c for s, c in zip(explanation("far").sensitivities, explanation("far").culprits, strict=True)}
-    crank, way = found["slenderness"], found["drag_ratio"]
-    assert (explanation("far").strokes[crank.stroke].gait, crank.stroke) == ("x-rotation", 0)
-    assert "nearly straight limbs" in crank.words
-    assert "sets the direction of a way of 20 L" in crank.words
-    assert explanation("far").strokes[way.stroke].gait == "x-cruise"
-    assert way.words == f"what one cycle is off adds up over {explanation('far').strokes[way.stroke].cycles}"
-    assert 0.5 < crank.share < 1.0
+    found, names = aimed(60)
+    assert names == ["x-rotation", "z-rotation", "x-cruise"]
+    culprits = {s.parameter: c for s, c in zip(found.sensitivities, found.culprits, strict=True)}
+    crank, turn, way = (culprits[p] for p in ("slenderness", "base_half_length_m", "drag_ratio"))
+    assert (crank.stroke, turn.stroke, way.stroke) == (0, 1, 2)
+    assert crank.words.startswith("it rolls with nearly straight limbs, where little resists a roll; it sets the dir")
+    assert turn.words.startswith("what one cycle is off adds up over 6; it sets the direction of a way of 2")
+    assert way.words == "what one cycle is off adds up over 60"
+    assert 0.5 < way.share < 1.0
 
 
-def test_nothing_is_delicate_where_nothing_moves() -> None:
-    found = explanation("half-turn")
-    slenderness = next(c for s, c in zip(found.sensitivities, found.culprits, strict=True) if s.position_m == 0.0)
-    assert slenderness is None
+def test_one_cycle_and_no_way_to_go_are_not_called_delicate() -> None:
+    found, _ = aimed(1)
+    culprits = {s.parameter: c for s, c in zip(found.sensitivities, found.culprits, strict=True)}
+    assert (culprits["drag_ratio"].stroke, culprits["drag_ratio"].words) == (2, "")
+    assert culprits["slenderness"].words == "it rolls with nearly straight limbs, where little resists a roll"
+
+
+def test_a_roll_does_not_aim_a_way_along_its_own_axis() -> None:
+    strokes = [realise(stored_gaits()[name], Swimmer(), 1.0) for name in ("x-rotation", "x-cruise")]
+    parts = [
+        (strokes[0].cycle, 1),
+        (strokes[1].approach, 1),
+        (strokes[1].cycle, 60),
+        (strokes[1].approach.inverse(), 1),
+    ]
+    names = ["x-rotation", "x-cruise", "x-cruise", "x-cruise"]
+    blocks = tuple(Block(2, name, sequence, n) for name, (sequence, n) in zip(names, parts, strict=True))
+    found = explain(carried_out(Plan(Swimmer(), Configuration(), Configuration(), blocks)))
+    crank = found.culprits[0]
+    assert crank.stroke == 0
+    assert "direction" not in crank.words
+
+
+def test_slenderness_has_no_part_in_a_planar_motion() -> None:
+    """Its logarithm scales all drag alike but for spin; the stroke of no effect is nobody's."""
+    found = played(("limb1 yaw", 1.0), ("limb2 yaw", 1.0), ("limb1 yaw", -1.0), ("limb2 yaw", -1.0), cycles=3)
+    assert [c is None for c in found.culprits] == [True, False, False, False]
+    assert found.sensitivities[0].position_m < 1e-12
 
 
 # --- What is printed ------------------------------------------------------------------------------------------------
