@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from purcell_cli.certificate import certify
     from purcell_cli.configuration import Configuration
+    from purcell_cli.documents import load_plan, write_plan
     from purcell_cli.errors import PurcellError
     from purcell_cli.export import read_csv, write_csv
     from purcell_cli.files import load_configuration, load_gait, load_scenario, load_swimmer
@@ -35,6 +36,7 @@ _HOMES = {
     "flow_of_rates": "lift",
     "load_configuration": "files",
     "load_gait": "files",
+    "load_plan": "documents",
     "load_scenario": "files",
     "load_swimmer": "files",
     "plan": "solution",
@@ -43,6 +45,7 @@ _HOMES = {
     "stored_gaits": "stored",
     "stored_scenarios": "stored",
     "write_csv": "export",
+    "write_plan": "documents",
 }
 
 __all__ = [
@@ -56,6 +59,7 @@ __all__ = [
     "flow_of_rates",
     "load_configuration",
     "load_gait",
+    "load_plan",
     "load_scenario",
     "load_swimmer",
     "plan",
@@ -64,6 +68,7 @@ __all__ = [
     "stored_gaits",
     "stored_scenarios",
     "write_csv",
+    "write_plan",
 ]
 
 

@@ -14,6 +14,7 @@ from purcell_cli import __version__
 
 if TYPE_CHECKING:
     from purcell_cli.configuration import Configuration
+    from purcell_cli.solution import Solution
     from purcell_cli.swimmer import Swimmer
 
 app = typer.Typer(
@@ -39,6 +40,10 @@ GaitFolder = Annotated[Path | None, typer.Option("--gaits", metavar="DIR", help=
 Effort = Annotated[
     str, typer.Option("--effort", metavar="HOW", help="standard; or thorough, to look longer for a shorter plan.")
 ]
+Out = Annotated[Path, typer.Option("--out", metavar="FILE", help="The trajectory's CSV file.")]
+Explain = Annotated[
+    bool, typer.Option("--explain", help="Say what each stroke is for, what limits it and what would upset the plan.")
+]
 Dt = Annotated[float, typer.Option("--dt", metavar="SECONDS", help="Longest time between rows of the CSV.")]
 
 
@@ -59,6 +64,26 @@ def _show(document: dict[str, Any], json: bool, show: Callable[[Any, dict[str, A
 
     console = Console(highlight=False)
     show(console if console.is_terminal else Console(highlight=False, width=_WIDTH), document)
+
+
+def _show_solution(solution: Solution, document: dict[str, Any], json: bool, explain: bool) -> None:
+    """Show a plan that was carried out, and why it is as it is; without success where it did not arrive."""
+    from purcell_cli.report import show_plan
+
+    if not explain:
+        _show(document, json, show_plan)
+    else:
+        from purcell_cli.explanation import explain as explained
+        from purcell_cli.report_explanation import explanation_document, show_explanation
+
+        def show(console: Any, told: dict[str, Any]) -> None:
+            show_plan(console, told)
+            show_explanation(console, told)
+
+        reasons = explanation_document(explained(solution), solution.plan.swimmer)
+        _show({**document, "explanation": reasons}, json, show)
+    if solution.verdict != "reached":
+        raise _UnsuccessfulError(NOT_REACHED)
 
 
 @contextlib.contextmanager
@@ -91,6 +116,14 @@ def _query(start: str, goal: str | None, swimmer: Path | None) -> tuple[Configur
     return scenario.start, scenario.goal, scenario.swimmer if swimmer is None else _swimmer(swimmer)
 
 
+def _two_files(option: str, file: Path, other: Path) -> None:
+    """Refuse to write a file over one that is written or read beside it."""
+    from purcell_cli.errors import InputError
+
+    if file.resolve() == other.resolve():
+        raise InputError(f"{option}: wanted a file other than {other}, found the same")
+
+
 def _version(wanted: bool) -> None:
     if wanted:
         print(f"purcell {__version__}")
@@ -115,30 +148,63 @@ def plan(
         ),
     ],
     goal: Annotated[str | None, typer.Argument(metavar="[GOAL]", help="The goal's YAML file.")] = None,
-    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The trajectory's CSV file.")] = Path(
-        "trajectory.csv"
-    ),
+    out: Out = Path("trajectory.csv"),
     swimmer: SwimmerFile = None,
     gaits: GaitFolder = None,
     dt: Dt = 0.05,
     effort: Effort = "standard",
+    plan_out: Annotated[
+        Path | None,
+        typer.Option("--plan-out", metavar="FILE", help="Write the plan itself too, as JSON for purcell run."),
+    ] = None,
+    explain: Explain = False,
     json: Json = False,
 ) -> None:
     """Plan a motion from a start to a goal configuration and write it as CSV."""
     from purcell_cli import report
-    from purcell_cli.export import writable, write_csv
+    from purcell_cli.documents import PlanDocument
+    from purcell_cli.export import whole_file, writable, write_csv
     from purcell_cli.solution import plan as solve
     from purcell_cli.stored import stored_gaits
 
     begin, end, body = _query(start, goal, swimmer)
     writable(out)
+    if plan_out is not None:
+        writable(plan_out)
+        _two_files("--plan-out", plan_out, out)
     with _busy("planning"):
         solution = solve(begin, end, body, stored_gaits(gaits), dt, effort)
-        document = report.plan_document(solution, str(out))
+        document = report.plan_document(solution, str(out), None if plan_out is None else str(plan_out))
+        with contextlib.ExitStack() as both:
+            if plan_out is not None:  # it appears only when the trajectory has
+                both.enter_context(whole_file(plan_out)).write(PlanDocument(solution.plan, dt).as_text().encode())
+            write_csv(solution.trajectory, out)
+    _show_solution(solution, document, json, explain)
+
+
+@app.command(epilog="Example: purcell plan nearby --plan-out plan.json, then purcell run plan.json --out again.csv")
+def run(
+    document: Annotated[
+        Path, typer.Argument(metavar="PLAN", help="A plan document, as purcell plan --plan-out writes it.")
+    ],
+    out: Out = Path("trajectory.csv"),
+    explain: Explain = False,
+    json: Json = False,
+) -> None:
+    """Play a plan again from its document: the same trajectory, checked anew."""
+    from purcell_cli import report
+    from purcell_cli.documents import load_plan
+    from purcell_cli.export import writable, write_csv
+    from purcell_cli.solution import carried_out
+
+    saved = load_plan(document)
+    writable(out)
+    _two_files("--out", out, document)
+    with _busy("swimming"):
+        solution = carried_out(saved.plan, saved.dt_s)
+        told = report.plan_document(solution, str(out), str(document), "run")
         write_csv(solution.trajectory, out)
-    _show(document, json, report.show_plan)
-    if solution.verdict != "reached":
-        raise _UnsuccessfulError(NOT_REACHED)
+    _show_solution(solution, told, json, explain)
 
 
 @app.command(epilog="Example: purcell gait z-motion --amplitude 0.5 --cycles 3")

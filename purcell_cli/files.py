@@ -228,8 +228,12 @@ def _read(document: Document[T], data: bytes, name: str, folder: Path) -> T:
     return document.read(Place(file, root, "", folder))
 
 
-def _loaded(path: Path | str, document: Document[T]) -> T:
-    """Return what a file says; the path - is standard input."""
+def load(path: Path | str, document: Document[T]) -> T:
+    """Return what a file says of one kind of document; the path - is standard input.
+
+    Raises:
+        InputError: The file cannot be read, or does not say what is wanted.
+    """
     stdin = str(path) == "-"
     name = "standard input" if stdin else str(path)
     try:
@@ -574,7 +578,7 @@ def load_configuration(path: Path | str) -> Configuration:
     Raises:
         InputError: The file says no configuration.
     """
-    return _loaded(path, _CONFIGURATION)
+    return load(path, _CONFIGURATION)
 
 
 def load_swimmer(path: Path | str) -> Swimmer:
@@ -583,7 +587,7 @@ def load_swimmer(path: Path | str) -> Swimmer:
     Raises:
         InputError: The file says no swimmer.
     """
-    return _loaded(path, _SWIMMER)
+    return load(path, _SWIMMER)
 
 
 def load_gait(path: Path | str) -> Gait:
@@ -592,7 +596,7 @@ def load_gait(path: Path | str) -> Gait:
     Raises:
         InputError: The file says no gait.
     """
-    return _loaded(path, _GAIT)
+    return load(path, _GAIT)
 
 
 def load_scenario(path: Path | str) -> Scenario:
@@ -601,4 +605,4 @@ def load_scenario(path: Path | str) -> Scenario:
     Raises:
         InputError: The file, or one that it names, does not say what is wanted.
     """
-    return _loaded(path, _SCENARIO)
+    return load(path, _SCENARIO)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -18,7 +17,7 @@ from purcell_cli.gaits import MOTIONS, Gait, Stroke
 from purcell_cli.lift import work
 from purcell_cli.planner.search import PHASES
 from purcell_cli.rotations import Array, as_euler
-from purcell_cli.solution import Solution, phase_displacement
+from purcell_cli.solution import Solution, phase_displacement, stroke_cycles
 from purcell_cli.swimmer import Swimmer
 
 if TYPE_CHECKING:
@@ -39,7 +38,8 @@ def error_document(command: str, message: str) -> Document:
     return {"schema": f"purcell/{command}/1", "verdict": "error", "error": message}
 
 
-def _displacement(g: Array) -> Document:
+def displacement_document(g: Array) -> Document:
+    """Return a body displacement."""
     psi, theta, phi = as_euler(g[:3, :3]).tolist()
     return {"position_m": g[:3, 3].tolist(), "psi_rad": psi, "theta_rad": theta, "phi_rad": phi}
 
@@ -58,30 +58,32 @@ def _swimmer(swimmer: Swimmer) -> Document:
     return {**dataclasses.asdict(swimmer), "L_m": swimmer.length_m}
 
 
-def plan_document(solution: Solution, file: str | None) -> Document:
-    """Return what is known of a plan."""
+def plan_document(solution: Solution, file: str | None, saved: str | None = None, command: str = "plan") -> Document:
+    """Return what is known of a plan.
+
+    Args:
+        solution: The plan, carried out.
+        file: The trajectory's file.
+        saved: The plan document's file, written or read.
+        command: The command that asks: plan or run.
+    """
     plan, swimmer = solution.plan, solution.plan.swimmer
     rate = swimmer.joint_rate_rad_s
     strokes: dict[int, list[Document]] = {1: [], 2: [], 3: []}
-    rows = zip(plan.blocks, solution.displacement, solution.energy_j, strict=True)
-    for (phase, gait, _), group in itertools.groupby(
-        rows, key=lambda row: (row[0].phase, row[0].gait, str(row[0].amplitude_rad))
-    ):
-        parts = list(group)
-        blocks = [block for block, _, _ in parts]
+    for part in solution.strokes:
+        blocks = plan.blocks[part]
         travel = sum(b.joint_travel_rad for b in blocks)
         amplitude = blocks[0].amplitude_rad
-        longest = max(len(b.sequence) for b in blocks)
-        strokes[phase].append(
+        strokes[blocks[0].phase].append(
             {
-                "gait": gait,
+                "gait": blocks[0].gait,
                 "amplitude_rad": None if math.isnan(amplitude) else amplitude,
-                "cycles": sum(b.cycles for b in blocks if len(b.sequence) == longest),
+                "cycles": stroke_cycles(blocks),
                 "primitives": sum(b.cycles * len(b.sequence) for b in blocks),
                 "joint_travel_rad": travel,
                 "duration_s": travel / rate,
-                "energy_j": float(sum(e for _, _, e in parts)),
-                "displacement": _displacement(se3.prefix_products(np.stack([g for _, g, _ in parts]))[-1]),
+                "energy_j": float(np.sum(solution.energy_j[part])),
+                "displacement": displacement_document(se3.prefix_products(solution.displacement[part])[-1]),
             }
         )
     phases = [
@@ -92,14 +94,14 @@ def plan_document(solution: Solution, file: str | None) -> Document:
             "joint_travel_rad": sum(s["joint_travel_rad"] for s in strokes[phase]),
             "duration_s": sum(s["duration_s"] for s in strokes[phase]),
             "energy_j": sum(s["energy_j"] for s in strokes[phase]),
-            "displacement": _displacement(phase_displacement(solution, phase)),
+            "displacement": displacement_document(phase_displacement(solution, phase)),
             "strokes": strokes[phase],
         }
         for phase, name in PHASES.items()
     ]
     found = solution.certificate
     return {
-        "schema": "purcell/plan/1",
+        "schema": f"purcell/{command}/1",
         "verdict": solution.verdict,
         "swimmer": _swimmer(swimmer),
         "joint_travel_rad": plan.joint_travel_rad,
@@ -114,6 +116,7 @@ def plan_document(solution: Solution, file: str | None) -> Document:
         "certificate": {"method": "DOP853", "stretches": found.stretches, "integrated": found.integrated},
         "rows": len(solution.trajectory),
         "trajectory": file,
+        "plan_document": saved,
     }
 
 
@@ -197,7 +200,9 @@ _SHOWN_AS_ZERO = 1e-8
 """Displacements below this (L, rad) are not worth a person's while."""
 
 
-def _moved(displacement: Mapping[str, Any], length_m: float, digits: int) -> list[str]:
+def displacement_cells(displacement: Mapping[str, Any], length_m: float, digits: int) -> list[str]:
+    """Return a displacement's x, y, z in mm and psi, theta, phi in degrees, for a table."""
+
     def shown(value: float, unit: float, scale: float) -> str:
         return "0" if abs(value) < _SHOWN_AS_ZERO * unit else f"{scale * value:.{digits}g}"
 
@@ -223,7 +228,11 @@ def show_plan(console: Console, document: Document) -> None:
 
     def row(label: str, amplitude: str, cycles: str, part: Mapping[str, Any], style: str) -> None:
         travel, time = f"{part['joint_travel_rad']:.4f}", f"{part['duration_s']:.2f}"
-        moved = _moved(part["displacement"], length_m, 3 if narrow else 4) if part["joint_travel_rad"] else ["", ""]
+        moved = (
+            displacement_cells(part["displacement"], length_m, 3 if narrow else 4)
+            if part["joint_travel_rad"]
+            else ["", ""]
+        )
         cells = (cycles, travel) if narrow else (amplitude, cycles, travel, time)
         table.add_row(label, *cells, *moved, style=style)
 
@@ -249,6 +258,8 @@ def show_plan(console: Console, document: Document) -> None:
     _verdict(console, document["verdict"])
     if document["trajectory"]:
         console.print(f"{document['rows']} rows in {document['trajectory']}", soft_wrap=True)
+    if document["plan_document"] and document["schema"] == "purcell/plan/1":
+        console.print(f"plan in {document['plan_document']}", soft_wrap=True)
 
 
 def _checked(console: Console, certificate: Mapping[str, Any]) -> None:

@@ -27,6 +27,9 @@ Array = NDArray[np.float64]
 INPUT_SLACK = 1e-6
 """A quaternion or matrix this close to valid is normalised; further off it is refused."""
 
+_ROUNDING = 1e-15
+"""What the elements of A^T A are off the identity where A is a rotation to rounding; at most half of it is seen."""
+
 _AXES = np.eye(3)
 
 
@@ -161,18 +164,20 @@ def as_quaternion(rotation: ArrayLike) -> Array:
 def from_matrix(matrix: ArrayLike) -> Array:
     """Return the rotation nearest to a matrix that is one within 1e-6. Shape (..., 3, 3).
 
+    A matrix that is one to rounding comes back bit for bit, so that what is written reads back.
+
     Raises:
         ParameterError: The matrix is further than 1e-6 from orthogonal, or a reflection.
     """
     m = np.asarray(matrix, dtype=np.float64)
-    defect = float(np.max(np.abs(np.swapaxes(m, -1, -2) @ m - _AXES)))
-    if not defect <= 2 * INPUT_SLACK:
+    defect = np.max(np.abs(np.swapaxes(m, -1, -2) @ m - _AXES), axis=(-1, -2), keepdims=True)
+    if not np.all(defect <= 2 * INPUT_SLACK):
         raise ParameterError(
-            f"a rotation matrix (orthogonal within {INPUT_SLACK:g}) is wanted, found one off by {defect:.3g}"
+            f"a rotation matrix (orthogonal within {INPUT_SLACK:g}) is wanted, found one off by {np.max(defect):.3g}"
         )
     if not np.all(np.linalg.det(m) > 0):
         raise ParameterError("a rotation matrix is wanted, found a reflection (determinant -1)")
-    return orthonormalised(orthonormalised(m))
+    return np.asarray(np.where(defect <= _ROUNDING, m, orthonormalised(orthonormalised(m))))
 
 
 def as_vector(rotation: ArrayLike) -> Array:

@@ -227,6 +227,35 @@ class Number(Schema[float]):
 
 
 @dataclasses.dataclass(frozen=True)
+class Whole(Schema[int]):
+    """A whole number.
+
+    Attributes:
+        at_least: It is this or more.
+        at_most: It is this or less.
+    """
+
+    at_least: int
+    at_most: int
+
+    @property
+    def wanted(self) -> str:
+        """What the element wants to find, in words."""
+        return f"a whole number at least {self.at_least} and at most {self.at_most}"
+
+    def read(self, place: Place) -> int:
+        """Return the number at a place."""
+        value = number(place.node)
+        if value is None or not value.is_integer() or not self.at_least <= value <= self.at_most:
+            raise place.error(self.wanted)
+        return int(value)
+
+    def json_schema(self) -> dict[str, object]:
+        """Return the element as JSON Schema."""
+        return {"type": "integer", "minimum": self.at_least, "maximum": self.at_most}
+
+
+@dataclasses.dataclass(frozen=True)
 class Flag(Schema[bool]):
     """true or false."""
 
@@ -339,6 +368,36 @@ class ListOf(Schema[list[T]]):
         if self.length is not None:
             return {**out, "minItems": self.length, "maxItems": self.length}
         return {**out, "minItems": self.at_least} if self.at_least else out
+
+
+@dataclasses.dataclass(frozen=True)
+class Pair(Schema[tuple[T, V]], Generic[T, V]):
+    """A list of two, each with a meaning of its own.
+
+    Attributes:
+        first: What the first is.
+        second: What the second is.
+    """
+
+    first: Schema[T]
+    second: Schema[V]
+
+    @property
+    def wanted(self) -> str:
+        """What the element wants to find, in words."""
+        return f"a list of {self.first.wanted}, and {self.second.wanted}"
+
+    def read(self, place: Place) -> tuple[T, V]:
+        """Return the two values at a place."""
+        if not isinstance(place.node, yaml.SequenceNode) or len(place.node.value) != 2:
+            raise place.error(self.wanted)
+        first, second = place.items()
+        return self.first.read(first), self.second.read(second)
+
+    def json_schema(self) -> dict[str, object]:
+        """Return the element as JSON Schema."""
+        items = [self.first.json_schema(), self.second.json_schema()]
+        return {"type": "array", "prefixItems": items, "minItems": 2, "maxItems": 2}
 
 
 @dataclasses.dataclass(frozen=True)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+import itertools
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from purcell_cli.planner.reconfiguration import Plan, reconfigure
 from purcell_cli.rotations import Array
 from purcell_cli.stored import stored_gaits
 from purcell_cli.swimmer import Swimmer
-from purcell_cli.trajectory import Trajectory, block_displacements, energies, sample
+from purcell_cli.trajectory import Block, Trajectory, block_displacements, energies, sample
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -48,6 +49,17 @@ class Solution:
         """The sum over all primitives of |angle| [rad]."""
         return self.plan.joint_travel_rad
 
+    @property
+    def strokes(self) -> list[slice]:
+        """Which blocks are one stroke: neighbours of the same phase, gait and amplitude."""
+        out, first = [], 0
+        keys = ((b.phase, b.gait, str(b.amplitude_rad)) for b in self.plan.blocks)
+        for _, group in itertools.groupby(keys):
+            last = first + len(list(group))
+            out.append(slice(first, last))
+            first = last
+        return out
+
 
 def plan(
     start: Configuration,
@@ -71,17 +83,36 @@ def plan(
         ParameterError: A time between rows that is not positive, or that asks for too many rows.
         GaitError: No stored gait for a motion that is needed.
     """
-    body = swimmer or Swimmer()
-    made = reconfigure(body, start, goal, stored_gaits() if gaits is None else gaits, effort)
-    trajectory = sample(body, start, made.blocks, dt_s)
+    stored = stored_gaits() if gaits is None else gaits
+    return carried_out(reconfigure(swimmer or Swimmer(), start, goal, stored, effort), dt_s)
+
+
+def carried_out(plan: Plan, dt_s: float = 0.05) -> Solution:
+    """Carry out a plan, new or read from a document, and check it.
+
+    Args:
+        plan: The plan.
+        dt_s: Longest time between rows of the trajectory [s].
+
+    Raises:
+        ParameterError: A time between rows that is not positive, or that asks for too many rows.
+    """
+    swimmer, start, goal, blocks = plan.swimmer, plan.start, plan.goal, plan.blocks
+    trajectory = sample(swimmer, start, blocks, dt_s)
     return Solution(
-        made,
+        plan,
         trajectory,
         Deviation.between(trajectory.end, goal),
-        certify(body, start, goal, trajectory.time_s, trajectory.rate_rad_s),
-        block_displacements(body, made.blocks, start.shape),
-        energies(body, made.blocks, start.shape),
+        certify(swimmer, start, goal, trajectory.time_s, trajectory.rate_rad_s),
+        block_displacements(swimmer, blocks, start.shape),
+        energies(swimmer, blocks, start.shape),
     )
+
+
+def stroke_cycles(blocks: Sequence[Block]) -> int:
+    """Return how many cycles the blocks of one stroke have; the shorter ones lead into and out of it."""
+    longest = max(len(b.sequence) for b in blocks)
+    return sum(b.cycles for b in blocks if len(b.sequence) == longest)
 
 
 def phase_displacement(solution: Solution, phase: int) -> Array:

@@ -22,7 +22,8 @@ from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array, as_euler, as_quaternion
 from purcell_cli.swimmer import Swimmer
 
-_MOST_ROWS = 3e6
+MOST_ROWS = 3e6
+"""How many rows a trajectory may have."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -164,9 +165,9 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
         ParameterError: A time between rows that is not positive, or that asks for too many rows.
     """
     duration = sum(b.joint_travel_rad for b in blocks) / swimmer.joint_rate_rad_s
-    if not dt_s > 0 or duration / dt_s > _MOST_ROWS:
+    if not dt_s > 0 or duration / dt_s > MOST_ROWS:
         raise ParameterError(
-            f"dt: a time above {duration / _MOST_ROWS:.2g} s is wanted (at most {_MOST_ROWS:.0e} rows), found {dt_s!r}"
+            f"dt: a time above {duration / MOST_ROWS:.2g} s is wanted (at most {MOST_ROWS:.0e} rows), found {dt_s!r}"
         )
     step = clock_step(duration)
     shapes = starting_shapes(blocks, start.shape)

@@ -145,6 +145,7 @@ PLAN_KEYS = {
     "certificate": CERTIFICATE_KEYS,
     "rows": None,
     "trajectory": None,
+    "plan_document": None,
 }
 PRIMITIVE_KEYS = dict.fromkeys(("control", "angle_rad"))
 GAIT_KEYS = {
@@ -262,7 +263,7 @@ def test_a_table_cuts_no_number_short(run: Run, folder: Path) -> None:
 
 def test_help_and_version_are_printed_and_done(run: Run, folder: Path) -> None:
     before = contents(folder)
-    for command in (["--help"], ["plan", "--help"], ["gait", "--help"], ["verify", "--help"]):
+    for command in (["--help"], ["plan", "--help"], ["gait", "--help"], ["verify", "--help"], ["run", "--help"]):
         code, out, err = run(*command)
         assert (code, err) == (DONE, "")
         assert "Usage: " in out
@@ -671,8 +672,9 @@ INTERRUPTIBLE = "import signal; signal.signal(signal.SIGINT, signal.default_int_
     [
         ["gait", "x-motion", "--cycles", "200", "--dt", "2e-3", "--out", "swim.csv"],
         ["plan", "start.yaml", "goal.yaml", "--dt", "5e-4", "--out", "swim.csv", "--json"],
+        ["plan", "start.yaml", "goal.yaml", "--dt", "5e-4", "--out", "swim.csv", "--plan-out", "plan.json"],
     ],
-    ids=["gait", "plan"],
+    ids=["gait", "plan", "plan and its document"],
 )
 def test_an_interrupt_while_writing_leaves_the_old_file_and_no_other(folder: Path, arguments: list[str]) -> None:
     (folder / "swim.csv").write_text(WRITTEN_BEFORE)

@@ -141,6 +141,14 @@ def test_quaternions_and_matrices_within_a_millionth_are_normalised() -> None:
     assert_close(from_matrix(stacked), stacked, 1e-15, 3.0)
 
 
+def test_a_rotation_to_rounding_comes_back_bit_for_bit() -> None:
+    """Normalising twice is normalising once; without the exception half of all matrices would change."""
+    rng = np.random.default_rng(5)
+    once = from_matrix(random_rotations(rng, 4000) + 1e-8 * rng.normal(size=(4000, 3, 3)))
+    assert np.array_equal(from_matrix(once), once)
+    assert not np.array_equal(orthonormalised(orthonormalised(once)), once)
+
+
 @pytest.mark.parametrize(
     "quaternion",
     [

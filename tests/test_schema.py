@@ -13,7 +13,22 @@ from hypothesis import strategies as st
 
 from purcell_cli import files, schema
 from purcell_cli.errors import InputError, ParameterError
-from purcell_cli.schema import Choice, Either, Field, Flag, ListOf, Made, MapOf, Number, Place, Record, Schema, Text
+from purcell_cli.schema import (
+    Choice,
+    Either,
+    Field,
+    Flag,
+    ListOf,
+    Made,
+    MapOf,
+    Number,
+    Pair,
+    Place,
+    Record,
+    Schema,
+    Text,
+    Whole,
+)
 from purcell_cli.swimmer import LIMITS, Swimmer
 
 
@@ -33,7 +48,9 @@ def allows(rules: dict[str, Any], value: Any) -> bool:
         return any(allows(r, value) for r in rules["anyOf"])
     if "enum" in rules:
         return value in rules["enum"]
-    if rules["type"] == "number":
+    if rules["type"] == "integer" and (isinstance(value, float) and not value.is_integer()):
+        return False
+    if rules["type"] in {"number", "integer"}:
         low, least, most = rules.get("exclusiveMinimum"), rules.get("minimum"), rules.get("maximum")
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         return (
@@ -49,7 +66,10 @@ def allows(rules: dict[str, Any], value: Any) -> bool:
         return isinstance(value, str) and re.search(rules["pattern"], value) is not None
     if rules["type"] == "array":
         size = isinstance(value, list) and rules.get("minItems", 0) <= len(value) <= rules.get("maxItems", len(value))
-        return size and all(allows(rules["items"], item) for item in value)
+        if not size:
+            return False
+        places = rules["prefixItems"] if "prefixItems" in rules else [rules["items"]] * len(value)
+        return all(allows(inner, item) for inner, item in zip(places, value, strict=True))
     return isinstance(value, dict) and allows_mapping(rules, value)
 
 
@@ -69,8 +89,10 @@ ELEMENTS: list[Schema[Any]] = [
     Number(),
     Number(above=0.0, at_most=2.0),
     Number(at_least=-1.0, nonzero=True),
+    Whole(0, 2),
     Flag(),
     Choice(("a", "b")),
+    Made(Pair(Choice(("a", "b")), Number(at_least=0.0)), lambda pair, _: list(pair)),
     Text(r"[ab]+", "letters"),
     ListOf(Number(), 2),
     ListOf(Flag(), at_least=1),

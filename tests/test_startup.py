@@ -30,7 +30,9 @@ def _loaded(*arguments: str) -> set[str]:
     return set(names.split())
 
 
-@pytest.mark.parametrize("arguments", [["--version"], ["--help"], ["plan", "--help"], ["gait", "--help"]])
+@pytest.mark.parametrize(
+    "arguments", [["--version"], ["--help"], ["plan", "--help"], ["gait", "--help"], ["run", "--help"]]
+)
 def test_help_and_version_import_nothing_slow(arguments: list[str]) -> None:
     assert _loaded(*arguments) & SLOW == set()
 

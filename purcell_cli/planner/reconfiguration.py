@@ -32,6 +32,19 @@ from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Block, clock_step, rounded
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Structure:
+    """A way to build a plan that was weighed.
+
+    Attributes:
+        words: What it does, in words.
+        joint_travel_rad: Its joint travel, as estimated when it was weighed [rad].
+    """
+
+    words: str
+    joint_travel_rad: float
+
+
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Plan:
     """A plan: the motion from a start to a goal configuration.
@@ -41,12 +54,14 @@ class Plan:
         start: The start configuration.
         goal: The goal configuration.
         blocks: The strokes of all three phases.
+        structures: The structures that were weighed, best first; the first one was taken.
     """
 
     swimmer: Swimmer
     start: Configuration
     goal: Configuration
     blocks: tuple[Block, ...]
+    structures: tuple[Structure, ...] = ()
 
     @property
     def joint_travel_rad(self) -> float:

@@ -1,0 +1,89 @@
+"""Sensitivities are what an independent replay with another swimmer finds."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+
+import numpy as np
+import pytest
+from helpers import assert_close, is_close
+
+from purcell_cli import Configuration, PrimitiveSequence, Swimmer, stored_scenarios
+from purcell_cli.certificate import replay
+from purcell_cli.files import load_scenario
+from purcell_cli.rotations import angle_between
+from purcell_cli.sensitivity import CHANGE, PARAMETERS, sensitivities
+from purcell_cli.solution import Solution, plan
+from purcell_cli.trajectory import Block
+
+
+@functools.cache
+def solution(name: str) -> Solution:
+    scenario = load_scenario(stored_scenarios()[name])
+    return plan(scenario.start, scenario.goal, scenario.swimmer)
+
+
+def replayed(made: Solution, parameter: str, change: float) -> tuple[float, float]:
+    """Return how far the end moves [m, rad] by the certificate's replay of the written controls."""
+    swimmer = made.plan.swimmer
+    other = dataclasses.replace(swimmer, **{parameter: getattr(swimmer, parameter) * (1.0 + change)})
+    rows = made.trajectory
+    first, second = (replay(s, made.plan.start, rows.time_s, rows.rate_rad_s).end.pose for s in (swimmer, other))
+    turned = angle_between(first[:3, :3], second[:3, :3])
+    return float(np.linalg.norm(second[:3, 3] - first[:3, 3])), float(turned)
+
+
+@pytest.mark.parametrize("name", ["nearby", "far", "slender", "unequal-links", "bent-start"])
+def test_a_sensitivity_is_what_an_independent_replay_finds(name: str) -> None:
+    made = solution(name)
+    swimmer = made.plan.swimmer
+    found = sensitivities(swimmer, made.plan.start, made.plan.blocks)
+    assert [s.parameter for s in found] == list(PARAMETERS)
+    for s in found:
+        both = {change: replayed(made, s.parameter, change) for change in (CHANGE, -CHANGE)}
+        position, angle = both[s.change]
+        assert_close(s.position_m, position, 2e-8, swimmer.length_m)
+        assert_close(s.angle_rad, angle, 2e-8)
+        other, turned = both[-s.change]
+        assert position / swimmer.length_m + angle >= other / swimmer.length_m + turned
+        assert s.position_m > 0.0 or s.angle_rad > 0.0
+    assert not is_close(found[0].position_m, found[1].position_m, 1e-3, found[0].position_m)
+
+
+def test_what_is_not_looked_at_moves_nothing() -> None:
+    """Every parameter of a swimmer is looked at, but for those that the path does not depend on."""
+    free = {"viscosity_pa_s": 1.01, "max_bend_rad": 1.01}
+    assert set(PARAMETERS) | set(free) | {"joint_rate_rad_s"} == {f.name for f in dataclasses.fields(Swimmer)}
+    for parameter in free:
+        assert_close(replayed(solution("nearby"), parameter, 0.01), (0.0, 0.0), 1e-13)
+
+
+def test_the_strokes_shares_add_up_to_first_order() -> None:
+    made = solution("far")
+    for change in (1e-3, 1e-4):
+        for s in sensitivities(made.plan.swimmer, made.plan.start, made.plan.blocks, change):
+            total = s.by_block.sum(axis=0)
+            size = np.hypot(np.linalg.norm(total[:3]) / 0.1, np.linalg.norm(total[3:]))
+            assert_close(size, np.hypot(s.position_m / 0.1, s.angle_rad), 10.0 * change, float(size))
+
+
+@pytest.mark.parametrize(
+    ("swimmer", "parameter", "change"),
+    [
+        (Swimmer(slenderness=0.2), "slenderness", -CHANGE),
+        (Swimmer(drag_ratio=1.005), "drag_ratio", CHANGE),
+        (Swimmer(drag_ratio=1000.0), "drag_ratio", -CHANGE),
+        (Swimmer(limb_half_length_m=10.0), "limb_half_length_m", -CHANGE),
+        (Swimmer(limb_half_length_m=10.0), "base_half_length_m", CHANGE),
+    ],
+)
+def test_a_swimmer_that_cannot_be_is_left_out(swimmer: Swimmer, parameter: str, change: float) -> None:
+    blocks = [Block(2, "any", PrimitiveSequence.of([("limb1 yaw", 0.5), ("limb2 yaw", 0.5), ("limb1 roll", 0.3)]))]
+    found = {s.parameter: s for s in sensitivities(swimmer, Configuration(), blocks)}
+    assert found[parameter].change == change
+
+
+def test_no_motion_is_not_sensitive() -> None:
+    for s in sensitivities(Swimmer(), Configuration(), []):
+        assert (s.position_m, s.angle_rad, s.by_block.shape) == (0.0, 0.0, (0, 6))
