@@ -143,7 +143,7 @@ def _shapes(start: Array, rates: Array, durations: Array) -> Array:
         here = Rotation.from_matrix(start[i]).as_quat()
         quaternions[0] = here
         for k, turn in enumerate(turns[i]):
-            if turn[3] != 1.0:
+            if turn[:3].any():
                 here = _hamilton(here, turn)
             quaternions[k + 1] = here
         out[:, i] = Rotation.from_quat(quaternions).as_matrix()

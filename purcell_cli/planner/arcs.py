@@ -74,7 +74,7 @@ class Fan:
         straight = 2.0 * bend
         if len(sides):
             rates = np.abs(_twists(swimmer, sides, 0.0 * sides)[:, 0])
-            straight = float(sides[np.argmax(rates)])
+            straight = _summit(sides, rates)
         side = np.linspace(straight, _SMALLEST * bend, _KNOTS)
         offset = bend - 0.5 * side
         between = np.linspace(0.0, offset[0], _BETWEEN, endpoint=False)[: _BETWEEN if offset[0] > 0.0 else 0]
@@ -106,6 +106,15 @@ class Fan:
         columns = (self.side, self.offset, self.advance, self.turn)
         side, offset, per_advance, per_turn = (float(np.interp(knot, knots, c)) for c in columns)
         return side, offset, per_advance, per_turn
+
+
+def _summit(x: Array, y: Array) -> float:
+    """Return where sampled values are largest, by the parabola through the three largest neighbours."""
+    k = int(np.argmax(y))
+    if not 0 < k < len(x) - 1:
+        return float(x[k])
+    a, b, _ = np.polyfit(x[k - 1 : k + 2] - x[k], y[k - 1 : k + 2], 2)
+    return float(x[k] - 0.5 * b / a)
 
 
 @functools.lru_cache(maxsize=64)

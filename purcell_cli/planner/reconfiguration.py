@@ -175,10 +175,10 @@ class _Best:
                 first = tightened(near, self.bend, how.pace)
                 if first.joint_travel_rad < _PROMISING * self.joint_travel_rad:
                     self.consider(shorten(first, self.bend, how.pace))
-            done = how.candidates + k + 1
-            progress(
-                f"{done} of {how.candidates + how.words} ways explored, joint travel {self.joint_travel_rad:.2f} rad"
-            )
+            self._tell(progress, how.candidates + k + 1, how)
+
+    def _tell(self, progress: Progress, done: int, how: Effort) -> None:
+        progress(f"{done} of {how.candidates + how.words} ways explored, joint travel {self.joint_travel_rad:.2f} rad")
 
 
 def reconfigure(

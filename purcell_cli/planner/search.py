@@ -37,6 +37,8 @@ _CRANK_RAD = 1.6
 _SHORT_RAD = 40.0
 """Up to this joint travel stored gaits one after the other are tried too."""
 _NEGLIGIBLE = 1e-12
+_SLIGHT_RAD, _SAME = 0.3, 1e-4
+"""Arcs of less joint travel are left out; neighbours are one if that costs them no more than so much."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -83,7 +85,7 @@ def candidates(
         travel += np.array([first.joint_travel_rad[i] + last.joint_travel_rad[j] for i, j in pairs])[way.displacement]
         for k in _distinct(travel):
             i, j = pairs[way.displacement[k]]
-            inner = _arcs(swimmer, loops, cranks[0], way.arc[k], float(way.roll[k]))
+            inner = _arcs(swimmer, loops, cranks[0], _fewest(loops, way.arc[k]), float(way.roll[k]))
             found.append(_candidate("rolls and arcs", first, i, inner, last, j))
     if not found or min(c.joint_travel_rad for c in found) < _SHORT_RAD:
         book = stroke_book(tuple(gaits.values()), swimmer)
@@ -141,6 +143,24 @@ def _pairs(
     best = np.argsort(cost, axis=None, kind="stable")[:_PAIRS]
     pairs = [(int(k // cost.shape[1]), int(k % cost.shape[1])) for k in best]
     return pairs, se3.normalised(np.stack([gone[i] @ done[j] for i, j in pairs]))
+
+
+def _fewest(loops: Fan, arc: Array) -> Array:
+    """Return arcs without those that hardly count, neighbours of one direction made one. Shape (n, 3)."""
+    out: list[Array] = []
+    for one in arc:
+        travel = _travel(loops, one)
+        if travel < _SLIGHT_RAD:
+            continue
+        if out and _travel(loops, out[-1]) + travel < (1.0 + _SAME) * _travel(loops, out[-1] + one):
+            out[-1] = out[-1] + one
+        else:
+            out.append(one)
+    return np.array(out).reshape(-1, 3)
+
+
+def _travel(loops: Fan, arc: Array) -> float:
+    return float(loops.travel(arc[0], np.hypot(arc[1], arc[2])))
 
 
 def _arcs(swimmer: Swimmer, loops: Fan, crank: Gait, arc: Array, roll: float) -> list[Block]:
