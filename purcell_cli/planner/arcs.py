@@ -31,6 +31,8 @@ _SMALLEST = 0.45
 """The smallest square of the fan, in units of the bend limit."""
 _YAW_1, _YAW_2 = 2, 5
 _NEGLIGIBLE_RAD = 1e-9
+_ROUND = 0.97
+"""Arcs that are tighter than the tightest loop by less than this are taken for it."""
 
 NAME = "arc"
 """Name of the stroke."""
@@ -98,6 +100,20 @@ class Fan:
         a, b = np.abs(advance) / self.straight, np.abs(turn) / self.tight
         return np.asarray(np.maximum(np.hypot(a, b) / np.interp(np.arctan2(b, a), self._bearing, self._size), b))
 
+    def ways(self, advance: float, turn: float) -> list[tuple[float, float]]:
+        """Return the arc as advances and turns that loops can make [L, rad].
+
+        One tighter than the tightest loop is swum half its turn forwards and half backwards, in
+        three parts, so that to second order it stays in its place.
+        """
+        reach = abs(turn * self.advance[-1] / self.turn[-1])
+        if abs(advance) >= _ROUND * reach:
+            return [(advance, turn)]
+        way = math.copysign(reach, advance)
+        share = 0.5 * (1.0 + abs(advance) / reach)
+        outer = (0.5 * share * way, 0.5 * share * turn)
+        return [outer, (-(1.0 - share) * way, (1.0 - share) * turn), outer]
+
     def loop(self, advance: float, turn: float) -> tuple[float, float, float, float]:
         """Return side and offset of the loop that swims an arc [rad], and its advance and turn per joint travel."""
         bearing = math.atan2(abs(turn) / self.tight, abs(advance) / self.straight)
@@ -126,29 +142,18 @@ def fan(swimmer: Swimmer) -> Fan:
 def arc_blocks(fan: Fan, advance: float, turn: float) -> list[Block]:
     """Return strokes that swim about an arc in the x-y plane, from the collinear shape and back to it.
 
+    An arc tighter than the tightest loop turns as much, and goes further.
+
     Args:
         fan: The swimmer's loops.
         advance: How far [L], negative backwards.
         turn: By how much [rad].
     """
-    forward, spare = advance, 0.0
-    reach = abs(turn) * abs(fan.advance[-1] / fan.turn[-1])
-    if abs(advance) < reach:
-        # Tighter than any loop: the tightest, part of the way forwards and part of it backwards.
-        spare = 0.5 * (reach - abs(advance))
-        forward = math.copysign(abs(advance) + spare, advance)
-    share = abs(forward) / (abs(forward) + spare) if spare else 1.0
-    parts = [(forward, share * turn), (-math.copysign(spare, advance), (1.0 - share) * turn)]
-    return [block for a, b in parts for block in _one_way(fan, a, b)]
-
-
-def _one_way(fan: Fan, advance: float, turn: float) -> list[Block]:
     travel = float(fan.travel(np.array(advance), np.array(turn)))
     if travel < _NEGLIGIBLE_RAD:
         return []
     side, offset, per_advance, per_turn = fan.loop(advance, turn)
-    cycles = math.ceil(travel / (4.0 * side) - 0.25)
-    cycles = max(cycles, 1)
+    cycles = max(math.ceil(travel / (4.0 * side) - 1e-9), 1)
     side *= math.sqrt(travel / (4.0 * side * cycles))
     loop, approach = loop_and_approach(side, offset)
     forwards = per_advance * advance >= 0.0

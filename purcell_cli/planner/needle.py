@@ -24,9 +24,10 @@ from purcell_cli.rotations import Array, hat
 
 _ARCS = 3
 _ROUNDS = 30
-_SETTLING = 6
+_SETTLING = 8
 _SERIES = 20
 _FREE = (0, 4, 5)
+_E_ROLL = np.eye(6)[3]
 _ROLL_PRICE = 0.1
 _LEAST = 1e-2  # rad
 _LONGEST_TURN = 0.5
@@ -84,10 +85,9 @@ def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
     far = np.linalg.norm(displacement[:, :3, 3], axis=1)[:, None, None, None]
     spread[..., :1] *= 0.5 * far + 0.5
     x = np.concatenate([spread.reshape(n, 9), rng.uniform(-np.pi, np.pi, (n, 1))], axis=1)
-    e_roll = np.eye(6)[3]
     loose = np.empty((n, 10))
     for k_round in range(_ROUNDS):
-        residual, jacobian = _equations(x, inverse, e_roll)
+        residual, jacobian = _equations(x, inverse)
         if k_round < _ROUNDS - _SETTLING:
             loose = np.concatenate(
                 [_looseness(x[:, :9].reshape(n, 3, 3), fan), np.full((n, 1), 1.0 / _ROLL_PRICE)], axis=1
@@ -103,7 +103,7 @@ def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
             step -= x
         turning = np.max(np.abs(step[:, [1, 2, 4, 5, 7, 8, 9]]), axis=1)
         x = x + step * np.minimum(1.0, _LONGEST_TURN / np.maximum(turning, 1e-300))[:, None]
-    residual, _ = _equations(x, inverse, e_roll)
+    residual, _ = _equations(x, inverse)
     good = np.flatnonzero(np.max(np.abs(residual), axis=1) < 1e-3)
     return Arcs(x[good, :9].reshape(-1, 3, 3), x[good, 9], np.repeat(np.arange(k), starts)[good])
 
@@ -120,16 +120,34 @@ def _looseness(arc: Array, fan: Fan) -> Array:
     return np.stack([loose_a, loose_b, loose_b], axis=-1).reshape(len(arc), 9)
 
 
-def _equations(x: Array, inverse: Array, e_roll: Array) -> tuple[Array, Array]:
-    """Return log(D^-1 exp .. exp) and its derivative. Shapes (n, 6) and (n, 6, 10)."""
-    n = len(x)
-    twist = _twist(x[:, :9].reshape(n, _ARCS, 3))
+def settled(arc: Array, roll: float, displacement: Array) -> tuple[Array, float]:
+    """Return arcs and roll changed, each about in proportion, until they make a displacement.
+
+    Args:
+        arc: Advance [L] and turns about y and z [rad] of each arc. Shape (m, 3).
+        roll: The last roll [rad].
+        displacement: Body displacement [L]. Shape (4, 4).
+    """
+    x = np.append(arc.ravel(), roll)[None]
+    inverse = se3.inverse(displacement)[None]
+    loose = np.append(np.repeat(np.abs(arc).sum(axis=1) + 0.05, 3), 1.0) ** 2
+    for _ in range(_SETTLING):
+        residual, jacobian = _equations(x, inverse)
+        lever = jacobian[0] * loose
+        step = lever.T @ np.linalg.lstsq(lever @ jacobian[0].T, -residual[0], rcond=1e-12)[0]
+        x = x + step * min(1.0, _LONGEST_TURN / max(float(np.max(np.abs(step))), 1e-300))
+    return x[0, :-1].reshape(-1, 3), float(x[0, -1])
+
+
+def _equations(x: Array, inverse: Array) -> tuple[Array, Array]:
+    """Return log(D^-1 exp .. exp) and its derivative. Shapes (n, 6) and (n, 6, 3 m + 1)."""
+    n, m = len(x), x.shape[1] // 3
+    twist = _twist(x[:, :-1].reshape(n, m, 3))
     moves, slopes = se3.exp(twist), _right_jacobian(twist)[..., _FREE]
-    roll = se3.exp(x[:, 9:] * e_roll)
-    jacobian = np.empty((n, 6, 10))
-    jacobian[:, :, 9] = e_roll
-    after = roll
-    for k in (2, 1, 0):
+    jacobian = np.empty((n, 6, 3 * m + 1))
+    jacobian[:, :, -1] = _E_ROLL
+    after = se3.exp(x[:, -1:] * _E_ROLL)
+    for k in reversed(range(m)):
         jacobian[:, :, 3 * k : 3 * k + 3] = se3.adjoint(se3.inverse(after)) @ slopes[:, k]
         after = moves[:, k] @ after
     return se3.log(se3.normalised(inverse @ after)), jacobian

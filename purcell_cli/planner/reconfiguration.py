@@ -114,7 +114,7 @@ class Effort:
 
 EFFORTS: Mapping[str, Effort] = {
     "quick": Effort(1),
-    "standard": Effort(1, Pace(rounds=3, steps=20), most=24, longest_rad=12.0),
+    "standard": Effort(1, Pace(rounds=3, steps=20), most=24, longest_rad=16.0),
     "thorough": Effort(4, Pace(rounds=5, steps=40, price=300.0), most=60, words=32),
 }
 

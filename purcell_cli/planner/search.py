@@ -21,7 +21,7 @@ from purcell_cli.errors import GaitError
 from purcell_cli.gaits import Gait, guessed
 from purcell_cli.planner.arcs import Fan, arc_blocks, fan
 from purcell_cli.planner.limbs import Straightenings, straightenings
-from purcell_cli.planner.needle import steer
+from purcell_cli.planner.needle import settled, steer
 from purcell_cli.planner.strokes import phase_two, stroke_book
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
@@ -85,7 +85,8 @@ def candidates(
         travel += np.array([first.joint_travel_rad[i] + last.joint_travel_rad[j] for i, j in pairs])[way.displacement]
         for k in _distinct(travel):
             i, j = pairs[way.displacement[k]]
-            inner = _arcs(swimmer, loops, cranks[0], _fewest(loops, way.arc[k]), float(way.roll[k]))
+            made = missing[way.displacement[k]]
+            inner = _arcs(swimmer, loops, cranks[0], *settled(_swum(loops, way.arc[k]), float(way.roll[k]), made))
             found.append(_candidate("rolls and arcs", first, i, inner, last, j))
     if not found or min(c.joint_travel_rad for c in found) < _SHORT_RAD:
         book = stroke_book(tuple(gaits.values()), swimmer)
@@ -145,8 +146,8 @@ def _pairs(
     return pairs, se3.normalised(np.stack([gone[i] @ done[j] for i, j in pairs]))
 
 
-def _fewest(loops: Fan, arc: Array) -> Array:
-    """Return arcs without those that hardly count, neighbours of one direction made one. Shape (n, 3)."""
+def _swum(loops: Fan, arc: Array) -> Array:
+    """Return arcs as loops can swim them: none that hardly counts, neighbours of one direction one. Shape (n, 3)."""
     out: list[Array] = []
     for one in arc:
         travel = _travel(loops, one)
@@ -156,7 +157,12 @@ def _fewest(loops: Fan, arc: Array) -> Array:
             out[-1] = out[-1] + one
         else:
             out.append(one)
-    return np.array(out).reshape(-1, 3)
+    parts = []
+    for advance, p, q in out:
+        turn = math.hypot(p, q)
+        across = (p / turn, q / turn) if turn > 0.0 else (0.0, 1.0)
+        parts += [(a, b * across[0], b * across[1]) for a, b in loops.ways(advance, turn)]
+    return np.array(parts).reshape(-1, 3)
 
 
 def _travel(loops: Fan, arc: Array) -> float:
