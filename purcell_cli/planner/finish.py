@@ -85,19 +85,20 @@ def arrive(equations: Equations, max_bend_rad: float, rounded: Callable[[Array],
         The motion of the best round, and the largest residual left [L, rad].
     """
     least = least_cosines(equations, max_bend_rad)
-    angle = rounded(equations.angles)
-    best, kept, idle = np.inf, angle, 0
+    angle, first, idle = rounded(equations.angles), 0, 0
+    best, kept, at_best = np.inf, angle, Values(angle, angle, angle)
     while idle < _PATIENCE:
         values = equations.at(angle)
         idle = idle + 1 if values.size > 0.5 * best else 0
         if values.size < best:
-            best, kept = values.size, angle
+            best, kept, at_best = values.size, angle, values
         if best < _ENOUGH:
             break
-        if idle:
-            tail = equations.tail
+        if idle and not first:
+            first, angle, values = equations.tail, kept, at_best
+        if first:
             step = np.zeros_like(angle)
-            step[tail:] = np.linalg.lstsq(values.derivative[:, tail:], -values.residual, rcond=_WEAKEST)[0]
+            step[first:] = np.linalg.lstsq(values.derivative[:, first:], -values.residual, rcond=_WEAKEST)[0]
         else:
             step = _bounded(equations, values, least, _REACH_RAD)
         angle = rounded(angle + step)

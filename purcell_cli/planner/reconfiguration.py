@@ -146,7 +146,7 @@ class _Best:
         """Bring a motion to the goal, keep it if it is the best, and return it nearly there."""
         near, off = approach(motion, self.bend, _CLOSE)
         exact = near
-        if off < _CLOSE and near.joint_travel_rad < self.joint_travel_rad:
+        if off < _CLOSE and not (self.arrived and near.joint_travel_rad >= self.joint_travel_rad):
             exact, off = _exact(self.swimmer, near)
         if (off >= _ARRIVED, exact.joint_travel_rad) < (not self.arrived, self.joint_travel_rad):
             self.off, self.motion = off, exact

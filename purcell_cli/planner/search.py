@@ -182,7 +182,17 @@ def _arcs(swimmer: Swimmer, loops: Fan, crank: Gait, arc: Array, roll: float) ->
             out += _rolls(swimmer, crank, change)
             plane += change
         out += arc_blocks(loops, advance, turn)
-    return out + _rolls(swimmer, crank, roll - plane)
+    return _last_apart(out) + _rolls(swimmer, crank, roll - plane)
+
+
+def _last_apart(blocks: list[Block]) -> list[Block]:
+    """Return blocks with the last cycle of all that repeat on its own: it takes up what the others leave."""
+    repeated = [k for k, b in enumerate(blocks) if b.cycles > 1]
+    if not repeated:
+        return blocks
+    k = repeated[-1]
+    fewer, one = (dataclasses.replace(blocks[k], cycles=n) for n in (blocks[k].cycles - 1, 1))
+    return [*blocks[:k], fewer, one, *blocks[k + 1 :]]
 
 
 def _rolls(swimmer: Swimmer, crank: Gait, angle: float) -> list[Block]:
