@@ -14,7 +14,7 @@ import dataclasses
 import numpy as np
 
 from purcell_cli.configuration import Configuration, Deviation
-from purcell_cli.connection import base_twist
+from purcell_cli.connection import base_twist, resistance
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 
@@ -28,7 +28,8 @@ TOLERANCE_RAD = 1e-9
 
 _RELATIVE, _ABSOLUTE = 1e-13, 1e-14
 _SAME_SHAPE_DIGITS = 11
-_PIECE_RAD = 0.15
+_PIECE_RAD, _PIECE = 0.2, 0.5
+"""Longest pieces: an angle, and a part of the distance from the straight line, where A(r) is sharp."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -166,34 +167,53 @@ def _hamilton(p: Array, q: Array) -> Array:
     return np.asarray(out / np.sqrt(out @ out))
 
 
+def _cut(parts: Rows) -> tuple[Rows, Rows]:
+    """Return, for things cut into parts, which one each part is of, and its number in it."""
+    owner = np.repeat(np.arange(len(parts)), parts)
+    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
+
+
+def _turned(shapes: Array, rates: Array, times: Array) -> Array:
+    """Return shapes after times at constant rates, by scipy's rotations. Shape (n, 2, 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    turns = Rotation.from_rotvec((rates * times[:, None]).reshape(-1, 3)).as_matrix()
+    return np.asarray(shapes @ turns.reshape(-1, 2, 3, 3))
+
+
+def _distance(unit: Swimmer, shapes: Array) -> Array:
+    """Return how far shapes are from where A(r) is sharp, as a bend [rad]: there P has a small eigenvalue."""
+    least = np.linalg.eigvalsh(resistance(unit, shapes))[:, 0]
+    return np.asarray(np.sqrt(np.maximum(least, 0.0) / (unit.lateral_drag() * unit.bend_spread())))
+
+
 def _integrate(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) -> Array:
     """Return the displacements of stretches of constant control by DOP853 [m]. Shape (m, 4, 4).
 
     Long stretches are cut, so that all pieces can be solved as one system with few steps.
     """
     from scipy.integrate import solve_ivp
-    from scipy.spatial.transform import Rotation
 
     if not len(durations):
         return np.empty((0, 4, 4))
     unit = swimmer.scaled()
     sweep = np.linalg.norm(rates, axis=1) * durations
     parts = np.maximum(np.ceil(sweep / _PIECE_RAD), 1).astype(np.int64)
-    owner = np.repeat(np.arange(len(parts)), parts)
-    index = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+    owner, index = _cut(parts)
     length = (durations / parts)[owner]
-    omega = rates[owner].reshape(-1, 2, 3)
-    begun = np.stack(
-        [shapes[owner, i] @ Rotation.from_rotvec(omega[:, i] * (index * length)[:, None]).as_matrix() for i in (0, 1)],
-        axis=1,
-    )
+    begun = _turned(shapes[owner], rates[owner], index * length)
+    # Where a piece comes near the straight line it is cut again.
+    near = np.minimum(_distance(unit, begun), _distance(unit, _turned(begun, rates[owner], length)))
+    again = np.maximum(np.ceil((sweep / parts)[owner] / (_PIECE * near)), 1).astype(np.int64)
+    whole, index = _cut(again)
+    owner, length = owner[whole], (length / again)[whole]
+    begun = _turned(begun[whole], rates[owner], index * length)
+    parts = np.bincount(owner, minlength=len(parts))
     n = len(owner)
 
     def plain_equation(part: float, state: Array) -> Array:
         g = state.reshape(n, 3, 4)
-        turned = (part * length)[:, None]
-        shape = np.stack([begun[:, i] @ Rotation.from_rotvec(omega[:, i] * turned).as_matrix() for i in (0, 1)], axis=1)
-        xi = base_twist(unit, shape, omega.reshape(n, 6)) * length[:, None]
+        xi = base_twist(unit, _turned(begun, rates[owner], part * length), rates[owner]) * length[:, None]
         hat = np.zeros((n, 4, 4))
         hat[:, 0, 1], hat[:, 0, 2], hat[:, 1, 2] = -xi[:, 5], xi[:, 4], -xi[:, 3]
         hat[:, 1, 0], hat[:, 2, 0], hat[:, 2, 1] = xi[:, 5], -xi[:, 4], xi[:, 3]

@@ -124,7 +124,10 @@ def base_twist(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike) -> Array:
     omega = np.asarray(rate, dtype=np.float64)
     if omega.shape[-1:] != (6,):
         raise ParameterError(f"six limb rates (omega_1, omega_2) are wanted, found shape {omega.shape}")
-    return -(connection(swimmer, shape) @ omega[..., None])[..., 0]
+    p, q = resistance_and_coupling(swimmer.scaled(), shape)
+    xi = -np.linalg.solve(p, q @ omega[..., None])[..., 0]
+    xi[..., :3] *= swimmer.length_m
+    return np.asarray(xi, dtype=np.float64)
 
 
 def link_twist(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike, xi_base: Array, link: int) -> Array:

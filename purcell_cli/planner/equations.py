@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
-from purcell_cli.lift import EXACT, Accuracy, Repeat, flow_and_jacobian, shape_gap
+from purcell_cli.lift import EXACT, Accuracy, Repeat, displacements, flow_and_jacobian, shape_gap
 from purcell_cli.primitives import PrimitiveSequence, joined
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
@@ -223,8 +223,21 @@ class Equations:
             for s, part in zip(self.stretches, self._slices, strict=True)
         ]
 
+    def residual(self, angle: Array) -> Array:
+        """Return what is missing at some free angles [L, rad]. Shape (n,) to (m,)."""
+        sequence = self.sequence_at(angle)
+        shapes = sequence.shapes(self.start)
+        moves = displacements(self.swimmer, sequence, self.start, self.accuracy)
+        g, done = np.eye(4), 0
+        for part in (*self.repeats, Repeat(len(sequence), len(sequence), 0)):
+            g = g @ se3.prefix_products(moves[done : part.first])[-1]
+            g = g @ se3.power(se3.prefix_products(moves[part.first : part.stop])[-1], part.cycles)
+            done = part.stop
+        gaps = [shape_gap(sequence[:stop], shapes[: stop + 1], shape)[0] for stop, shape in self._targets]
+        return np.concatenate([se3.log(se3.normalised(self._wanted_inverse @ g)), *gaps])
+
     def at(self, angle: Array) -> Values:
-        """Return the equations at some free angles [rad]. Shape (n,)."""
+        """Return the equations and their derivative at some free angles [rad]. Shape (n,)."""
         sequence = self.sequence_at(angle)
         shapes = sequence.shapes(self.start)
         g, twists = flow_and_jacobian(self.swimmer, sequence, self.start, self.accuracy, self.repeats)

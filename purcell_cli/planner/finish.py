@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from purcell_cli.lift import Accuracy
 from purcell_cli.planner.equations import Equations, Values
 from purcell_cli.planner.limits import bend_rows, least_cosines
 from purcell_cli.rotations import Array
@@ -73,11 +74,17 @@ def _bounded(equations: Equations, values: Values, least: Array, reach: float) -
     return step
 
 
-def arrive(equations: Equations, max_bend_rad: float, rounded: Callable[[Array], Array]) -> tuple[Equations, float]:
+def arrive(
+    equations: Equations, rough: Accuracy, max_bend_rad: float, rounded: Callable[[Array], Array]
+) -> tuple[Equations, float]:
     """Return the motion with its angles changed, by the least amount, to end exactly at the goal.
+
+    The derivative is taken once, at a rough accuracy: what is missing is small, and shrinks by the
+    derivative's own accuracy in each round.
 
     Args:
         equations: The equations of a motion that almost arrives.
+        rough: Accuracy of the derivative.
         max_bend_rad: How far a limb may bend in phase 2 [rad].
         rounded: Rounds angles to what the clock can tell [rad].
 
@@ -86,20 +93,21 @@ def arrive(equations: Equations, max_bend_rad: float, rounded: Callable[[Array],
     """
     least = least_cosines(equations, max_bend_rad)
     angle, first, idle = rounded(equations.angles), 0, 0
-    best, kept, at_best = np.inf, angle, Values(angle, angle, angle)
-    while idle < _PATIENCE:
-        values = equations.at(angle)
-        idle = idle + 1 if values.size > 0.5 * best else 0
-        if values.size < best:
-            best, kept, at_best = values.size, angle, values
-        if best < _ENOUGH:
-            break
-        if idle and not first:
-            first, angle, values = equations.tail, kept, at_best
+    slope = equations.at_accuracy(rough).at(angle)
+    missing = equations.residual(angle)
+    best, kept = float(np.max(np.abs(missing))), angle
+    while idle < _PATIENCE and best > _ENOUGH:
         if first:
             step = np.zeros_like(angle)
-            step[first:] = np.linalg.lstsq(values.derivative[:, first:], -values.residual, rcond=_WEAKEST)[0]
+            step[first:] = np.linalg.lstsq(slope.derivative[:, first:], -missing, rcond=_WEAKEST)[0]
         else:
-            step = _bounded(equations, values, least, _REACH_RAD)
+            step = _bounded(equations, Values(missing, slope.derivative, slope.shapes), least, _REACH_RAD)
         angle = rounded(angle + step)
-    return equations.of(equations.with_angles(kept)), float(best)
+        missing = equations.residual(angle)
+        size = float(np.max(np.abs(missing)))
+        idle = idle + 1 if size > 0.5 * best else 0
+        if size < best:
+            best, kept = size, angle
+        elif not first:
+            first, angle, missing = equations.tail, kept, equations.residual(kept)
+    return equations.of(equations.with_angles(kept)), best

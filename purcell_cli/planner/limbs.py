@@ -14,7 +14,7 @@ import warnings
 import numpy as np
 
 from purcell_cli.lift import Accuracy, piece_displacements
-from purcell_cli.primitives import EMPTY, PrimitiveSequence, joined
+from purcell_cli.primitives import PrimitiveSequence, joined
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 
@@ -68,14 +68,18 @@ class Straightenings:
     """Ways to straighten both limbs.
 
     Attributes:
-        sequences: Their primitives, shortest joint travel first.
-        joint_travel_rad: Their joint travel [rad]. Shape (n,).
+        halves: What each way plays first and then. n pairs.
+        joint_travel_rad: Their joint travel, ascending [rad]. Shape (n,).
         displacement: What each does to the base, to search by, in units of L. Shape (n, 4, 4).
     """
 
-    sequences: list[PrimitiveSequence]
+    halves: list[tuple[PrimitiveSequence, PrimitiveSequence]]
     joint_travel_rad: Array
     displacement: Array
+
+    def sequence(self, k: int) -> PrimitiveSequence:
+        """Return the primitives of one of the ways."""
+        return joined(self.halves[k])
 
 
 def straightenings(swimmer: Swimmer, shape: Array) -> Straightenings:
@@ -88,35 +92,41 @@ def straightenings(swimmer: Swimmer, shape: Array) -> Straightenings:
         shape: The shape to begin with. Shape (2, 3, 3).
     """
     limbs = [_within(turns_to(shape[i].T, i + 1), shape, swimmer.max_bend_rad) for i in (0, 1)]
-    halves = [(i, j, s) for i in (0, 1) for j in (0, 1) for s in limbs[i]]
-    if not np.any([len(s) for _, _, s in halves]):
-        return Straightenings([EMPTY], np.zeros(1), np.eye(4)[None])
+    moves = _moves(swimmer, shape, limbs)
+    travels = [np.array([way.joint_travel_rad for way in limb]) for limb in limbs]
+    halves, travel, displacement = [], [], []
+    for i in (0, 1) if len(limbs[0][0]) and len(limbs[1][0]) else (0,):
+        pairs = travels[i][:, None] + travels[1 - i]
+        kept = np.argwhere(pairs <= pairs.min() + _LONGER_RAD)
+        halves += [(limbs[i][k], limbs[1 - i][j]) for k, j in kept.tolist()]
+        travel.append(pairs[kept[:, 0], kept[:, 1]])
+        displacement.append(moves[i, 0][kept[:, 0]] @ moves[1 - i, 1][kept[:, 1]])
+    order = np.argsort(np.round(np.concatenate(travel), 9), kind="stable")
+    return Straightenings(
+        [halves[k] for k in order], np.concatenate(travel)[order], np.concatenate(displacement)[order]
+    )
+
+
+def _moves(swimmer: Swimmer, shape: Array, limbs: list[list[PrimitiveSequence]]) -> dict[tuple[int, int], Array]:
+    """Return what each limb's ways do to the base, before and after the other limb is straight. Each (k, 4, 4)."""
+    played = [(i, straight, way) for i in (0, 1) for straight in (0, 1) for way in limbs[i]]
     begun = []
-    for i, j, sequence in halves:
+    for i, straight, way in played:
         here = shape.copy()
-        if j:  # the other limb has been straightened before
+        if straight:
             here[1 - i] = np.eye(3)
-        begun.append(sequence.shapes(here)[:-1])
-    played = joined([s for _, _, s in halves])
-    moves = piece_displacements(swimmer, np.concatenate(begun), played.rates(), np.abs(played.angle), _ROUGH)
-    made: dict[tuple[int, int], list[Array]] = {(i, j): [] for i in (0, 1) for j in (0, 1)}
-    position = 0
-    for i, j, sequence in halves:
-        g = np.eye(4)
-        for move in moves[position : position + len(sequence)]:
-            g = g @ move
-        made[i, j].append(g)
-        position += len(sequence)
-    rows: list[tuple[float, PrimitiveSequence, Array]] = []
-    for i in (0, 1):
-        for one, g in zip(limbs[i], made[i, 0], strict=True):
-            for two, h in zip(limbs[1 - i], made[1 - i, 1], strict=True):
-                rows.append((one.joint_travel_rad + two.joint_travel_rad, one + two, g @ h))
-        if not (len(limbs[0][0]) and len(limbs[1][0])):
-            break
-    rows.sort(key=lambda row: round(row[0], 9))
-    rows = [row for row in rows if row[0] <= rows[0][0] + _LONGER_RAD]
-    return Straightenings([r[1] for r in rows], np.array([r[0] for r in rows]), np.stack([r[2] for r in rows]))
+        begun.append(way.shapes(here)[:-1])
+    chain = joined([way for _, _, way in played])
+    pieces = piece_displacements(swimmer, np.concatenate(begun), chain.rates(), np.abs(chain.angle), _ROUGH)
+    lengths = np.array([len(way) for _, _, way in played])
+    first = np.cumsum(lengths) - lengths
+    whole = np.tile(np.eye(4), (len(played), 1, 1))
+    for k in range(int(lengths.max())):
+        live = lengths > k
+        whole[live] = whole[live] @ pieces[first[live] + k]
+    counts = np.cumsum([0, len(limbs[0]), len(limbs[0]), len(limbs[1]), len(limbs[1])])
+    keys = [(0, 0), (0, 1), (1, 0), (1, 1)]
+    return {key: whole[a:b] for key, (a, b) in zip(keys, itertools.pairwise(counts.tolist()), strict=True)}
 
 
 def _within(ways: list[PrimitiveSequence], shape: Array, max_bend_rad: float) -> list[PrimitiveSequence]:
@@ -127,7 +137,18 @@ def _within(ways: list[PrimitiveSequence], shape: Array, max_bend_rad: float) ->
             return [way]
         limb = int(way.control[0] // 3)
         limit = max(max_bend_rad, float(np.arccos(np.clip(shape[limb, 0, 0], -1.0, 1.0)))) + _BEND_SLACK_RAD
-        finely = PrimitiveSequence(np.repeat(way.control, 8), np.repeat(way.angle / 8, 8))
-        if np.all(finely.shapes(shape)[:, limb, 0, 0] >= np.cos(limit)):
+        if _least_cosine(way, way.shapes(shape)[:, limb]) >= np.cos(limit):
             out.append(way)
     return out or ways[:1]
+
+
+def _least_cosine(way: PrimitiveSequence, turned: Array) -> float:
+    """Return the least cosine of a limb's bend on its way: e_x . a(t) = A cos t + B sin t on each turn."""
+    axis = way.control % 3
+    about = turned[np.arange(len(way)), :, axis]
+    along = turned[:-1, :, 0]
+    a = along[:, 0]
+    b = np.sign(way.angle) * (about[:, 1] * along[:, 2] - about[:, 2] * along[:, 1])
+    lowest = np.remainder(np.arctan2(-b, -a), 2.0 * np.pi)
+    inside = (lowest <= np.abs(way.angle)) & (axis != 0)
+    return float(min(np.min(turned[:, 0, 0]), np.min(-np.hypot(a, b)[inside], initial=1.0)))

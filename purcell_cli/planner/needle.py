@@ -133,6 +133,8 @@ def settled(arc: Array, roll: float, displacement: Array) -> tuple[Array, float]
     loose = np.append(np.repeat(np.abs(arc).sum(axis=1) + 0.05, 3), 1.0) ** 2
     for _ in range(_SETTLING):
         residual, jacobian = _equations(x, inverse)
+        if np.max(np.abs(residual)) < _THERE:
+            break
         lever = jacobian[0] * loose
         step = lever.T @ np.linalg.lstsq(lever @ jacobian[0].T, -residual[0], rcond=1e-12)[0]
         x = x + step * min(1.0, _LONGEST_TURN / max(float(np.max(np.abs(step))), 1e-300))

@@ -246,4 +246,4 @@ def _exact(swimmer: Swimmer, motion: Equations) -> tuple[Equations, float]:
         s if s.free else dataclasses.replace(s, sequence=s.sequence.with_angles(on_the_clock(s.sequence.angle)))
         for s in motion.stretches
     ]
-    return arrive(motion.at_accuracy(EXACT).of(timed), swimmer.max_bend_rad, on_the_clock)
+    return arrive(motion.at_accuracy(EXACT).of(timed), SEARCHING, swimmer.max_bend_rad, on_the_clock)

@@ -31,7 +31,9 @@ PHASES = {1: "limbs to collinear", 2: "stored gaits", 3: "limbs to the goal shap
 
 _PAIRS = 12
 """Pairs of ways to straighten and to bend that are steered for."""
-_STARTS = 6
+_STARTS = 4
+_TRIED = 4
+"""How many of the needle's ways are made into strokes."""
 _CRANK_RAD = 1.6
 """The largest roll of one crank."""
 _SHORT_RAD = 40.0
@@ -107,7 +109,7 @@ def _distinct(travel: Array) -> list[int]:
     for k in np.argsort(travel, kind="stable").tolist():
         if not out or travel[k] > travel[out[-1]] + 0.01:
             out.append(k)
-        if len(out) == 6:
+        if len(out) == _TRIED:
             break
     return out
 
@@ -115,7 +117,7 @@ def _distinct(travel: Array) -> list[int]:
 def _candidate(
     words: str, first: Straightenings, i: int, inner: list[Block], last: Straightenings, j: int
 ) -> Candidate:
-    before, after = first.sequences[i], last.sequences[j].inverse()
+    before, after = first.sequence(i), last.sequence(j).inverse()
     return Candidate(
         words,
         (
@@ -137,11 +139,13 @@ def _pairs(
     gone = se3.inverse(first.displacement) @ wanted
     done = last.displacement  # phase 3 is played backwards, so this is what undoes it
     heading = np.clip(gone[:, 0, :3] @ done[:, :3, 0].T, -1.0, 1.0)
-    position = np.einsum("iab,jb->ija", gone[:, :3, :3], done[:, :3, 3]) + gone[:, None, :3, 3]
-    distance = np.linalg.norm(position, axis=2)
+    between = gone[:, :3, :3].reshape(-1, 3) @ done[:, :3, 3].T
+    position = between.reshape(len(gone), 3, -1) + gone[:, :3, 3:]
+    distance = np.sqrt(np.einsum("iaj,iaj->ij", position, position))
     cost = np.arccos(heading) / loops.tight + distance / loops.straight
     cost += first.joint_travel_rad[:, None] + last.joint_travel_rad
-    best = np.argsort(cost, axis=None, kind="stable")[:_PAIRS]
+    few = np.flatnonzero(cost <= np.partition(cost, min(_PAIRS, cost.size) - 1, axis=None)[min(_PAIRS, cost.size) - 1])
+    best = few[np.argsort(cost.ravel()[few], kind="stable")][:_PAIRS]
     pairs = [(int(k // cost.shape[1]), int(k % cost.shape[1])) for k in best]
     return pairs, se3.normalised(np.stack([gone[i] @ done[j] for i, j in pairs]))
 
