@@ -193,7 +193,7 @@ def verify_document(found: Verification, swimmer: Swimmer) -> Document:
     }
 
 
-_ROOMY = 108
+_ROOMY = 116
 """Columns a terminal needs to show a plan with amplitudes and times."""
 
 _SHOWN_AS_ZERO = 1e-8

@@ -384,7 +384,10 @@ BAD_COMMANDS: dict[str, tuple[list[str], str]] = {
     "dt of nothing": (["plan", "start.yaml", "goal.yaml", "--dt", "0"], "dt: a time above"),
     "dt NaN": (["plan", "start.yaml", "goal.yaml", "--dt", "nan"], "dt: a time above"),
     "dt no number": (["plan", "start.yaml", "goal.yaml", "--dt", "soon"], "Invalid value for '--dt'"),
-    "unknown effort": (["plan", "start.yaml", "goal.yaml", "--effort", "lazy"], "effort: one of standard, thorough"),
+    "unknown effort": (
+        ["plan", "start.yaml", "goal.yaml", "--effort", "lazy"],
+        "effort: one of quick, standard, thorough",
+    ),
     "plan dt too small": (["plan", "start.yaml", "goal.yaml", "--dt", "1e-12"], "dt: a time above"),
     "unknown gait": (["gait", "z-mtion"], "no gait is called 'z-mtion'; did you mean 'z-motion'?"),
     "no gait": (["gait"], "a gait's name is wanted"),

@@ -243,7 +243,7 @@ def test_to_look_longer_finds_no_longer_plan(name: str) -> None:
 
 
 def test_an_effort_that_is_none_is_refused() -> None:
-    with pytest.raises(UnknownNameError, match="effort: one of standard, thorough is wanted, found 'lazy'"):
+    with pytest.raises(UnknownNameError, match="effort: one of quick, standard, thorough is wanted, found 'lazy'"):
         plan(BENT, NEAR, effort="lazy")
 
 
@@ -436,10 +436,10 @@ def test_scaling_all_lengths_scales_the_path(scale: float) -> None:
 
     swimmer = Swimmer(base_half_length_m=0.1 * scale, limb_half_length_m=0.1 * scale)
     scaled = plan(larger(BENT), larger(NEAR), swimmer, dt_s=DT)
-    assert_same_controls(scaled, bent())
+    assert_same_controls(scaled, bent(), 1e-6)  # the search lets rounding grow
     if len(scaled.trajectory) == len(bent().trajectory):
         found = in_lengths(swimmer, scaled.trajectory.pose)
-        assert_close(found, in_lengths(Swimmer(), bent().trajectory.pose), 1e-8)
+        assert_close(found, in_lengths(Swimmer(), bent().trajectory.pose), 1e-6)
     if scale == 4.0:
         assert differ(plan(larger(BENT), larger(NEAR), Swimmer(), dt_s=DT), bent())
 

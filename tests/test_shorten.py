@@ -5,36 +5,41 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from purcell_cli import Configuration, Swimmer, plan, se3
+from purcell_cli import Configuration, Swimmer, plan
+from purcell_cli.connection import COLLINEAR
+from purcell_cli.lift import flow
 from purcell_cli.planner.equations import Equations, Stretch
-from purcell_cli.planner.limits import bend_rows
+from purcell_cli.planner.limits import bend_rows, least_cosines
 from purcell_cli.planner.shorten import merged, offered
-from purcell_cli.primitives import PrimitiveSequence
+from purcell_cli.primitives import PrimitiveSequence, joined
 from tests.helpers import assert_close, is_close
 
 KNOWN = {
     "0.1 L along x": ([0.01, 0.0, 0.0], [0.0, 0.0, 0.0], 0.7, 4.52),
     "0.05 L along y": ([0.0, 0.005, 0.0], [0.0, 0.0, 0.0], 1.5, 5.32),
+    "0.05 L along z": ([0.0, 0.0, 0.005], [0.0, 0.0, 0.0], 1.5, 5.32),
     "a yaw of 5 degrees": ([0.0, 0.0, 0.0], [5.0, 0.0, 0.0], 1.5, 5.72),
     "a roll of 30 degrees": ([0.0, 0.0, 0.0], [0.0, 0.0, 30.0], 1.0, 0.371),
+    "20 L along x": ([2.0, 0.0, 0.0], [0.0, 0.0, 0.0], 1.0, 20 / 0.0451),
+    "20 L along x, bent further": ([2.0, 0.0, 0.0], [0.0, 0.0, 0.0], 1.2, 20 / 0.0460),
 }
-BENT = np.stack([np.eye(3), np.eye(3)])
+"""Position [m], Euler angles [deg], bend limit [rad] and the best joint travel known [rad]."""
 
 
 @pytest.mark.parametrize("name", KNOWN)
-def test_thorough_plans_meet_the_best_known_joint_travel(name: str) -> None:
-    """Within 0.3 % of the best known; the stored gaits alone, the foil, do not but for the roll."""
+def test_plans_meet_the_best_known_joint_travel(name: str) -> None:
+    """Within 1.5 %; the quick plan, the foil, is longer where strokes can be joined."""
     position, angles, bend, best = KNOWN[name]
     swimmer, goal = Swimmer(max_bend_rad=bend), Configuration.from_angles(position, angles)
-    found = plan(Configuration(), goal, swimmer, effort="thorough")
+    found = plan(Configuration(), goal, swimmer)
     assert found.verdict == "reached"
-    assert found.joint_travel_rad <= 1.003 * best
+    assert found.joint_travel_rad <= 1.015 * best
     axes = found.trajectory.shape[:, :, 0, 0]
-    assert np.max(np.arccos(np.clip(axes, -1.0, 1.0))) <= bend * (1.0 + 1e-4)
-    plain = plan(Configuration(), goal, swimmer)
-    assert plain.verdict == "reached"
-    assert plain.joint_travel_rad >= found.joint_travel_rad
-    assert name == "a roll of 30 degrees" or plain.joint_travel_rad > 1.2 * best
+    assert np.max(np.arccos(np.clip(axes, -1.0, 1.0))) <= bend + 1e-8
+    quick = plan(Configuration(), goal, swimmer, effort="quick")
+    assert quick.verdict == "reached"
+    assert quick.joint_travel_rad >= found.joint_travel_rad
+    assert "20 L" in name or "roll" in name or quick.joint_travel_rad > 1.2 * best
 
 
 def test_offered_controls_change_nothing_until_they_turn() -> None:
@@ -44,38 +49,75 @@ def test_offered_controls_change_nothing_until_they_turn() -> None:
     assert list(merged(wide)) == [(name, pytest.approx(angle, abs=1e-15)) for name, angle in sequence]
 
 
-def test_the_equations_have_the_derivative_they_say() -> None:
-    """Central differences at the arrival; the foil: the derivative of the motion run backwards."""
-    word = PrimitiveSequence.of([("limb1 yaw", 0.4), ("limb2 pitch", 0.3), ("limb1 yaw", -0.4), ("limb2 pitch", -0.3)])
-    loop = PrimitiveSequence.of([("limb1 yaw", 0.5), ("limb2 yaw", 0.5), ("limb1 yaw", -0.5), ("limb2 yaw", -0.5)])
+WORD = PrimitiveSequence.of([("limb1 yaw", 0.4), ("limb2 pitch", 0.3), ("limb1 yaw", -0.3), ("limb2 roll", 0.2)])
+LOOP = PrimitiveSequence.of([("limb1 yaw", 0.5), ("limb2 yaw", 0.6), ("limb1 yaw", -0.5), ("limb2 yaw", -0.6)])
+FIXED = PrimitiveSequence.of([("limb1 pitch", 0.2), ("limb2 yaw", 0.1), ("limb2 yaw", -0.1), ("limb1 pitch", -0.2)])
+
+
+def motion(displacement: np.ndarray) -> Equations:
+    """Return equations of free primitives about a repeated rectangle and another repeated stroke."""
     parts = [
-        Stretch(2, (("a", 0.0, 4),), word, BENT, BENT),
-        Stretch(2, (("b", 0.0, 4),), loop, BENT, BENT, cycles=3),
-        Stretch(2, (("c", 0.0, 4),), word.inverse(), BENT, BENT),
+        Stretch(1, (("a", 0.0, 4),), WORD),
+        Stretch(2, (("b", 0.0, 4),), LOOP, cycles=7),
+        Stretch(2, (("c", 0.0, 4),), WORD.inverse()),
+        Stretch(2, (("d", 0.0, 4),), FIXED, cycles=3),
+        Stretch(3, (("e", 0.0, 4),), WORD),
     ]
-    made = se3.exp(
-        Equations(Swimmer().scaled(), parts, np.eye(4)).at(np.concatenate([word.angle, -word.angle[::-1]])).residual[:6]
-    )
-    equations = Equations(Swimmer().scaled(), parts, made)
-    angle, h = equations.angles() + 0.0, 1e-6
-    columns = [
-        (equations.at(angle + step).residual - equations.at(angle - step).residual) / (2 * h)
-        for step in h * np.eye(len(angle))
-    ]
-    free = slice(4, 8)  # the last stretch: what it changes, nothing follows
-    differences = np.array(columns).T[:, free]
-    assert_close(equations.at(angle).derivative[:, free], differences, 1e-6)
-    assert not is_close(equations.at(-angle).derivative[:, free], differences, 1e-3)
+    return Equations(Swimmer().scaled(), parts, COLLINEAR, WORD.shapes(COLLINEAR)[-1], displacement)
+
+
+def test_the_equations_see_every_cycle() -> None:
+    """Against the flow of all cycles one after the other; the foil has one cycle fewer."""
+    body = Swimmer().scaled()
+    played = joined([WORD, LOOP.times(7), WORD.inverse(), FIXED.times(3), WORD])
+    equations = motion(flow(body, played))
+    assert_close(equations.residual(equations.angles)[:6], np.zeros(6), 1e-12)
+    assert_close(equations.at(equations.angles).residual, equations.residual(equations.angles), 1e-12)
+    fewer = joined([WORD, LOOP.times(6), WORD.inverse(), FIXED.times(3), WORD])
+    assert not is_close(motion(flow(body, fewer)).residual(equations.angles)[:6], np.zeros(6), 1e-3)
+
+
+def test_the_equations_have_the_derivative_they_say() -> None:
+    """Central differences near the arrival, in free angles, sides of rectangles and shapes at phase ends."""
+    played = joined([WORD, LOOP.times(7), WORD.inverse(), FIXED.times(3), WORD])
+    equations = motion(flow(Swimmer().scaled(), played))
+    angle, h = equations.angles, 1e-5
+    assert len(angle) == 4 + 2 + 4 + 0 + 4
+    rows = [0, 1, 2, 3, 4, 5, *range(18, 24)]  # at the ends of phases 1 and 2 the word is far from collinear
+    differences = np.array(
+        [(equations.residual(angle + d) - equations.residual(angle - d)) / (2 * h) for d in h * np.eye(len(angle))]
+    ).T
+    assert_close(equations.at(angle).derivative[rows], differences[rows], 1e-7)
+    assert not is_close(equations.at(-angle).derivative[rows], differences[rows], 1e-3)
+
+
+def test_rectangles_close_whatever_their_sides() -> None:
+    equations = motion(np.eye(4))
+    angle = equations.angles.copy()
+    angle[4:6] += [0.2, -0.1]
+    loop = equations.with_angles(angle)[1]
+    assert loop.rectangle
+    assert_close(loop.sequence.shapes(COLLINEAR)[-1], COLLINEAR, 1e-15)
 
 
 def test_the_room_below_the_bend_limit_has_the_derivative_it_says() -> None:
     sequence = PrimitiveSequence.of([("limb1 yaw", 0.6), ("limb1 roll", 0.4), ("limb1 pitch", 0.5), ("limb2 yaw", 0.9)])
+    equations = Equations(Swimmer().scaled(), [Stretch(2, (("a", 0.0, 4),), sequence)], COLLINEAR, COLLINEAR, np.eye(4))
+    least = least_cosines(equations, 0.9)
 
     def room(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return bend_rows(Stretch(2, (("a", 0.0, 4),), sequence.with_angles(angle), BENT, BENT), 0.9)
+        return bend_rows(equations, equations.sequence_at(angle).shapes(COLLINEAR), least)
 
     value, derivative = room(sequence.angle)
     assert len(value) == 3
     for k, step in enumerate(1e-6 * np.eye(4)):
         difference = (room(sequence.angle + step)[0] - room(sequence.angle - step)[0]) / 2e-6
         assert_close(derivative[:, k], difference, 1e-8)
+
+
+def test_a_small_displacement_in_all_directions_takes_a_word_that_no_hand_would_write() -> None:
+    """(0.1, 0.05, 0.02) L and 5 degrees of yaw, pitch and roll: best known 8.72 rad."""
+    goal = Configuration.from_angles([0.01, 0.005, 0.002], [5.0, 5.0, 5.0])
+    found = plan(Configuration(), goal, Swimmer(max_bend_rad=1.5), effort="thorough")
+    assert found.verdict == "reached"
+    assert found.joint_travel_rad <= 1.03 * 8.72

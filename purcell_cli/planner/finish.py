@@ -66,7 +66,7 @@ def _bounded(equations: Equations, values: Values, least: Array, reach: float) -
     for _ in range(4):
         matrix = np.concatenate([rows, slope[active]])
         step: Array = np.linalg.lstsq(matrix, np.concatenate([wanted, -room[active]]), rcond=_WEAKEST)[0]
-        step *= min(1.0, reach / max(float(np.max(np.abs(step))), 1e-300))
+        step *= min(1.0, reach / max(float(np.max(np.abs(step), initial=0.0)), 1e-300))
         broken = (room + slope @ step < -_BEND_SLACK) & ~active
         if not np.any(broken):
             break

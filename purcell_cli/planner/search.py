@@ -89,7 +89,8 @@ def candidates(
             i, j = pairs[way.displacement[k]]
             made = missing[way.displacement[k]]
             inner = _arcs(swimmer, loops, cranks[0], *settled(_swum(loops, way.arc[k]), float(way.roll[k]), made))
-            found.append(_candidate("rolls and arcs", first, i, inner, last, j))
+            if inner:
+                found.append(_candidate("rolls and arcs", first, i, inner, last, j))
     if not found or min(c.joint_travel_rad for c in found) < _SHORT_RAD:
         book = stroke_book(tuple(gaits.values()), swimmer)
         for (i, j), displacement in list(zip(pairs, missing, strict=True))[:2]:
