@@ -25,7 +25,8 @@ _WORTH = 3e-4
 """A round that promises less than this part of the duration is the last."""
 _WEAKEST = 1e-9
 _NEWTON_REACH = 0.25
-_RESTORATIONS, _RESTORED = 6, 1e-6
+_BEND_SLACK = 1e-9
+_APPROACHES, _RESTORATIONS, _RESTORED = 40, 6, 1e-6
 _ENOUGH = 4e-12
 
 
@@ -76,6 +77,16 @@ class _Search:
         )
         return None if solved.x is None else (here.unknown + solved.x[:f], float(solved.fun))
 
+    def begun(self, unknown: Array) -> _Point:
+        """Return a point at the arrival to begin from, or the nearest to it that Newton's method passes."""
+        here = best = self.point(unknown)
+        for _ in range(_APPROACHES):
+            if best.values.size < _RESTORED:
+                break
+            here = self.point(here.unknown + newton_step(here.values))
+            best = min(best, here, key=lambda p: p.merit)
+        return best
+
     def restored(self, there: _Point) -> _Point:
         """Return a point moved back to the arrival and within the bend limit by Newton's method.
 
@@ -92,7 +103,7 @@ class _Search:
         return there
 
     def run(self, unknown: Array) -> Array:
-        here, reach = self.point(unknown), _FIRST_REACH
+        here, reach = self.begun(unknown), _FIRST_REACH
         for _ in range(_ROUNDS):
             found = self.step(here, reach)
             if found is None:
@@ -113,13 +124,16 @@ class _Search:
 
 def newton_step(values: Values) -> Array:
     """Return the least step to the arrival that leaves no limb bent too far, as far as is linear. Shape (f,)."""
-    rows, missing = values.derivative, -values.residual
-    over = values.room < 0.0
-    if np.any(over):
-        rows = np.concatenate([rows, values.room_derivative[over]])
-        missing = np.concatenate([missing, -values.room[over]])
-    step: Array = np.linalg.lstsq(rows, missing, rcond=_WEAKEST)[0]
-    return step * min(1.0, _NEWTON_REACH / max(float(np.max(np.abs(step))), 1e-300))
+    active = values.room < 0.0
+    for _ in range(4):
+        rows = np.concatenate([values.derivative, values.room_derivative[active]])
+        step: Array = np.linalg.lstsq(rows, np.concatenate([-values.residual, -values.room[active]]), rcond=_WEAKEST)[0]
+        step *= min(1.0, _NEWTON_REACH / max(float(np.max(np.abs(step))), 1e-300))
+        broken = (values.room + values.room_derivative @ step < -_BEND_SLACK) & ~active
+        if not np.any(broken):
+            break
+        active |= broken
+    return step
 
 
 def hastened(course: Course) -> Course:
