@@ -78,14 +78,15 @@ class _Search:
         return None if solved.x is None else (here.unknown + solved.x[:f], float(solved.fun))
 
     def begun(self, unknown: Array) -> _Point:
-        """Return a point at the arrival to begin from, or the nearest to it that Newton's method passes."""
-        here = best = self.point(unknown)
+        """Return a point at the arrival to begin from, or as near to it as damped Newton steps come."""
+        here, reach = self.point(unknown), _NEWTON_REACH
         for _ in range(_APPROACHES):
-            if best.values.size < _RESTORED:
+            if here.values.size < _RESTORED or reach < _LEAST_REACH:
                 break
-            here = self.point(here.unknown + newton_step(here.values))
-            best = min(best, here, key=lambda p: p.merit)
-        return best
+            there = self.point(here.unknown + newton_step(here.values, reach))
+            better = there.merit < here.merit
+            here, reach = (there, min(2.0 * reach, _NEWTON_REACH)) if better else (here, 0.4 * reach)
+        return here
 
     def restored(self, there: _Point) -> _Point:
         """Return a point moved back to the arrival and within the bend limit by Newton's method.
@@ -122,13 +123,13 @@ class _Search:
         return here.unknown
 
 
-def newton_step(values: Values) -> Array:
+def newton_step(values: Values, reach: float = _NEWTON_REACH) -> Array:
     """Return the least step to the arrival that leaves no limb bent too far, as far as is linear. Shape (f,)."""
     active = values.room < 0.0
     for _ in range(4):
         rows = np.concatenate([values.derivative, values.room_derivative[active]])
         step: Array = np.linalg.lstsq(rows, np.concatenate([-values.residual, -values.room[active]]), rcond=_WEAKEST)[0]
-        step *= min(1.0, _NEWTON_REACH / max(float(np.max(np.abs(step))), 1e-300))
+        step *= min(1.0, reach / max(float(np.max(np.abs(step))), 1e-300))
         broken = (values.room + values.room_derivative @ step < -_BEND_SLACK) & ~active
         if not np.any(broken):
             break

@@ -26,7 +26,7 @@ from purcell_cli.planner.shorten import SEARCHING
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 
-_OFFSETS = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5])
+_OFFSETS = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7])
 """Offsets of the tabulated loops, in units of the bend limit."""
 _LARGEST_RAD = 1.9
 """No loop round the collinear shape is tried with a larger half side."""

@@ -59,7 +59,8 @@ def quickened(plan: Plan) -> Plan:
     best = plan
     for legs in _beginnings(plan, unit):
         course = Course(inner, legs, plan.start.shape, plan.goal.shape, wanted, SEARCHING)
-        found, off = settled(_without_idle(hastened(course)))
+        planar = _without_idle(hastened(course))
+        found, off = settled(_without_idle(hastened(_freed(planar))))
         if off > _ARRIVED or _too_bent(found, unit.max_bend_rad):
             continue
         blocks = _on_the_clock(found, plan.swimmer.joint_rate_rad_s)
@@ -96,7 +97,8 @@ def _legs(plan: Plan, swimmer: Swimmer, across_rad: float) -> list[Leg]:
 def _leg(block: Block) -> Leg:
     turn = MoveSequence.of_controls(block.sequence).turn
     if block.cycles == 1:
-        return Leg(block.phase, block.gait, _cut(turn), amplitude_rad=block.amplitude_rad)
+        cut = _cut(turn)
+        return Leg(block.phase, block.gait, cut, tie=_planar_tie(cut), amplitude_rad=block.amplitude_rad)
     return Leg(block.phase, block.gait, turn, block.cycles, np.empty((turn.size, 0)), block.amplitude_rad)
 
 
@@ -127,11 +129,21 @@ def _rounded(block: Block, shape: Array, swimmer: Swimmer) -> list[Leg]:
     way = yaws(corner[:1] - here)
     turn = yaws(cycle(corner))
     loop = Leg(2, ROUNDED, turn, cycles, _half_tie(turn)) if cycles > _FEW_CYCLES else _free_loop(turn, cycles)
-    return [Leg(2, ROUNDED, _cut(way)), loop, Leg(2, ROUNDED, _cut(-way))]
+    return [Leg(2, ROUNDED, _cut(w), tie=_planar_tie(_cut(w))) for w in (way,)] + [loop] + [
+        Leg(2, ROUNDED, _cut(w), tie=_planar_tie(_cut(w))) for w in (-way,)
+    ]
 
 
 def _free_loop(turn: Array, cycles: int) -> Leg:
-    return Leg(2, ROUNDED, _cut(np.tile(turn, (cycles, 1))))
+    cut = _cut(np.tile(turn, (cycles, 1)))
+    return Leg(2, ROUNDED, cut, tie=_planar_tie(cut))
+
+
+def _planar_tie(turn: Array) -> Array | None:
+    """Return the tie of turns by yaws alone or by pitches alone, which keeps them so; of others none. Shape (6 n, 2 n)."""
+    used = np.flatnonzero(np.any(turn != 0.0, axis=0))
+    plane = next((p for p in ([2, 5], [1, 4]) if set(used.tolist()) <= set(p)), None)
+    return None if plane is None else np.kron(np.eye(len(turn)), np.eye(6)[:, plane])
 
 
 def _half_tie(turn: Array) -> Array:
@@ -157,6 +169,11 @@ def _seen_rolled(leg: Leg, across_rad: float) -> Leg:
     return dataclasses.replace(leg, turn=turn, tie=None if leg.tie is None else seen(leg.tie))
 
 
+def _freed(course: Course) -> Course:
+    """Return the course with every turn that is made once free in all components."""
+    return course.of([leg if leg.cycles > 1 else dataclasses.replace(leg, tie=None) for leg in course.legs])
+
+
 def _without_idle(course: Course) -> Course:
     """Return the course without moves that turn nothing."""
     legs = []
@@ -165,7 +182,8 @@ def _without_idle(course: Course) -> Course:
         if leg.cycles > 1:
             legs.append(leg)
         elif np.any(used):
-            legs.append(dataclasses.replace(leg, turn=leg.turn[used]))
+            tie = None if leg.tie is None else leg.tie.reshape(len(used), 6, -1)[used].reshape(6 * int(used.sum()), -1)
+            legs.append(dataclasses.replace(leg, turn=leg.turn[used], tie=tie))
     return course.of(legs)
 
 
