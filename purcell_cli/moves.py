@@ -7,6 +7,7 @@ in it. A primitive is a move on which one control acts. Conventions: `rotations`
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from typing import Protocol, Self
 
 import numpy as np
@@ -68,6 +69,8 @@ class MoveSequence:
             raise ParameterError(f"six rates a duration are wanted, found shapes {rate.shape} and {duration.shape}")
         if not (np.all(np.isfinite(rate)) and np.all(np.isfinite(duration)) and np.all(duration >= 0.0)):
             raise ParameterError("rates must be finite, and durations finite and not negative")
+        if np.any(np.abs(rate) > 1.0):
+            raise ParameterError(f"rates of at most 1 rad/s are wanted, found {float(np.max(np.abs(rate)))!r}")
         for name, value in (("rate", rate), ("duration", duration)):
             value.setflags(write=False)
             object.__setattr__(self, name, value)
@@ -138,3 +141,50 @@ class MoveSequence:
         out = orthonormalised(out)
         out[0] = start
         return out
+
+
+def joined(sequences: Iterable[ControlSequence]) -> MoveSequence:
+    """Return sequences of any kind as moves, one after the other."""
+    parts = list(sequences)
+    rate = np.concatenate([np.empty((0, 6)), *(s.rates() for s in parts)])
+    return MoveSequence(rate, np.concatenate([np.empty(0), *(s.duration for s in parts)]))
+
+
+def most_bent(axes: Array, turn: Array) -> tuple[Array, Array]:
+    """Return where on a move a limb is most bent, its beginning left out.
+
+    The limb's axis goes round a circle, on which the cosine of its bend from the base's axis is a
+    sine wave: it is lowest at the end, or where the circle is furthest from the base's axis.
+
+    Args:
+        axes: The limb's axes before it. Shape (..., 3).
+        turn: Rotation vectors in base coordinates [rad]. Shape (..., 3).
+
+    Returns:
+        How far through the move, as a part of it, shape (...), and the limb's axis there, shape (..., 3).
+    """
+    angle = np.linalg.norm(turn, axis=-1)
+    about = turn / np.where(angle > 0.0, angle, 1.0)[..., None]
+    along = np.einsum("...i,...i->...", about, axes)
+    cosine = axes[..., 0] - along * about[..., 0]
+    sine = about[..., 1] * axes[..., 2] - about[..., 2] * axes[..., 1]
+    lowest = np.mod(np.arctan2(sine, cosine) + np.pi, 2.0 * np.pi)
+    inside = (lowest > 0.0) & (lowest < angle)
+    part = np.where(inside, lowest / np.where(inside, angle, 1.0), 1.0)
+    return part, (se3.rotation(part[..., None] * turn) @ axes[..., None])[..., 0]
+
+
+def bends(sequence: ControlSequence, start: ArrayLike) -> Array:
+    """Return how far each limb's axis bends from the base's at most on each piece, its beginning left out [rad].
+
+    Args:
+        sequence: The controls.
+        start: Shape before them. Shape (2, 3, 3).
+
+    Returns:
+        Angles. Shape (n, 2).
+    """
+    shapes = sequence.shapes(start)[:-1]
+    turn = (sequence.rates() * sequence.duration[:, None]).reshape(-1, 2, 3)
+    _, axes = most_bent(shapes[..., 0], (shapes @ turn[..., None])[..., 0])
+    return np.asarray(np.arctan2(np.hypot(axes[..., 1], axes[..., 2]), axes[..., 0]))

@@ -18,7 +18,7 @@ import numpy as np
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.lift import Accuracy, Repeat, flow_and_jacobian_of_moves
-from purcell_cli.moves import MoveSequence
+from purcell_cli.moves import MoveSequence, most_bent
 from purcell_cli.rotations import Array, as_vector
 from purcell_cli.swimmer import Swimmer
 
@@ -53,7 +53,9 @@ class Leg:
 
     def unknown(self) -> Array:
         """Return the unknowns as they are. Shape (f,)."""
-        return self.turn.ravel() if self.tie is None else np.linalg.lstsq(self.tie, self.turn.ravel())[0]
+        if self.tie is None:
+            return self.turn.ravel()
+        return np.asarray(np.linalg.lstsq(self.tie, self.turn.ravel())[0], dtype=np.float64)
 
     def at(self, unknown: Array) -> Leg:
         """Return the leg at other unknowns. Shape (f,)."""
@@ -195,8 +197,7 @@ class Course:
         the circle is furthest from the base's axis.
         """
         n = len(turn)
-        part = most_bent(shapes[..., 0], turn)
-        axes = (se3.rotation(part[..., None] * turn) @ shapes[..., 0, None])[..., 0]
+        part, axes = most_bent(shapes[..., 0], turn)
         room = axes[..., 0] - self._least_cosine
         move, limb = np.nonzero(room < _WATCHED)
         lever = np.stack([0.0 * axes[..., 0], axes[..., 2], -axes[..., 1]], axis=-1)[move, limb]
@@ -209,20 +210,3 @@ class Course:
         own = se3.left_jacobian(s[:, None] * turn[move, limb]) @ shapes[move, limb]
         slope[np.arange(k), move, limb] = s[:, None] * np.einsum("ki,kij->kj", lever, own)
         return room[move, limb], slope.reshape(k, 6 * n)
-
-
-def most_bent(axes: Array, turn: Array) -> Array:
-    """Return how far through a turn a limb is most bent, as a part of it; the beginning does not count.
-
-    Args:
-        axes: The limb's axes before it. Shape (..., 3).
-        turn: Rotation vectors in base coordinates [rad]. Shape (..., 3).
-    """
-    angle = np.linalg.norm(turn, axis=-1)
-    about = turn / np.where(angle > 0.0, angle, 1.0)[..., None]
-    along = np.einsum("...i,...i->...", about, axes)
-    cosine = axes[..., 0] - along * about[..., 0]
-    sine = about[..., 1] * axes[..., 2] - about[..., 2] * axes[..., 1]
-    lowest = np.mod(np.arctan2(sine, cosine) + np.pi, 2.0 * np.pi)
-    inside = (lowest > 0.0) & (lowest < angle)
-    return np.where(inside, lowest / np.where(inside, angle, 1.0), 1.0)

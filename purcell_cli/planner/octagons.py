@@ -44,7 +44,7 @@ def corners(half: float, offset: float, cuts: tuple[float, float]) -> Array:
     """
     p, r = 2.0 * half * cuts[0], 2.0 * half * cuts[1]
     quarter = np.array([[half, half - p], [half - p, half], [r - half, half], [-half, half - r]])
-    return np.concatenate([quarter, -quarter]) + np.array([offset, -offset])
+    return np.asarray(np.concatenate([quarter, -quarter]) + np.array([offset, -offset]))
 
 
 def yaws(angle: Array) -> Array:

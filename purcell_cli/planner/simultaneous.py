@@ -14,18 +14,18 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Sequence
 
 import numpy as np
 
 from purcell_cli import se3
 from purcell_cli.configuration import Configuration
-from purcell_cli.moves import MoveSequence
-from purcell_cli.planner.course import Course, Leg, most_bent
+from purcell_cli.moves import MoveSequence, bends, joined
+from purcell_cli.planner.course import Course, Leg
 from purcell_cli.planner.haste import hastened, settled
 from purcell_cli.planner.octagons import cycle, octagons, twist, yaws
 from purcell_cli.planner.reconfiguration import Plan
-from purcell_cli.planner.shorten import SEARCHING
+from purcell_cli.planner.shorten import JOINED, SEARCHING
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array, about_axis, as_vector
 from purcell_cli.swimmer import Swimmer
@@ -52,34 +52,28 @@ def quickened(plan: Plan) -> Plan:
     Args:
         plan: A plan by primitives.
     """
+    if not plan.blocks:
+        return plan
     length = plan.swimmer.length_m
     wanted = se3.inverse(_scaled(plan.start, length)) @ _scaled(plan.goal, length)
     unit = plan.swimmer.scaled()
     inner = dataclasses.replace(unit, max_bend_rad=max(unit.max_bend_rad - _MARGIN_RAD, 0.5 * unit.max_bend_rad))
     best = plan
-    for legs in _beginnings(plan, unit):
-        course = Course(inner, legs, plan.start.shape, plan.goal.shape, wanted, SEARCHING)
+    for across_rad in _ACROSS_RAD, 0.0:
+        course = Course(inner, _legs(plan, unit, across_rad), plan.start.shape, plan.goal.shape, wanted, SEARCHING)
         planar = _without_idle(hastened(course))
         found, off = settled(_without_idle(hastened(_freed(planar))))
-        if off > _ARRIVED or _too_bent(found, unit.max_bend_rad):
-            continue
         blocks = _on_the_clock(found, plan.swimmer.joint_rate_rad_s)
-        if sum(b.duration for b in blocks) < sum(b.duration for b in best.blocks):
+        exact = off < _ARRIVED and not _too_bent(blocks, plan.start.shape, unit.max_bend_rad)
+        if exact and _duration(blocks) < _duration(best.blocks):
             best = dataclasses.replace(plan, blocks=tuple(blocks))
+        if best is not plan and any(b.cycles > 1 for b in blocks):
+            break  # a long plan gains by rolled limbs more than by anything else
     return best
 
 
 def _scaled(configuration: Configuration, length_m: float) -> Array:
     return se3.pose(configuration.pose[:3, :3], configuration.pose[:3, 3] / length_m)
-
-
-def _beginnings(plan: Plan, swimmer: Swimmer) -> Iterator[list[Leg]]:
-    """Yield motions to begin the search from."""
-    if not plan.blocks:
-        return
-    yield _legs(plan, swimmer, _ACROSS_RAD)
-    if not any(b.cycles > 1 for b in plan.blocks):
-        yield _legs(plan, swimmer, 0.0)
 
 
 def _legs(plan: Plan, swimmer: Swimmer, across_rad: float) -> list[Leg]:
@@ -97,15 +91,8 @@ def _legs(plan: Plan, swimmer: Swimmer, across_rad: float) -> list[Leg]:
 def _leg(block: Block) -> Leg:
     turn = MoveSequence.of_controls(block.sequence).turn
     if block.cycles == 1:
-        cut = _cut(turn)
-        return Leg(block.phase, block.gait, cut, tie=_planar_tie(cut), amplitude_rad=block.amplitude_rad)
+        return _once(block.phase, block.gait, turn)
     return Leg(block.phase, block.gait, turn, block.cycles, np.empty((turn.size, 0)), block.amplitude_rad)
-
-
-def _cut(turn: Array) -> Array:
-    """Return turns cut into pieces of half a radian at most. Shape (n, 6) to (m, 6)."""
-    parts = np.maximum(np.ceil(np.max(np.abs(turn), axis=1) / _PIECE_RAD), 1).astype(np.int64)
-    return np.repeat(turn / parts[:, None], parts, axis=0)
 
 
 def _rounded(block: Block, shape: Array, swimmer: Swimmer) -> list[Leg]:
@@ -126,24 +113,22 @@ def _rounded(block: Block, shape: Array, swimmer: Swimmer) -> list[Leg]:
     middle = np.mean(corner, axis=0)
     corner = middle + min(math.sqrt(exact / cycles), 1.0) * (corner - middle)
     corner = np.roll(corner, -int(np.argmin(np.linalg.norm(corner - here, axis=1))), axis=0)
-    way = yaws(corner[:1] - here)
-    turn = yaws(cycle(corner))
-    loop = Leg(2, ROUNDED, turn, cycles, _half_tie(turn)) if cycles > _FEW_CYCLES else _free_loop(turn, cycles)
-    return [Leg(2, ROUNDED, _cut(w), tie=_planar_tie(_cut(w))) for w in (way,)] + [loop] + [
-        Leg(2, ROUNDED, _cut(w), tie=_planar_tie(_cut(w))) for w in (-way,)
-    ]
+    way, turn = yaws(corner[:1] - here), yaws(cycle(corner))
+    if cycles <= _FEW_CYCLES:
+        loop = _once(2, ROUNDED, np.tile(turn, (cycles, 1)))
+    else:
+        loop = Leg(2, ROUNDED, turn, cycles, _half_tie(turn))
+    return [_once(2, ROUNDED, way), loop, _once(2, ROUNDED, -way)]
 
 
-def _free_loop(turn: Array, cycles: int) -> Leg:
-    cut = _cut(np.tile(turn, (cycles, 1)))
-    return Leg(2, ROUNDED, cut, tie=_planar_tie(cut))
-
-
-def _planar_tie(turn: Array) -> Array | None:
-    """Return the tie of turns by yaws alone or by pitches alone, which keeps them so; of others none. Shape (6 n, 2 n)."""
-    used = np.flatnonzero(np.any(turn != 0.0, axis=0))
-    plane = next((p for p in ([2, 5], [1, 4]) if set(used.tolist()) <= set(p)), None)
-    return None if plane is None else np.kron(np.eye(len(turn)), np.eye(6)[:, plane])
+def _once(phase: int, gait: str, turn: Array) -> Leg:
+    """Return a leg that is played once, its turns cut, and kept to the yaws or to the pitches if they are so."""
+    parts = np.maximum(np.ceil(np.max(np.abs(turn), axis=1) / _PIECE_RAD), 1).astype(np.int64)
+    cut = np.repeat(turn / parts[:, None], parts, axis=0)
+    used = set(np.flatnonzero(np.any(turn != 0.0, axis=0)).tolist())
+    plane = next((p for p in ([2, 5], [1, 4]) if used <= set(p)), None)
+    tie = None if plane is None else np.asarray(np.kron(np.eye(len(cut)), np.eye(6)[:, plane]), dtype=np.float64)
+    return Leg(phase, gait, cut, 1, tie)
 
 
 def _half_tie(turn: Array) -> Array:
@@ -163,7 +148,7 @@ def _seen_rolled(leg: Leg, across_rad: float) -> Leg:
     def seen(turns: Array) -> Array:
         """Turn columns of limbs' vectors into the rolled limbs' frames. Shape (6 n, m)."""
         parts = turns.reshape(-1, 2, 3, turns.shape[1])
-        return np.einsum("lij,nljm->nlim", back, parts).reshape(turns.shape)
+        return np.asarray(np.einsum("lij,nljm->nlim", back, parts).reshape(turns.shape))
 
     turn = seen(leg.turn.reshape(-1, 1)).reshape(-1, 6)
     return dataclasses.replace(leg, turn=turn, tie=None if leg.tie is None else seen(leg.tie))
@@ -187,25 +172,32 @@ def _without_idle(course: Course) -> Course:
     return course.of(legs)
 
 
-def _too_bent(course: Course, max_bend_rad: float) -> bool:
+def _too_bent(blocks: Sequence[Block], start: Array, max_bend_rad: float) -> bool:
     """Return whether a limb bends beyond the limit at any instant of phase 2."""
-    moves = MoveSequence.of_turns(np.concatenate([leg.turn for leg in course.legs]))
-    shapes = moves.shapes(course.start)[:-1]
-    turn = np.einsum("nlij,nlj->nli", shapes, moves.turn.reshape(-1, 2, 3))
-    part = most_bent(shapes[..., 0], turn)
-    axes = (se3.rotation(part[..., None] * turn) @ shapes[..., 0, None])[..., 0]
-    return bool(np.any(axes[course.phase == 2, :, 0] < math.cos(max_bend_rad)))
+    shapes = starting_shapes(blocks, start)
+    inner = [bends(b.sequence, s) for b, s in zip(blocks, shapes, strict=False) if b.phase == 2]
+    return any(np.any(bend > max_bend_rad) for bend in inner)
+
+
+def _duration(blocks: Sequence[Block]) -> float:
+    return sum(b.duration for b in blocks)
 
 
 def _on_the_clock(course: Course, rate_rad_s: float) -> list[Block]:
     """Return the motion as blocks, its durations rounded up to the clock; the turns stay as they are."""
     step = clock_step(1.01 * course.duration / rate_rad_s) * rate_rad_s
-    return [
-        Block(leg.phase, leg.gait, _ticking(leg.turn, step), leg.cycles, leg.amplitude_rad) for leg in course.legs
-    ]
+    out: list[Block] = []
+    for leg in course.legs:
+        gait = JOINED if leg.phase == 2 and leg.cycles == 1 else leg.gait
+        block = Block(
+            leg.phase, gait, _ticking(leg.turn, step), leg.cycles, leg.amplitude_rad if leg.cycles > 1 else math.nan
+        )
+        if out and block.cycles == out[-1].cycles == 1 and block.phase == out[-1].phase:
+            block = Block(leg.phase, gait, joined([out.pop().sequence, block.sequence]))
+        out.append(block)
+    return out
 
 
 def _ticking(turn: Array, step: float) -> MoveSequence:
     ticks = np.maximum(np.ceil(np.max(np.abs(turn), axis=1) / step), 1.0)
-    return MoveSequence(turn / (ticks * step)[:, None], ticks * step)
-
+    return MoveSequence(np.clip(turn / (ticks * step)[:, None], -1.0, 1.0), ticks * step)
