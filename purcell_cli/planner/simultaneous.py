@@ -25,7 +25,7 @@ from purcell_cli.planner.course import Course, Leg
 from purcell_cli.planner.haste import hastened, settled
 from purcell_cli.planner.octagons import cycle, octagons, twist, yaws
 from purcell_cli.planner.reconfiguration import Plan
-from purcell_cli.planner.shorten import JOINED, SEARCHING
+from purcell_cli.planner.shorten import SEARCHING
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array, about_axis, as_vector
 from purcell_cli.swimmer import Swimmer
@@ -42,7 +42,7 @@ _IDLE_RAD = 1e-10
 _MARGIN_RAD = 1e-6
 """Room left below the bend limit for the exact finish."""
 
-ROLLED, ROUNDED = "limbs rolled across", "rounded loop"
+TOGETHER, ROLLED, ROUNDED = "moves together", "limbs rolled across", "rounded loop"
 """Names of strokes that are not in the primitive plan."""
 
 
@@ -188,7 +188,7 @@ def _on_the_clock(course: Course, rate_rad_s: float) -> list[Block]:
     step = clock_step(1.01 * course.duration / rate_rad_s) * rate_rad_s
     out: list[Block] = []
     for leg in course.legs:
-        gait = JOINED if leg.phase == 2 and leg.cycles == 1 else leg.gait
+        gait = TOGETHER if leg.phase == 2 and leg.cycles == 1 else leg.gait
         block = Block(
             leg.phase, gait, _ticking(leg.turn, step), leg.cycles, leg.amplitude_rad if leg.cycles > 1 else math.nan
         )
