@@ -40,6 +40,9 @@ GaitFolder = Annotated[Path | None, typer.Option("--gaits", metavar="DIR", help=
 Effort = Annotated[
     str, typer.Option("--effort", metavar="HOW", help="standard; or thorough, to look longer for a shorter plan.")
 ]
+Controls = Annotated[
+    str, typer.Option("--controls", metavar="HOW", help="primitive: one joint at a time; or simultaneous: all at once.")
+]
 Out = Annotated[Path, typer.Option("--out", metavar="FILE", help="The trajectory's CSV file.")]
 Explain = Annotated[
     bool, typer.Option("--explain", help="Say what each stroke is for, what limits it and what would upset the plan.")
@@ -153,6 +156,7 @@ def plan(
     gaits: GaitFolder = None,
     dt: Dt = 0.05,
     effort: Effort = "standard",
+    controls: Controls = "primitive",
     plan_out: Annotated[
         Path | None,
         typer.Option("--plan-out", metavar="FILE", help="Write the plan itself too, as JSON for purcell run."),
@@ -173,7 +177,7 @@ def plan(
         writable(plan_out)
         _two_files("--plan-out", plan_out, out)
     with _busy("planning"):
-        solution = solve(begin, end, body, stored_gaits(gaits), dt, effort)
+        solution = solve(begin, end, body, stored_gaits(gaits), dt, effort, controls)
         document = report.plan_document(solution, str(out), None if plan_out is None else str(plan_out))
         with contextlib.ExitStack() as both:
             if plan_out is not None:  # it appears only when the trajectory has

@@ -21,6 +21,7 @@ from purcell_cli.configuration import Configuration
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.export import whole_file
 from purcell_cli.files import SCHEMAS, load
+from purcell_cli.moves import ControlSequence, MoveSequence
 from purcell_cli.planner.reconfiguration import Plan
 from purcell_cli.primitives import CONTROL_NAMES, PrimitiveSequence
 from purcell_cli.rotations import INPUT_SLACK
@@ -85,12 +86,27 @@ def _block(block: Block) -> dict[str, Any]:
         "gait": block.gait,
         **amplitude,
         "cycles": block.cycles,
-        "primitives": list(block.sequence),
+        **_controls(block.sequence),
     }
 
 
+def _controls(sequence: ControlSequence) -> dict[str, Any]:
+    if isinstance(sequence, PrimitiveSequence):
+        return {"primitives": list(sequence)}
+    return {"moves": [list(m) for m in zip(sequence.rates().tolist(), sequence.duration.tolist(), strict=True)]}
+
+
+def _controls_read(value: dict[str, Any], place: Place) -> ControlSequence:
+    if ("primitives" in value) == ("moves" in value):
+        raise place.error("exactly one of the keys primitives, moves", "both" if "moves" in value else "none of them")
+    if "primitives" in value:
+        return PrimitiveSequence.of(value["primitives"])
+    rates = np.array([rate for rate, _ in value["moves"]]).reshape(-1, 6)
+    return MoveSequence(rates, np.array([duration for _, duration in value["moves"]]))
+
+
 def _block_read(value: dict[str, Any], place: Place) -> Block:
-    sequence = PrimitiveSequence.of(value["primitives"])
+    sequence = _controls_read(value, place)
     if value["cycles"] > 1:
         off = float(np.max(np.abs(sequence.shapes(COLLINEAR)[-1] - COLLINEAR)))
         if off > INPUT_SLACK:
@@ -127,7 +143,15 @@ _BLOCK = Record(
         "primitives": Field(
             ListOf(Pair(Choice(CONTROL_NAMES), Number(at_least=-_LARGEST_ANGLE_RAD, at_most=_LARGEST_ANGLE_RAD))),
             "control and angle [rad] of each primitive of one cycle",
-            required=True,
+        ),
+        "moves": Field(
+            ListOf(
+                Pair(
+                    ListOf(Number(at_least=-1.0, at_most=1.0), length=6),
+                    Number(at_least=0.0, at_most=_LARGEST_ANGLE_RAD),
+                )
+            ),
+            "instead, the six controls and the duration [s] of each move of one cycle, at a joint rate of 1 rad/s",
         ),
     }
 )

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from purcell_cli import se3
+from purcell_cli.moves import ControlSequence, bends
 from purcell_cli.planner.reconfiguration import Structure
-from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array, as_euler, as_vector
 from purcell_cli.sensitivity import Sensitivity, sensitivities
 from purcell_cli.solution import Solution, phase_displacement, stroke_cycles
@@ -132,27 +131,15 @@ def _reasons(solution: Solution) -> list[StrokeReason]:
     return out
 
 
-def largest_bend(sequence: PrimitiveSequence, start: Array) -> float:
-    """Return the largest angle between a limb's axis and the base's along primitives [rad].
-
-    A limb that yaws or pitches sweeps a great circle, on which the cosine of its bend is a sine
-    wave: it is lowest at an end, or where the limb passes the far side. Roll bends nothing.
+def largest_bend(sequence: ControlSequence, start: Array) -> float:
+    """Return the largest angle between a limb's axis and the base's along a sequence of controls [rad].
 
     Args:
-        sequence: The primitives.
+        sequence: The primitives or moves.
         start: Shape before them. Shape (2, 3, 3).
     """
-    shapes = sequence.shapes(start)
-    ends = shapes[..., 0]
-    largest = float(np.max(np.arctan2(np.hypot(ends[..., 1], ends[..., 2]), ends[..., 0])))
-    limb, axis = sequence.control // 3, sequence.control % 3
-    here = np.arange(len(sequence))
-    first = ends[here, limb]
-    sideways = np.sign(sequence.angle)[:, None] * np.cross(shapes[here, limb, :, axis], first)
-    # cos(bend) = radius cos(t - crest) after a turn by t; lowest half a turn after the crest
-    crest, radius = np.arctan2(sideways[:, 0], first[:, 0]), np.hypot(sideways[:, 0], first[:, 0])
-    passed = (axis != 0) & (np.mod(crest + math.pi, 2.0 * math.pi) < np.abs(sequence.angle))
-    return max(largest, float(np.max(np.arccos(-np.minimum(radius[passed], 1.0)), initial=0.0)))
+    first = np.arctan2(np.hypot(start[:, 1, 0], start[:, 2, 0]), start[:, 0, 0])
+    return float(max(np.max(first), np.max(bends(sequence, start), initial=0.0)))
 
 
 def in_words(displacement: Array, length_m: float) -> str:

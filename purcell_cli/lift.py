@@ -7,16 +7,13 @@ a linear equation on SE(3). It is solved by Gauss collocation (order 2 x stages,
 construction) on a mesh graded by how near the limbs come to the collinear shape: there A(r) is
 sharp, because only spin drag resists roll. All steps of a whole sequence go through as one batch.
 
-Drag depends on a limb only through its axis a_i = A_i e_x. Rates are therefore kept in base
-coordinates here, u_i = A_i omega_i, and the twist is a function of (a_1, a_2, u_1, u_2) alone.
-Conventions: `rotations`.
+Rates are kept in base coordinates here, u_i = A_i omega_i: see `twist`. Conventions: `rotations`.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import functools
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -24,15 +21,13 @@ from numpy.typing import ArrayLike
 
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
+from purcell_cli.moves import ControlSequence, MoveSequence
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array, as_vector, cross, hat, orthonormalised
 from purcell_cli.swimmer import Swimmer
+from purcell_cli.twist import TwistModel, twist_model
 
-_E_X = np.array([1.0, 0.0, 0.0])
 _I3 = np.eye(3)
-_SIDES = np.array([1.0, -1.0])
-_FARTHEST = 1.0
-"""Distances from the straight line count up to here [rad]: A(r) varies with the bends themselves."""
 _SPIN_SHARE = 0.25
 """A limb's spin about its own axis counts for this much of a sweep in the length of steps."""
 _BATCH = 4096
@@ -69,133 +64,6 @@ def _collocation(stages: int) -> tuple[Array, Array, Array]:
     return (x + 1) / 2, w / 2, to_node
 
 
-class _Model:
-    """The numbers of a scaled swimmer that the twist needs, with lateral drag per length 1."""
-
-    def __init__(self, swimmer: Swimmer) -> None:
-        unit = swimmer.scaled()
-        self.length_m = swimmer.length_m
-        self.base, self.limb = unit.base_half_length_m, unit.limb_half_length_m
-        self.lateral = 2.0 * self.limb
-        self.longitudinal_defect = 1.0 - 1.0 / unit.drag_ratio
-        self.turn = 2.0 / 3.0 * self.limb**3
-        self.spin = 2.0 * unit.spin_drag(self.limb) * self.limb
-        self.base_drag = unit.drag(0)
-        self.sharpness, self.straight_spread = unit.roll_sharpness(), unit.bend_spread()
-        self.steepness = math.sqrt(8.0 / 3.0 * self.limb**3 / self.straight_spread)
-
-    def distance(self, axes: Array) -> Array:
-        """Return how far a shape is from a straight line, as a bend of one limb [rad]. Shape (n, 2, 3) to (n,).
-
-        The spread of the links about the line that fits them best resists roll about that line;
-        spin drag resists it where there is no spread.
-        """
-        c = self.centres(axes)
-        total = 2.0 * self.base + 4.0 * self.limb
-        second = 2.0 * self.limb * np.einsum("nli,nlj->nij", c, c)
-        second += 2.0 / 3.0 * self.limb**3 * np.einsum("nli,nlj->nij", axes, axes)
-        second[:, 0, 0] += 2.0 / 3.0 * self.base**3
-        first = 2.0 * self.limb * c.sum(axis=1)
-        second -= first[:, :, None] * first[:, None, :] / total
-        moments = np.linalg.eigvalsh(second)
-        spread = np.maximum(moments[:, 0] + moments[:, 1], 0.0)
-        return np.asarray(np.minimum(np.sqrt(self.sharpness**2 + spread / self.straight_spread), _FARTHEST))
-
-    def centres(self, axes: Array) -> Array:
-        """Return the limbs' centres in base coordinates. Shape (n, 2, 3)."""
-        return _SIDES[:, None] * (self.base * _E_X + self.limb * axes)
-
-    def resistance(self, axes: Array) -> Array:
-        """Return P about the base's centre, in closed form. Shape (n, 6, 6)."""
-        c = self.centres(axes)
-        moment = np.concatenate([axes, cross(c, axes)], axis=-1)
-        out = -self.lateral * self.longitudinal_defect * np.einsum("nli,nlj->nij", moment, moment)
-        # Torques: M - hat(c) D hat(c), with the part along the axis of D counted above.
-        out[:, 3:, 3:] += (self.spin - self.turn) * np.einsum("nli,nlj->nij", axes, axes)
-        out[:, 3:, 3:] -= self.lateral * np.einsum("nli,nlj->nij", c, c)
-        c2 = self.lateral * np.einsum("nli,nli->n", c, c)
-        total = c.sum(axis=1)
-        k = self.lateral * hat(total)
-        out[:, 3:, :3] += k
-        out[:, :3, 3:] -= k
-        out += self.base_drag
-        for i in range(3):
-            out[:, i, i] += 2.0 * self.lateral
-            out[:, 3 + i, 3 + i] += 2.0 * self.turn + c2
-        return np.asarray(out)
-
-    def limb_wrench(self, axes: Array, velocity: Array, rate: Array) -> tuple[Array, Array]:
-        """Return force and torque about the joint that move a limb with its joint's velocity.
-
-        Args:
-            axes: Limb axes. Shape (..., 2, 3), broadcast against the others.
-            velocity: Velocities of the joints. Shape (..., 2, 3).
-            rate: Angular velocities of the limbs. Shape (..., 2, 3).
-        """
-        arm = _SIDES[:, None] * self.limb * axes
-        at_centre = velocity + cross(rate, arm)
-        along = np.einsum("...i,...i->...", axes, at_centre)[..., None] * axes
-        force = self.lateral * (at_centre - self.longitudinal_defect * along)
-        spin = np.einsum("...i,...i->...", axes, rate)[..., None] * axes
-        torque = cross(arm, force) + self.turn * rate + (self.spin - self.turn) * spin
-        return force, torque
-
-    def to_base(self, force: Array, torque: Array) -> Array:
-        """Return wrenches about the base's centre from those about the joints. Shape (..., 6)."""
-        joint = self.base * _SIDES[:, None] * _E_X
-        return np.concatenate([force, torque + cross(joint, force)], axis=-1)
-
-    def twist(self, axes: Array, rates: Array) -> Array:
-        """Return the base's twist xi = -P^-1 q for limb rates in base coordinates. Shape (n, 6)."""
-        wrench = self.to_base(*self.limb_wrench(axes, np.zeros(3), rates)).sum(axis=-2)
-        out: Array = -np.linalg.solve(self.resistance(axes), wrench[..., None])[..., 0]
-        return out
-
-    def joint_power(self, axes: Array, rates: Array) -> Array:
-        """Return the power of both joints' torques. Shape (n,)."""
-        xi = self.twist(axes, rates)
-        v, w = xi[:, None, :3], xi[:, None, 3:]
-        v_joint = v + cross(w, self.base * _SIDES[:, None] * _E_X)
-        torque = self.limb_wrench(axes, v_joint, w + rates)[1]
-        return np.asarray(np.einsum("nli,nli->n", torque, rates))
-
-    def twist_and_change(self, axes: Array, rates: Array) -> tuple[Array, Array]:
-        """Return the twist and its derivative when a limb, with its rate, is turned in the base frame.
-
-        Turning axis and rate of limb i by eta turns the limb's wrench and the motion it sees;
-        only the base's motion stays. That gives the derivative without differentiating P.
-
-        Returns:
-            Twists, shape (n, 6), and derivatives along eta = e_x, e_y, e_z for each limb, shape
-            (n, 6, 2, 3).
-        """
-        p_inverse = np.linalg.inv(self.resistance(axes))
-        wrench = self.to_base(*self.limb_wrench(axes, np.zeros(3), rates)).sum(axis=-2)
-        xi = -(p_inverse @ wrench[..., None])[..., 0]
-        v, w = xi[:, None, :3], xi[:, None, 3:]
-        v_joint = v + cross(w, self.base * _SIDES[:, None] * _E_X)
-        force, torque = self.limb_wrench(axes, v_joint, w + rates)
-        eta = _I3[:, None, None, :]  # (3, 1, 1, 3): broadcasts over nodes and limbs
-        turned = (cross(eta, force), cross(eta, torque))
-        seen = self.limb_wrench(axes, cross(eta, v_joint), cross(eta, w))
-        change = self.to_base(turned[0] - seen[0], turned[1] - seen[1])  # (3, n, 2, 6)
-        n = len(axes)
-        columns = change.transpose(1, 3, 2, 0).reshape(n, 6, 6)
-        return xi, -(p_inverse @ columns).reshape(n, 6, 2, 3)
-
-
-@functools.lru_cache(maxsize=64)
-def _model(swimmer: Swimmer) -> _Model:
-    return _Model(swimmer)
-
-
-def _turn(axis_angle: Array) -> Array:
-    """Return rotation matrices of rotation vectors. Shape (..., 3) to (..., 3, 3)."""
-    twist = np.zeros((*axis_angle.shape[:-1], 6))
-    twist[..., 3:] = axis_angle
-    return se3.exp(twist)[..., :3, :3]
-
-
 @dataclasses.dataclass(frozen=True, slots=True)
 class _Steps:
     """The mesh: one row a step, each within one piece."""
@@ -209,7 +77,7 @@ class _Steps:
 NDArrayInt = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 
-def _mesh(model: _Model, axes: Array, rates: Array, duration: Array, step: float) -> _Steps:
+def _mesh(model: TwistModel, axes: Array, rates: Array, duration: Array, step: float) -> _Steps:
     """Cut pieces into steps that are short against the distance from the collinear shape.
 
     The distance changes at most `steepness` times as fast as the limbs turn, so a step that is
@@ -268,7 +136,7 @@ def _node_states(steps: _Steps, nodes: Array) -> tuple[Array, Array]:
     return axes.reshape(-1, 2, 3), rates.reshape(-1, 2, 3)
 
 
-def _solve(model: _Model, steps: _Steps, accuracy: Accuracy, gradient: bool) -> _Solution:
+def _solve(model: TwistModel, steps: _Steps, accuracy: Accuracy, gradient: bool) -> _Solution:
     """Solve g' = g hat(xi) from the identity on every step by Gauss collocation."""
     nodes, weights, to_node = _collocation(accuracy.stages)
     n, m = len(steps.duration), len(nodes)
@@ -313,7 +181,7 @@ def _base_rates(shapes: Array, rate: Array) -> Array:
     return np.asarray(np.einsum("nlij,nlj->nli", shapes, rate.reshape(-1, 2, 3)))
 
 
-def _displacements(model: _Model, shapes: Array, rate: Array, duration: Array, accuracy: Accuracy) -> Array:
+def _displacements(model: TwistModel, shapes: Array, rate: Array, duration: Array, accuracy: Accuracy) -> Array:
     """Return the base's displacement on each piece, in units of L. Shape (n, 4, 4)."""
     out = np.empty((len(duration), 4, 4))
     for low in range(0, len(duration), _BATCH):
@@ -343,45 +211,45 @@ def piece_displacements(
     Returns:
         Poses relative to each piece's beginning [m]. Shape (n, 4, 4).
     """
-    out = _displacements(_model(swimmer), shapes, rate, duration, accuracy)
+    out = _displacements(twist_model(swimmer), shapes, rate, duration, accuracy)
     out[:, :3, 3] *= swimmer.length_m
     return out
 
 
 def displacements(
-    swimmer: Swimmer, sequence: PrimitiveSequence, start: ArrayLike = COLLINEAR, accuracy: Accuracy = EXACT
+    swimmer: Swimmer, sequence: ControlSequence, start: ArrayLike = COLLINEAR, accuracy: Accuracy = EXACT
 ) -> Array:
-    """Return the base's body displacement during each primitive of a sequence.
+    """Return the base's body displacement during each piece of a sequence.
 
     Left invariance makes it the same from every pose.
 
     Args:
         swimmer: The swimmer.
         sequence: The controls.
-        start: Shape before the first primitive. Shape (2, 3, 3).
+        start: Shape before the first piece. Shape (2, 3, 3).
         accuracy: Order and step of the method.
 
     Returns:
-        Poses relative to each primitive's beginning [m]. Shape (n, 4, 4).
+        Poses relative to each piece's beginning [m]. Shape (n, 4, 4).
     """
-    return piece_displacements(swimmer, sequence.shapes(start)[:-1], sequence.rates(), np.abs(sequence.angle), accuracy)
+    return piece_displacements(swimmer, sequence.shapes(start)[:-1], sequence.rates(), sequence.duration, accuracy)
 
 
 def flow(
-    swimmer: Swimmer, sequence: PrimitiveSequence, start: ArrayLike = COLLINEAR, accuracy: Accuracy = EXACT
+    swimmer: Swimmer, sequence: ControlSequence, start: ArrayLike = COLLINEAR, accuracy: Accuracy = EXACT
 ) -> Array:
-    """Return the base's body displacement along a sequence of primitives [m]. Shape (4, 4)."""
+    """Return the base's body displacement along a sequence of controls [m]. Shape (4, 4)."""
     return np.asarray(se3.prefix_products(displacements(swimmer, sequence, start, accuracy))[-1])
 
 
-def work(swimmer: Swimmer, sequence: PrimitiveSequence, start: ArrayLike = COLLINEAR) -> Array:
-    """Return the energy dissipated during each primitive, at the swimmer's joint rate [J]. Shape (n,).
+def work(swimmer: Swimmer, sequence: ControlSequence, start: ArrayLike = COLLINEAR) -> Array:
+    """Return the energy dissipated during each piece, at the swimmer's joint rate [J]. Shape (n,).
 
     The joints' torques do the work, since no net force or torque acts on the whole.
     """
-    model = _model(swimmer)
+    model = twist_model(swimmer)
     shapes = sequence.shapes(start)[:-1]
-    mesh = _mesh(model, shapes[:, :, :, 0], _base_rates(shapes, sequence.rates()), np.abs(sequence.angle), EXACT.step)
+    mesh = _mesh(model, shapes[:, :, :, 0], _base_rates(shapes, sequence.rates()), sequence.duration, EXACT.step)
     nodes, weights, _ = _collocation(EXACT.stages)
     axes, rates = _node_states(mesh, nodes)
     power = model.joint_power(axes, rates).reshape(-1, len(nodes)) @ weights * mesh.duration
@@ -415,6 +283,58 @@ def _power_sum(pose: Array, cycles: int) -> Array:
     return total
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Chain:
+    """The steps of a whole path put together, repeats played out; twists are seen from the path's start.
+
+    Attributes:
+        begins: Poses where the steps begin, and the end. Shape (m + 1, 4, 4).
+        all_cycles: What carries a change in one cycle to all cycles, the unrepeated one first. Shape (k, 6, 6).
+        inside: Which of them holds for each piece. Shape (n,).
+        at_end: What carries the body twist at each piece's end there. Shape (n, 6, 6).
+        later: What turning the limbs from each piece's end on changes. Shape (n, 6, 6).
+        end: The displacement of the whole path. Shape (4, 4).
+    """
+
+    begins: Array
+    all_cycles: Array
+    inside: NDArrayInt
+    at_end: Array
+    later: Array
+    end: Array
+
+
+def _chained(mesh: _Steps, solved: _Solution, n: int, repeats: Sequence[Repeat]) -> _Chain:
+    m = len(mesh.piece)
+    stop_of = np.searchsorted(mesh.piece, np.arange(n), side="right")
+    before = se3.prefix_products(solved.step_pose)
+    begins, ends = before.copy(), before[1:].copy()
+    inside = np.zeros(n, dtype=np.int64)
+    spread = [np.eye(6)]
+    for part in repeats:
+        first, stop = (int(stop_of[k - 1]) if k else 0 for k in (part.first, part.stop))
+        cycle = se3.normalised(se3.inverse(begins[first]) @ ends[stop - 1])
+        extra = begins[first] @ se3.power(cycle, part.cycles - 1) @ se3.inverse(begins[first])
+        begins[stop:], ends[stop:] = extra @ begins[stop:], extra @ ends[stop:]
+        around = se3.adjoint(begins[first])
+        inside[part.first : part.stop] = len(spread)
+        spread.append(around @ _power_sum(cycle, part.cycles) @ se3.adjoint(se3.inverse(begins[first])))
+    all_cycles = np.stack(spread)
+    nodes = begins[:-1, None] @ solved.node_pose
+    carried = np.zeros((m + 1, 6, 6))
+    carried[:-1] = np.einsum("nmij,nmjk->nik", se3.adjoint(nodes), solved.node_change)
+    within = np.cumsum(carried[::-1], axis=0)[::-1]
+    carried[:-1] = all_cycles[inside[mesh.piece]] @ carried[:-1]
+    later = np.cumsum(carried[::-1], axis=0)[::-1][stop_of]
+    for k, part in enumerate(repeats, 1):
+        mine = slice(part.first, part.stop)
+        later[mine] = all_cycles[k] @ (within[stop_of[mine]] - within[stop_of[part.stop - 1]])
+    idle = np.bincount(mesh.piece, minlength=n) == 0
+    end = np.where(idle[:, None, None], begins[stop_of], ends[np.maximum(stop_of - 1, 0)] if m else begins[stop_of])
+    at_end = all_cycles[inside] @ se3.adjoint(end)
+    return _Chain(begins, all_cycles, inside, at_end, later, se3.normalised(begins[-1]))
+
+
 def flow_and_jacobian(
     swimmer: Swimmer,
     sequence: PrimitiveSequence,
@@ -443,46 +363,77 @@ def flow_and_jacobian(
         The displacement g [m], shape (4, 4), and the body twists g^-1 dg/d(angle_k) [m/rad,
         rad/rad], shape (6, n).
     """
-    model = _model(swimmer)
+    model = twist_model(swimmer)
     shapes = sequence.shapes(start)
     base_rates = _base_rates(shapes[:-1], sequence.rates())
     n = len(sequence)
-    mesh = _mesh(model, shapes[:-1, :, :, 0], base_rates, np.abs(sequence.angle), accuracy.step)
+    mesh = _mesh(model, shapes[:-1, :, :, 0], base_rates, sequence.duration, accuracy.step)
     solved = _solve(model, mesh, accuracy, gradient=True)
-    m = len(mesh.piece)
-    stop_of = np.searchsorted(mesh.piece, np.arange(n), side="right")
-    before = se3.prefix_products(solved.step_pose)
-    begins, ends = before.copy(), before[1:].copy()
-    inside = np.zeros(n, dtype=np.int64)
-    spread = [np.eye(6)]
-    for part in repeats:
-        first, stop = (int(stop_of[k - 1]) if k else 0 for k in (part.first, part.stop))
-        cycle = se3.normalised(se3.inverse(begins[first]) @ ends[stop - 1])
-        extra = begins[first] @ se3.power(cycle, part.cycles - 1) @ se3.inverse(begins[first])
-        begins[stop:], ends[stop:] = extra @ begins[stop:], extra @ ends[stop:]
-        around = se3.adjoint(begins[first])
-        inside[part.first : part.stop] = len(spread)
-        spread.append(around @ _power_sum(cycle, part.cycles) @ se3.adjoint(se3.inverse(begins[first])))
-    all_cycles = np.stack(spread)
-    nodes = begins[:-1, None] @ solved.node_pose
-    carried = np.zeros((m + 1, 6, 6))
-    carried[:-1] = np.einsum("nmij,nmjk->nik", se3.adjoint(nodes), solved.node_change)
-    within = np.cumsum(carried[::-1], axis=0)[::-1]
-    carried[:-1] = all_cycles[inside[mesh.piece]] @ carried[:-1]
-    later = np.cumsum(carried[::-1], axis=0)[::-1][stop_of]
-    for k, part in enumerate(repeats, 1):
-        mine = slice(part.first, part.stop)
-        later[mine] = all_cycles[k] @ (within[stop_of[mine]] - within[stop_of[part.stop - 1]])
+    chain = _chained(mesh, solved, n, repeats)
     limb, axis = sequence.control // 3, sequence.control % 3
     turned_about = shapes[np.arange(n), limb, :, axis]
     sign = np.where(sequence.angle < 0, -1.0, 1.0)
     xi_end = sign[:, None] * model.twist(shapes[1:, :, :, 0], base_rates)
-    idle = sequence.angle == 0.0
-    end = np.where(idle[:, None, None], begins[stop_of], ends[np.maximum(stop_of - 1, 0)] if m else begins[stop_of])
-    seen_at_start = (all_cycles[inside] @ se3.adjoint(end) @ xi_end[..., None])[..., 0]
-    seen_at_start += (later.reshape(n, 6, 2, 3)[np.arange(n), :, limb] @ turned_about[..., None])[..., 0]
-    g = se3.normalised(begins[-1])
+    seen_at_start = (chain.at_end @ xi_end[..., None])[..., 0]
+    seen_at_start += (chain.later.reshape(n, 6, 2, 3)[np.arange(n), :, limb] @ turned_about[..., None])[..., 0]
+    g = chain.end.copy()
     jacobian = se3.adjoint(se3.inverse(g)) @ seen_at_start.T
+    g[:3, 3] *= model.length_m
+    jacobian[:3] *= model.length_m
+    return g, jacobian
+
+
+def flow_and_jacobian_of_moves(
+    swimmer: Swimmer,
+    moves: MoveSequence,
+    start: ArrayLike = COLLINEAR,
+    accuracy: Accuracy = EXACT,
+    repeats: Sequence[Repeat] = (),
+) -> tuple[Array, Array]:
+    """Return the displacement along moves and its derivative by every component of every turn.
+
+    The path depends on a move only through its turn v = rate times duration; so the derivative by
+    a rate is the duration times the one by the turn, and the derivative by the duration is the one
+    by the turn along the rate. Changing v by dv turns the limb, a part s into the move, by
+    J(s u) s A dv in the base frame, J being `se3.left_jacobian` and u = A v, and adds the turned
+    A dv to its rate; the limb's whole later path turns by J(u) A dv.
+
+    Args:
+        swimmer: The swimmer.
+        moves: The controls.
+        start: Shape before the first move. Shape (2, 3, 3).
+        accuracy: Order and step of the method.
+        repeats: Parts that are played more than once, in order; see `flow_and_jacobian`.
+
+    Returns:
+        The displacement g [m], shape (4, 4), and the body twists g^-1 dg/d(turn) [m/rad, rad/rad],
+        shape (6, n, 6).
+    """
+    model = twist_model(swimmer)
+    shapes = moves.shapes(start)
+    n = len(moves)
+    turns = _base_rates(shapes[:-1], moves.turn)
+    mesh = _mesh(model, shapes[:-1, :, :, 0], turns, np.ones(n), accuracy.step)
+    solved = _solve(model, mesh, accuracy, gradient=True)
+    chain = _chained(mesh, solved, n, repeats)
+    nodes, weights, _ = _collocation(accuracy.stages)
+    m, k = len(mesh.piece), len(nodes)
+    begun = np.cumsum(mesh.duration) - mesh.duration - mesh.piece
+    part = begun[:, None] + mesh.duration[:, None] * nodes
+    turned = part[..., None, None] * mesh.rates[:, None]  # (m, k, 2, 3)
+    per_rate = model.per_rate(_node_states(mesh, nodes)[0]).reshape(m, k, 6, 2, 3)
+    per_rate *= (weights * mesh.duration[:, None])[..., None, None, None]
+    turning = part[..., None, None, None] * se3.left_jacobian(turned)
+    change = np.einsum("mkals,mklsj->mkalj", solved.node_change.reshape(m, k, 6, 2, 3), turning)
+    change += np.einsum("mkals,mklsj->mkalj", per_rate, se3.rotation(turned))
+    poses = se3.adjoint(chain.begins[:-1, None] @ solved.node_pose)
+    own = np.zeros((n, 6, 6))
+    np.add.at(own, mesh.piece, np.einsum("mkab,mkbc->mac", poses, change.reshape(m, k, 6, 6)))
+    own = chain.all_cycles[chain.inside] @ own
+    own += np.einsum("nals,nlsj->nalj", chain.later.reshape(n, 6, 2, 3), se3.left_jacobian(turns)).reshape(n, 6, 6)
+    seen_at_start = np.einsum("nalj,nlji->anli", own.reshape(n, 6, 2, 3), shapes[:-1]).reshape(6, 6 * n)
+    g = chain.end.copy()
+    jacobian = (se3.adjoint(se3.inverse(g)) @ seen_at_start).reshape(6, n, 6)
     g[:3, 3] *= model.length_m
     jacobian[:3] *= model.length_m
     return g, jacobian
@@ -525,7 +476,7 @@ def flow_of_rates(
     times = np.asarray(duration, dtype=np.float64).reshape(-1)
     shapes = np.empty((len(times) + 1, 2, 3, 3))
     shapes[0] = start
-    turns = _turn(rates.reshape(-1, 2, 3) * times[:, None, None])
+    turns = se3.rotation(rates.reshape(-1, 2, 3) * times[:, None, None])
     for k, turn in enumerate(turns):
         shapes[k + 1] = orthonormalised(shapes[k] @ turn)
     return shapes, se3.prefix_products(piece_displacements(swimmer, shapes[:-1], rates, times, accuracy))

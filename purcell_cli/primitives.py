@@ -87,6 +87,11 @@ class PrimitiveSequence:
         """The sum over all primitives of |angle| [rad]."""
         return float(np.sum(np.abs(self.angle)))
 
+    @property
+    def duration(self) -> Array:
+        """How long each primitive lasts at a joint rate of 1 rad/s: |angle| [s]. Shape (n,)."""
+        return np.abs(self.angle)
+
     def inverse(self) -> PrimitiveSequence:
         """Return the sequence run backwards, which undoes the motion (no inertia)."""
         return PrimitiveSequence(self.control[::-1], -self.angle[::-1])
@@ -98,6 +103,11 @@ class PrimitiveSequence:
     def with_angles(self, angle: ArrayLike) -> PrimitiveSequence:
         """Return the same controls with other angles [rad]. Shape (n,)."""
         return PrimitiveSequence(self.control, np.asarray(angle, dtype=np.float64))
+
+    def lasting(self, piece: NDArray[np.int64], duration: Array) -> PrimitiveSequence:
+        """Return some of the primitives, each for a time of its own [s] at a joint rate of 1 rad/s. Shapes (m,)."""
+        sign = np.where(self.angle < 0, -1.0, 1.0)
+        return PrimitiveSequence(self.control[piece], sign[piece] * duration)
 
     def rates(self) -> Array:
         """Return the limb rates of each primitive at unit rate [rad/s]. Shape (n, 6)."""

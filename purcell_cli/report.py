@@ -81,7 +81,7 @@ def plan_document(solution: Solution, file: str | None, saved: str | None = None
                 "cycles": stroke_cycles(blocks),
                 "primitives": sum(b.cycles * len(b.sequence) for b in blocks),
                 "joint_travel_rad": travel,
-                "duration_s": travel / rate,
+                "duration_s": sum(b.duration for b in blocks) / rate,
                 "energy_j": float(np.sum(solution.energy_j[part])),
                 "displacement": displacement_document(se3.prefix_products(solution.displacement[part])[-1]),
             }
@@ -104,8 +104,9 @@ def plan_document(solution: Solution, file: str | None, saved: str | None = None
         "schema": f"purcell/{command}/1",
         "verdict": solution.verdict,
         "swimmer": _swimmer(swimmer),
+        "controls": solution.controls,
         "joint_travel_rad": plan.joint_travel_rad,
-        "duration_s": plan.duration_s,
+        "duration_s": solution.duration_s,
         "energy_j": float(np.sum(solution.energy_j)),
         "primitives": plan.primitives,
         "cycles": sum(s["cycles"] for s in strokes[2]),
@@ -250,9 +251,10 @@ def show_plan(console: Console, document: Document) -> None:
         e = document[key]
         errors.add_row(label, *(f"{e[k]:.1e}" for k in ("position_over_L", "base_rad", "limb1_rad", "limb2_rad")))
     console.print(errors)
+    pieces = "primitives" if document["controls"] == "primitive" else "moves"
     console.print(
         f"joint travel {document['joint_travel_rad']:.4f} rad, {document['duration_s']:.3f} s, "
-        f"{document['primitives']} primitives, {document['cycles']} cycles, energy {document['energy_j']:.4g} J"
+        f"{document['primitives']} {pieces}, {document['cycles']} cycles, energy {document['energy_j']:.4g} J"
     )
     _checked(console, document["certificate"])
     _verdict(console, document["verdict"])

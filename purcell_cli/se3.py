@@ -53,6 +53,27 @@ def exp(twist: ArrayLike) -> Array:
     return out
 
 
+def rotation(axis_angle: Array) -> Array:
+    """Return the rotations with rotation vectors [rad]. Shape (..., 3) to (..., 3, 3)."""
+    a, b, _ = _exp_coefficients(np.einsum("...i,...i->...", axis_angle, axis_angle))
+    k = hat(axis_angle)
+    return np.asarray(np.eye(3) + a[..., None, None] * k + b[..., None, None] * (k @ k))
+
+
+def left_jacobian(axis_angle: Array) -> Array:
+    """Return J with rotation(w + dw) = rotation(J dw) rotation(w), to leading order in dw.
+
+    Args:
+        axis_angle: Rotation vectors w [rad]. Shape (..., 3).
+
+    Returns:
+        Matrices. Shape (..., 3, 3).
+    """
+    _, b, c = _exp_coefficients(np.einsum("...i,...i->...", axis_angle, axis_angle))
+    k = hat(axis_angle)
+    return np.asarray(np.eye(3) + b[..., None, None] * k + c[..., None, None] * (k @ k))
+
+
 def log(pose: ArrayLike) -> Array:
     """Return the twist (v, omega) with exp(twist) = pose, rotation angle at most pi.
 

@@ -19,7 +19,7 @@ from purcell_cli import se3
 from purcell_cli.configuration import Configuration
 from purcell_cli.errors import ParameterError
 from purcell_cli.lift import Accuracy, displacements
-from purcell_cli.primitives import EMPTY
+from purcell_cli.moves import joined
 from purcell_cli.rotations import Array, angle_between
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Block
@@ -106,7 +106,7 @@ def _displacements(swimmer: Swimmer, start: Configuration, blocks: Sequence[Bloc
 
     A stroke that repeats ends at the shape it began with, so one cycle of every block is one path.
     """
-    cycles = sum((block.sequence for block in blocks), EMPTY)
+    cycles = joined(block.sequence for block in blocks)
     poses = displacements(swimmer, cycles, start.shape, _ENOUGH)
     out = np.empty((len(blocks), 4, 4))
     position = 0

@@ -11,12 +11,18 @@ import numpy as np
 from purcell_cli import se3
 from purcell_cli.certificate import Certificate, certify
 from purcell_cli.configuration import Configuration, Deviation
+from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits import Gait
 from purcell_cli.planner.reconfiguration import Plan, reconfigure
+from purcell_cli.planner.simultaneous import quickened
+from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
 from purcell_cli.stored import stored_gaits
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Block, Trajectory, block_displacements, energies, sample
+
+CONTROLS = ("primitive", "simultaneous")
+"""How a plan may turn the joints: one at a time, or all six at once."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -46,8 +52,19 @@ class Solution:
 
     @property
     def joint_travel_rad(self) -> float:
-        """The sum over all primitives of |angle| [rad]."""
+        """The sum over all primitives of |angle|, or over all moves and joints [rad]."""
         return self.plan.joint_travel_rad
+
+    @property
+    def duration_s(self) -> float:
+        """How long the motion takes [s]."""
+        return sum(b.duration for b in self.plan.blocks) / self.plan.swimmer.joint_rate_rad_s
+
+    @property
+    def controls(self) -> str:
+        """One of `CONTROLS`: whether joints turn one after the other or at once."""
+        one_by_one = all(isinstance(b.sequence, PrimitiveSequence) for b in self.plan.blocks)
+        return "primitive" if one_by_one else "simultaneous"
 
     @property
     def strokes(self) -> list[slice]:
@@ -68,6 +85,7 @@ def plan(
     gaits: Mapping[str, Gait] | None = None,
     dt_s: float = 0.05,
     effort: str = "standard",
+    controls: str = "primitive",
 ) -> Solution:
     """Plan a motion from a start to a goal configuration, and check it.
 
@@ -78,13 +96,19 @@ def plan(
         gaits: The stored gaits to plan with; those of the package where none are given.
         dt_s: Longest time between rows of the trajectory [s].
         effort: "standard", or "thorough" to look longer for a shorter plan.
+        controls: One of `CONTROLS`: "primitive" turns one joint at a time; "simultaneous" makes that plan
+            quicker by turning all six at once, where it finds how.
 
     Raises:
         ParameterError: A time between rows that is not positive, or that asks for too many rows.
         GaitError: No stored gait for a motion that is needed.
+        UnknownNameError: No controls or effort have this name.
     """
+    if controls not in CONTROLS:
+        raise UnknownNameError(f"controls: one of {', '.join(CONTROLS)} is wanted, found {controls!r}")
     stored = stored_gaits() if gaits is None else gaits
-    return carried_out(reconfigure(swimmer or Swimmer(), start, goal, stored, effort), dt_s)
+    made = reconfigure(swimmer or Swimmer(), start, goal, stored, effort)
+    return carried_out(quickened(made) if controls == "simultaneous" else made, dt_s)
 
 
 def carried_out(plan: Plan, dt_s: float = 0.05) -> Solution:

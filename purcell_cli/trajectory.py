@@ -1,4 +1,4 @@
-"""Motions as blocks of primitives, and the trajectory they make, row by row.
+"""Motions as blocks of controls, and the trajectory they make, row by row.
 
 A block is a stroke played a number of times. Left invariance makes every repetition the same
 displacement, so a block costs one cycle and its powers. Conventions: `rotations`.
@@ -18,7 +18,8 @@ from purcell_cli.configuration import Configuration
 from purcell_cli.errors import ParameterError
 from purcell_cli.gaits import Stroke
 from purcell_cli.lift import displacements, flow, work
-from purcell_cli.primitives import PrimitiveSequence
+from purcell_cli.moves import ControlSequence
+from purcell_cli.primitives import EMPTY
 from purcell_cli.rotations import Array, as_euler, as_quaternion
 from purcell_cli.swimmer import Swimmer
 
@@ -33,21 +34,26 @@ class Block:
     Attributes:
         phase: 1, 2 or 3 of the reconfiguration.
         gait: Name of the stroke.
-        sequence: Primitives of one cycle.
+        sequence: Primitives or moves of one cycle.
         cycles: How often they are played.
         amplitude_rad: Amplitude of the stroke, where it has one [rad].
     """
 
     phase: int
     gait: str
-    sequence: PrimitiveSequence
+    sequence: ControlSequence
     cycles: int = 1
     amplitude_rad: float = math.nan
 
     @property
     def joint_travel_rad(self) -> float:
-        """The sum over all its primitives of |angle| [rad]."""
+        """The sum over all its pieces and joints of |angle| [rad]."""
         return self.cycles * self.sequence.joint_travel_rad
+
+    @property
+    def duration(self) -> float:
+        """How long it lasts at a joint rate of 1 rad/s [s]."""
+        return self.cycles * float(np.sum(self.sequence.duration))
 
 
 def starting_shapes(blocks: Sequence[Block], start: ArrayLike) -> list[Array]:
@@ -164,7 +170,7 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
     Raises:
         ParameterError: A time between rows that is not positive, or that asks for too many rows.
     """
-    duration = sum(b.joint_travel_rad for b in blocks) / swimmer.joint_rate_rad_s
+    duration = sum(b.duration for b in blocks) / swimmer.joint_rate_rad_s
     if not dt_s > 0 or duration / dt_s > MOST_ROWS:
         raise ParameterError(
             f"dt: a time above {duration / MOST_ROWS:.2g} s is wanted (at most {MOST_ROWS:.0e} rows), found {dt_s!r}"
@@ -193,7 +199,7 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
         )
         time += block.cycles * rows.duration_s
         pose = se3.normalised(pose @ (rows.end if block.cycles == 1 else se3.power(rows.end, block.cycles)))
-    last = blocks[-1] if blocks else Block(3, "none", PrimitiveSequence.of([]))
+    last = blocks[-1] if blocks else Block(3, "none", EMPTY)
     parts.append(
         (
             np.array([time]),
@@ -220,10 +226,10 @@ class _CycleRows:
     end: Array
 
 
-def _cycle_rows(swimmer: Swimmer, sequence: PrimitiveSequence, shape: Array, dt_s: float, step: float) -> _CycleRows:
+def _cycle_rows(swimmer: Swimmer, sequence: ControlSequence, shape: Array, dt_s: float, step: float) -> _CycleRows:
     rate = swimmer.joint_rate_rad_s
-    sequence = PrimitiveSequence(sequence.control[sequence.angle != 0.0], sequence.angle[sequence.angle != 0.0])
-    duration = np.abs(sequence.angle) / rate
+    used = np.flatnonzero(sequence.duration)
+    duration = sequence.duration[used] / rate
     count = np.maximum(np.ceil(duration / dt_s - 1e-9), 1).astype(np.int64)
     index = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     part = np.round(np.repeat(duration / count, count) * index / step) * step
@@ -231,7 +237,7 @@ def _cycle_rows(swimmer: Swimmer, sequence: PrimitiveSequence, shape: Array, dt_
     time = np.repeat(begun, count) + part
     total = float(duration.sum())
     length = np.diff(np.append(time, total)) * rate
-    pieces = PrimitiveSequence(np.repeat(sequence.control, count), np.repeat(np.sign(sequence.angle), count) * length)
+    pieces = sequence.lasting(np.repeat(used, count), length)
     poses = se3.prefix_products(displacements(swimmer, pieces, shape))
     return _CycleRows(time, total, poses[:-1], pieces.shapes(shape)[:-1], pieces.rates() * rate, poses[-1])
 

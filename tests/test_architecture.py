@@ -17,6 +17,8 @@ FLOORS = [
     "swimmer",
     "connection",
     "primitives",
+    "moves",
+    "twist",
     "lift",
     "gaits",
     "configuration",

@@ -136,6 +136,7 @@ PLAN_KEYS = {
     "schema": None,
     "verdict": None,
     "swimmer": SWIMMER_KEYS,
+    "controls": None,
     **COST_KEYS,
     "cycles": None,
     "phases": [PHASE_KEYS],

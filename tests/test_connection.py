@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from helpers import UNIT, assert_close, bent, is_close, random_rotations, random_shapes, random_swimmer, read_table
 
-from purcell_cli import lift
 from purcell_cli.connection import (
     COLLINEAR,
     base_to_limb,
@@ -27,6 +26,7 @@ from purcell_cli.connection import (
 from purcell_cli.errors import ParameterError
 from purcell_cli.rotations import Array, about_axis, from_quaternion, hat
 from purcell_cli.swimmer import Swimmer
+from purcell_cli.twist import twist_model
 
 POINTS = read_table("connection_points.csv")
 SEEDS = range(4)
@@ -466,7 +466,7 @@ def test_the_fast_twist_of_the_lift_is_the_connection(seed: int) -> None:
     for k, angle in enumerate((0.0, 1e-6, 1e-3, 0.05)):
         shapes[k] = bent(angle, 0.7 * angle)
     rate = rng.normal(size=(len(shapes), 6))
-    model = lift._model(swimmer)
+    model = twist_model(swimmer)
     in_base = np.einsum("nlij,nlj->nli", shapes, rate.reshape(-1, 2, 3))
     found = model.twist(shapes[..., 0], in_base)
     wanted = base_twist(swimmer, shapes, rate)
@@ -484,7 +484,7 @@ def test_joint_torques_do_the_work() -> None:
     rate = rng.normal(size=(len(shapes), 6))
     in_base = np.einsum("nlij,nlj->nli", shapes, rate.reshape(-1, 2, 3))
     wanted = power(swimmer, shapes, rate)
-    assert_close(lift._model(swimmer).joint_power(shapes[..., 0], in_base), wanted, 1e-13, float(wanted.max()))
+    assert_close(twist_model(swimmer).joint_power(shapes[..., 0], in_base), wanted, 1e-13, float(wanted.max()))
 
 
 # --- Batches and misuse --------------------------------------------------------------------------------------------

@@ -1,0 +1,190 @@
+"""Moves: controls that act at once, and what any sequence of controls is.
+
+On a move all six controls are constant, so each limb turns at a constant rate about an axis fixed
+in it. A primitive is a move on which one control acts. Conventions: `rotations`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from purcell_cli import se3
+from purcell_cli.errors import ParameterError
+from purcell_cli.rotations import Array, orthonormalised
+
+
+class ControlSequence(Protocol):
+    """Pieces of constant controls, played from first to last: primitives or moves."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, part: slice) -> Self: ...
+
+    @property
+    def duration(self) -> Array:
+        """How long each piece lasts at a joint rate of 1 rad/s [s]. Shape (n,)."""
+
+    @property
+    def joint_travel_rad(self) -> float:
+        """The sum over all pieces and joints of |angle| [rad]."""
+
+    def rates(self) -> Array:
+        """Return the limb rates of each piece at a joint rate of 1 rad/s [rad/s]. Shape (n, 6)."""
+
+    def shapes(self, start: ArrayLike) -> Array:
+        """Return the shapes before, between and after the pieces. Shape (n + 1, 2, 3, 3)."""
+
+    def inverse(self) -> Self:
+        """Return the sequence run backwards, which undoes the motion (no inertia)."""
+
+    def lasting(self, piece: NDArray[np.int64], duration: Array) -> Self:
+        """Return some of the pieces, at the rates they have, each for a time of its own.
+
+        Args:
+            piece: Which pieces. Shape (m,).
+            duration: How long each is played at a joint rate of 1 rad/s [s]. Shape (m,).
+        """
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class MoveSequence:
+    """A sequence of moves, played from first to last.
+
+    Attributes:
+        rate: The six controls at a joint rate of 1 rad/s, none above 1 [rad/s]. Shape (n, 6).
+        duration: How long each move lasts at that joint rate [s]. Shape (n,).
+    """
+
+    rate: Array
+    duration: Array
+
+    def __post_init__(self) -> None:
+        rate, duration = np.array(self.rate, dtype=np.float64), np.array(self.duration, dtype=np.float64)
+        if duration.ndim != 1 or rate.shape != (len(duration), 6):
+            raise ParameterError(f"six rates a duration are wanted, found shapes {rate.shape} and {duration.shape}")
+        if not (np.all(np.isfinite(rate)) and np.all(np.isfinite(duration)) and np.all(duration >= 0.0)):
+            raise ParameterError("rates must be finite, and durations finite and not negative")
+        if np.any(np.abs(rate) > 1.0):
+            raise ParameterError(f"rates of at most 1 rad/s are wanted, found {float(np.max(np.abs(rate)))!r}")
+        for name, value in (("rate", rate), ("duration", duration)):
+            value.setflags(write=False)
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def of_turns(cls, turn: ArrayLike) -> MoveSequence:
+        """Return the moves that turn both limbs by rotation vectors as fast as their joints can.
+
+        Args:
+            turn: Rotation vectors of both limbs, each in its own frame [rad]. Shape (n, 6).
+        """
+        wanted = np.asarray(turn, dtype=np.float64).reshape(-1, 6)
+        duration = np.max(np.abs(wanted), axis=1)
+        return cls(wanted / np.where(duration > 0.0, duration, 1.0)[:, None], duration)
+
+    @classmethod
+    def of_controls(cls, sequence: ControlSequence) -> MoveSequence:
+        """Return any sequence of controls as moves."""
+        return cls(sequence.rates(), sequence.duration)
+
+    def __len__(self) -> int:
+        return len(self.duration)
+
+    def __add__(self, other: MoveSequence) -> MoveSequence:
+        return MoveSequence(np.concatenate([self.rate, other.rate]), np.concatenate([self.duration, other.duration]))
+
+    def __getitem__(self, part: slice) -> MoveSequence:
+        return MoveSequence(self.rate[part], self.duration[part])
+
+    @property
+    def turn(self) -> Array:
+        """The rotation vectors of both limbs, each in its own frame [rad]. Shape (n, 6)."""
+        return self.rate * self.duration[:, None]
+
+    @property
+    def joint_travel_rad(self) -> float:
+        """The sum over all moves and joints of |rate| times duration [rad]."""
+        return float(np.sum(np.abs(self.rate) * self.duration[:, None]))
+
+    def rates(self) -> Array:
+        """Return the limb rates at a joint rate of 1 rad/s [rad/s]. Shape (n, 6)."""
+        return self.rate
+
+    def inverse(self) -> MoveSequence:
+        """Return the sequence run backwards, which undoes the motion (no inertia)."""
+        return MoveSequence(-self.rate[::-1], self.duration[::-1])
+
+    def lasting(self, piece: NDArray[np.int64], duration: Array) -> MoveSequence:
+        """Return some of the moves, at the rates they have, each for a time of its own [s]."""
+        return MoveSequence(self.rate[piece], duration)
+
+    def shapes(self, start: ArrayLike) -> Array:
+        """Return the shapes before, between and after the moves.
+
+        Args:
+            start: Shape before the first move. Shape (2, 3, 3).
+
+        Returns:
+            Shapes. Shape (n + 1, 2, 3, 3).
+        """
+        out = np.empty((len(self) + 1, 2, 3, 3))
+        out[0] = start
+        out[1:] = se3.rotation(self.turn.reshape(-1, 2, 3))
+        reach = 1
+        while reach <= len(self):
+            out[reach:] = out[:-reach] @ out[reach:]
+            reach *= 2
+        out = orthonormalised(out)
+        out[0] = start
+        return out
+
+
+def joined(sequences: Iterable[ControlSequence]) -> MoveSequence:
+    """Return sequences of any kind as moves, one after the other."""
+    parts = list(sequences)
+    rate = np.concatenate([np.empty((0, 6)), *(s.rates() for s in parts)])
+    return MoveSequence(rate, np.concatenate([np.empty(0), *(s.duration for s in parts)]))
+
+
+def most_bent(axes: Array, turn: Array) -> tuple[Array, Array]:
+    """Return where on a move a limb is most bent, its beginning left out.
+
+    The limb's axis goes round a circle, on which the cosine of its bend from the base's axis is a
+    sine wave: it is lowest at the end, or where the circle is furthest from the base's axis.
+
+    Args:
+        axes: The limb's axes before it. Shape (..., 3).
+        turn: Rotation vectors in base coordinates [rad]. Shape (..., 3).
+
+    Returns:
+        How far through the move, as a part of it, shape (...), and the limb's axis there, shape (..., 3).
+    """
+    angle = np.linalg.norm(turn, axis=-1)
+    about = turn / np.where(angle > 0.0, angle, 1.0)[..., None]
+    along = np.einsum("...i,...i->...", about, axes)
+    cosine = axes[..., 0] - along * about[..., 0]
+    sine = about[..., 1] * axes[..., 2] - about[..., 2] * axes[..., 1]
+    lowest = np.mod(np.arctan2(sine, cosine) + np.pi, 2.0 * np.pi)
+    inside = (lowest > 0.0) & (lowest < angle)
+    part = np.where(inside, lowest / np.where(inside, angle, 1.0), 1.0)
+    return part, (se3.rotation(part[..., None] * turn) @ axes[..., None])[..., 0]
+
+
+def bends(sequence: ControlSequence, start: ArrayLike) -> Array:
+    """Return how far each limb's axis bends from the base's at most on each piece, its beginning left out [rad].
+
+    Args:
+        sequence: The controls.
+        start: Shape before them. Shape (2, 3, 3).
+
+    Returns:
+        Angles. Shape (n, 2).
+    """
+    shapes = sequence.shapes(start)[:-1]
+    turn = (sequence.rates() * sequence.duration[:, None]).reshape(-1, 2, 3)
+    _, axes = most_bent(shapes[..., 0], (shapes @ turn[..., None])[..., 0])
+    return np.asarray(np.arctan2(np.hypot(axes[..., 1], axes[..., 2]), axes[..., 0]))

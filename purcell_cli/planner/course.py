@@ -1,0 +1,212 @@
+"""The equations of an exact arrival for a motion by moves, all joints at once, and their derivatives.
+
+A course is a chain of legs. The turns of a leg's moves depend linearly on its own unknowns: on a
+leg that is played once every component of every turn is one; on a loop that repeats they are the
+sides of half of it, so that it closes whatever they are. The limbs must be collinear where phases 1
+and 2 end, they must end at the goal's shape, and the base at the goal's pose.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from purcell_cli import se3
+from purcell_cli.connection import COLLINEAR
+from purcell_cli.lift import Accuracy, Repeat, flow_and_jacobian_of_moves
+from purcell_cli.moves import MoveSequence, most_bent
+from purcell_cli.rotations import Array, as_vector
+from purcell_cli.swimmer import Swimmer
+
+_WATCHED = 0.25
+"""How near the limit, in the cosine of the bend, a limb must come on a move to be watched."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Leg:
+    """A part of a course.
+
+    Attributes:
+        phase: 1, 2 or 3 of the reconfiguration.
+        gait: Name of the stroke.
+        turn: Rotation vectors of its moves, in the limbs' own frames [rad]. Shape (n, 6).
+        cycles: How often it is played.
+        tie: What its turns depend on, turn = tie @ unknown; none where each component is free. Shape (6 n, f).
+        amplitude_rad: Amplitude of the stroke, where it has one [rad].
+    """
+
+    phase: int
+    gait: str
+    turn: Array
+    cycles: int = 1
+    tie: Array | None = None
+    amplitude_rad: float = math.nan
+
+    @property
+    def duration(self) -> float:
+        """How long it lasts at a joint rate of 1 rad/s [s]."""
+        return self.cycles * float(np.sum(np.max(np.abs(self.turn), axis=1)))
+
+    def unknown(self) -> Array:
+        """Return the unknowns as they are. Shape (f,)."""
+        if self.tie is None:
+            return self.turn.ravel()
+        return np.asarray(np.linalg.lstsq(self.tie, self.turn.ravel())[0], dtype=np.float64)
+
+    def at(self, unknown: Array) -> Leg:
+        """Return the leg at other unknowns. Shape (f,)."""
+        if self.tie is not None and not self.tie.shape[1]:
+            return self
+        turn = unknown if self.tie is None else self.tie @ unknown
+        return dataclasses.replace(self, turn=turn.reshape(-1, 6))
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Values:
+    """The equations at some unknowns.
+
+    Attributes:
+        turn: Turns of all moves, one cycle each [rad]. Shape (n, 6).
+        residual: What is missing [L, rad]. Shape (m,).
+        derivative: By every unknown. Shape (m, f).
+        room: Room left below the bend limit where it is small, in the cosine of the bend. Shape (k,).
+        room_derivative: By every unknown. Shape (k, f).
+    """
+
+    turn: Array
+    residual: Array
+    derivative: Array
+    room: Array
+    room_derivative: Array
+
+    @property
+    def size(self) -> float:
+        """The largest residual [L, rad]."""
+        return float(np.max(np.abs(self.residual)))
+
+
+class Course:
+    """The equations of one motion.
+
+    Args:
+        swimmer: The swimmer, scaled to L = 1; its bend limit holds in phase 2.
+        legs: The parts of the motion.
+        start: Shape before it. Shape (2, 3, 3).
+        goal: Shape it must end at. Shape (2, 3, 3).
+        displacement: Body displacement the motion must make, in units of L. Shape (4, 4).
+        accuracy: Of the flow.
+    """
+
+    def __init__(
+        self, swimmer: Swimmer, legs: Sequence[Leg], start: Array, goal: Array, displacement: Array, accuracy: Accuracy
+    ) -> None:
+        self.swimmer, self.start, self.goal, self.accuracy = swimmer, start, goal, accuracy
+        self.legs, self.displacement = tuple(legs), displacement
+        self._wanted_inverse = se3.inverse(displacement)
+        counts = [len(leg.turn) for leg in self.legs]
+        self._stops = np.cumsum([0, *counts])
+        self.phase = np.repeat([leg.phase for leg in self.legs], counts)
+        self.cycles = np.repeat([leg.cycles for leg in self.legs], counts)
+        self.repeats = [
+            Repeat(int(a), int(b), leg.cycles)
+            for leg, a, b in zip(self.legs, self._stops[:-1], self._stops[1:], strict=True)
+            if leg.cycles > 1
+        ]
+        self._targets = [
+            (int(np.flatnonzero(self.phase == phase)[-1]) + 1, COLLINEAR)
+            for phase in (1, 2)
+            if np.any(self.phase == phase) and np.any(self.phase > phase)
+        ]
+        self._targets.append((len(self.phase), goal))
+
+    def of(self, legs: Sequence[Leg], accuracy: Accuracy | None = None) -> Course:
+        """Return the same equations for another motion, on the flow computed otherwise if an accuracy is given."""
+        return Course(self.swimmer, legs, self.start, self.goal, self.displacement, accuracy or self.accuracy)
+
+    @property
+    def duration(self) -> float:
+        """How long the motion lasts at a joint rate of 1 rad/s [s]."""
+        return sum(leg.duration for leg in self.legs)
+
+    @property
+    def unknown(self) -> Array:
+        """All unknowns as they are. Shape (f,)."""
+        return np.concatenate([leg.unknown() for leg in self.legs])
+
+    @functools.cached_property
+    def tie(self) -> Array:
+        """The derivative of every turn's components by every unknown. Shape (6 n, f)."""
+        ties = [np.eye(leg.turn.size) if leg.tie is None else leg.tie for leg in self.legs]
+        out = np.zeros((sum(t.shape[0] for t in ties), sum(t.shape[1] for t in ties)))
+        row = column = 0
+        for tie in ties:
+            out[row : row + tie.shape[0], column : column + tie.shape[1]] = tie
+            row, column = row + tie.shape[0], column + tie.shape[1]
+        return out
+
+    def legs_at(self, unknown: Array) -> list[Leg]:
+        """Return the legs at other unknowns. Shape (f,)."""
+        counts = [leg.turn.size if leg.tie is None else leg.tie.shape[1] for leg in self.legs]
+        parts = np.split(unknown, np.cumsum(counts)[:-1])
+        return [leg.at(part) for leg, part in zip(self.legs, parts, strict=True)]
+
+    def at(self, unknown: Array) -> Values:
+        """Return the equations at some unknowns. Shape (f,)."""
+        moves = MoveSequence.of_turns(np.concatenate([leg.turn for leg in self.legs_at(unknown)]))
+        shapes = moves.shapes(self.start)
+        g, twists = flow_and_jacobian_of_moves(self.swimmer, moves, self.start, self.accuracy, self.repeats)
+        n = len(moves)
+        turn = np.einsum("nlij,nlj->nli", shapes[:-1], moves.turn.reshape(n, 2, 3))  # in base coordinates
+        turning = se3.left_jacobian(turn) @ shapes[:-1]  # of the limb's later path, by the turn
+        residual = [se3.log(se3.normalised(self._wanted_inverse @ g))]
+        derivative = [twists.reshape(6, 6 * n)]
+        for stop, wanted in self._targets:
+            residual.append(as_vector(shapes[stop] @ np.swapaxes(wanted, -1, -2)).ravel())
+            slope = np.zeros((2, 3, n, 2, 3))
+            for i in (0, 1):
+                slope[i, :, :stop, i] = turning[:stop, i].transpose(1, 0, 2)
+            derivative.append(slope.reshape(6, 6 * n))
+        room, room_slope = self._room(shapes[:-1], turn, turning)
+        return Values(
+            moves.turn,
+            np.concatenate(residual),
+            np.concatenate(derivative) @ self.tie,
+            room,
+            room_slope @ self.tie,
+        )
+
+    @functools.cached_property
+    def _least_cosine(self) -> Array:
+        """The least cosine of the bend of each limb on each move. Shape (n, 2).
+
+        The limit holds in phase 2; in phases 1 and 3 a limb may be as bent as the start or the goal has it.
+        """
+        out = np.full((len(self.phase), 2), math.cos(self.swimmer.max_bend_rad))
+        for phase, shape in ((1, self.start), (3, self.goal)):
+            out[self.phase == phase] = np.minimum(out[self.phase == phase], shape[:, 0, 0] - 1e-9)
+        return out
+
+    def _room(self, shapes: Array, turn: Array, turning: Array) -> tuple[Array, Array]:
+        """Return the room below the bend limit where each limb is most bent on each move, and its derivative.
+
+        On a move a limb's axis goes round a circle, on which its bend is largest at the end or where
+        the circle is furthest from the base's axis.
+        """
+        n = len(turn)
+        part, axes = most_bent(shapes[..., 0], turn)
+        room = axes[..., 0] - self._least_cosine
+        move, limb = np.nonzero(room < _WATCHED)
+        lever = np.stack([0.0 * axes[..., 0], axes[..., 2], -axes[..., 1]], axis=-1)[move, limb]
+        k = len(move)
+        slope = np.zeros((k, n, 2, 3))
+        earlier = np.arange(n)[None, :] < move[:, None]
+        pulled = np.einsum("ki,nkij->knj", lever, turning[:, limb])
+        slope[np.arange(k), :, limb] = np.where(earlier[..., None], pulled, 0.0)
+        s = part[move, limb]
+        own = se3.left_jacobian(s[:, None] * turn[move, limb]) @ shapes[move, limb]
+        slope[np.arange(k), move, limb] = s[:, None] * np.einsum("ki,kij->kj", lever, own)
+        return room[move, limb], slope.reshape(k, 6 * n)

@@ -1,0 +1,162 @@
+"""Quicker motions: sequential linear programming on the duration under the exact arrival.
+
+A move lasts as long as the joint that turns furthest on it, so the duration of a motion is a sum of
+largest absolute values, and its minimum under linear equations is a linear program. Violations of
+the arrival and of the bend limit are charged at a price that makes them not worth their while; what
+is left of them is removed by `settled`.
+
+Method: as in `shorten`, Fletcher and de la Maza (1989), Math. Program. 43.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from purcell_cli.lift import EXACT
+from purcell_cli.planner.course import Course, Values
+from purcell_cli.rotations import Array
+
+_ROUNDS = 30
+_FIRST_REACH, _LEAST_REACH = 0.1, 1e-4
+_PRICE = 200.0
+_WORTH = 3e-4
+"""A round that promises less than this part of the duration is the last."""
+_WEAKEST = 1e-9
+_NEWTON_REACH = 0.25
+_BEND_SLACK = 1e-9
+_APPROACHES, _RESTORATIONS, _RESTORED = 40, 6, 1e-6
+_ENOUGH = 4e-12
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Point:
+    unknown: Array
+    values: Values
+    merit: float
+
+
+class _Search:
+    def __init__(self, course: Course) -> None:
+        self.course = course
+
+    def point(self, unknown: Array) -> _Point:
+        values = self.course.at(unknown)
+        duration = float(self.course.cycles @ np.max(np.abs(values.turn), axis=1))
+        violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(values.room, 0.0)))
+        return _Point(unknown, values, duration + _PRICE * violation)
+
+    def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
+        """Return the unknowns that minimise the linearised merit within reach, and that merit."""
+        from scipy.optimize import linprog
+        from scipy.sparse import bmat, csr_matrix, eye_array, kron
+
+        v, tie = here.values, self.course.tie
+        f, n, m, k = tie.shape[1], len(v.turn), len(v.residual), len(v.room)
+        lasts = kron(eye_array(n), np.ones((6, 1)))
+        sides = csr_matrix(tie)
+        equal = bmat([[v.derivative, csr_matrix((m, n)), -eye_array(m), eye_array(m), csr_matrix((m, k))]], "csr")
+        less = [[sides, -lasts, None, None, None], [-sides, -lasts, None, None, None]]
+        wanted = [-v.turn.ravel(), v.turn.ravel()]
+        if k:
+            less.append([-v.room_derivative, None, csr_matrix((k, m)), csr_matrix((k, m)), -eye_array(k)])
+            wanted.append(v.room)
+        else:
+            less[0][2:] = [csr_matrix((6 * n, m)), csr_matrix((6 * n, m)), csr_matrix((6 * n, 0))]
+        low = np.concatenate([np.full(f, -reach), np.zeros(n + 2 * m + k)])
+        high = np.concatenate([np.full(f, reach), np.full(n + 2 * m + k, np.inf)])
+        solved = linprog(
+            np.concatenate([np.zeros(f), self.course.cycles, np.full(2 * m + k, _PRICE)]),
+            A_ub=bmat(less, "csr"),
+            b_ub=np.concatenate(wanted),
+            A_eq=equal,
+            b_eq=-v.residual,
+            bounds=np.stack([low, high], axis=1),
+            method="highs",
+        )
+        return None if solved.x is None else (here.unknown + solved.x[:f], float(solved.fun))
+
+    def begun(self, unknown: Array) -> _Point:
+        """Return a point at the arrival to begin from, or as near to it as damped Newton steps come."""
+        here, reach = self.point(unknown), _NEWTON_REACH
+        for _ in range(_APPROACHES):
+            if here.values.size < _RESTORED or reach < _LEAST_REACH:
+                break
+            there = self.point(here.unknown + newton_step(here.values, reach))
+            better = there.merit < here.merit
+            here, reach = (there, min(2.0 * reach, _NEWTON_REACH)) if better else (here, 0.4 * reach)
+        return here
+
+    def restored(self, there: _Point) -> _Point:
+        """Return a point moved back to the arrival and within the bend limit by Newton's method.
+
+        The roll of the base is so sharp a function of small bends that linear programs alone would
+        have to creep; a few angles of a crank put right what a long step leaves of it.
+        """
+        for _ in range(_RESTORATIONS):
+            moved = self.point(there.unknown + newton_step(there.values))
+            if moved.merit > there.merit:
+                break
+            there = moved
+            if there.values.size < _RESTORED:
+                break
+        return there
+
+    def run(self, unknown: Array) -> Array:
+        here, reach = self.begun(unknown), _FIRST_REACH
+        for _ in range(_ROUNDS):
+            found = self.step(here, reach)
+            if found is None:
+                break
+            promised = here.merit - found[1]
+            there = self.restored(self.point(found[0]))
+            kept = (here.merit - there.merit) / promised if promised > 0 else 0.0
+            if kept > 0.02:
+                here = there
+            if kept > 0.6:
+                reach = min(2.0 * reach, 0.5)
+            elif kept < 0.2:
+                reach *= 0.35
+            if reach < _LEAST_REACH or promised < _WORTH * here.merit:
+                break
+        return here.unknown
+
+
+def newton_step(values: Values, reach: float = _NEWTON_REACH) -> Array:
+    """Return the least step to the arrival that leaves no limb bent too far, as far as is linear. Shape (f,)."""
+    active = values.room < 0.0
+    for _ in range(4):
+        rows = np.concatenate([values.derivative, values.room_derivative[active]])
+        step: Array = np.linalg.lstsq(rows, np.concatenate([-values.residual, -values.room[active]]), rcond=_WEAKEST)[0]
+        step *= min(1.0, reach / max(float(np.max(np.abs(step))), 1e-300))
+        broken = (values.room + values.room_derivative @ step < -_BEND_SLACK) & ~active
+        if not np.any(broken):
+            break
+        active |= broken
+    return step
+
+
+def hastened(course: Course) -> Course:
+    """Return a quicker motion that arrives almost exactly."""
+    return course.of(course.legs_at(_Search(course).run(course.unknown)))
+
+
+def settled(course: Course) -> tuple[Course, float]:
+    """Return the motion changed, by the least amount, to end exactly at the goal.
+
+    Returns:
+        The motion, and the largest residual left [L, rad].
+    """
+    exact = course.of(course.legs, EXACT)
+    unknown = exact.unknown
+    best, kept, idle = np.inf, unknown, 0
+    while idle < 3:
+        values = exact.at(unknown)
+        idle = idle + 1 if values.size > 0.5 * best else 0
+        if values.size < best:
+            best, kept = values.size, unknown
+        if best < _ENOUGH:
+            break
+        unknown = unknown + newton_step(values)
+    return exact.of(exact.legs_at(kept)), float(best)
