@@ -247,14 +247,28 @@ def work(swimmer: Swimmer, sequence: ControlSequence, start: ArrayLike = COLLINE
 
     The joints' torques do the work, since no net force or torque acts on the whole.
     """
+    return piece_work(swimmer, sequence.shapes(start)[:-1], sequence.rates(), sequence.duration)
+
+
+def piece_work(swimmer: Swimmer, shapes: Array, rate: Array, duration: Array) -> Array:
+    """Return the energy dissipated on pieces of constant limb rates, each from a shape of its own [J].
+
+    Args:
+        swimmer: The swimmer.
+        shapes: Shapes at the beginning of the pieces. Shape (n, 2, 3, 3).
+        rate: Limb rates at a joint rate of 1 rad/s [rad/s]. Shape (n, 6).
+        duration: Durations at that joint rate [s]. Shape (n,).
+
+    Returns:
+        Energies at the swimmer's joint rate. Shape (n,).
+    """
     model = twist_model(swimmer)
-    shapes = sequence.shapes(start)[:-1]
-    mesh = _mesh(model, shapes[:, :, :, 0], _base_rates(shapes, sequence.rates()), sequence.duration, EXACT.step)
+    mesh = _mesh(model, shapes[:, :, :, 0], _base_rates(shapes, rate), duration, EXACT.step)
     nodes, weights, _ = _collocation(EXACT.stages)
     axes, rates = _node_states(mesh, nodes)
     power = model.joint_power(axes, rates).reshape(-1, len(nodes)) @ weights * mesh.duration
     scale = swimmer.lateral_drag() * swimmer.length_m**3 * swimmer.joint_rate_rad_s
-    return np.asarray(scale * np.bincount(mesh.piece, weights=power, minlength=len(sequence)), dtype=np.float64)
+    return np.asarray(scale * np.bincount(mesh.piece, weights=power, minlength=len(duration)), dtype=np.float64)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

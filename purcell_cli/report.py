@@ -197,15 +197,13 @@ def verify_document(found: Verification, swimmer: Swimmer) -> Document:
 _ROOMY = 116
 """Columns a terminal needs to show a plan with amplitudes and times."""
 
-_SHOWN_AS_ZERO = 1e-8
-"""Displacements below this (L, rad) are not worth a person's while."""
-
 
 def displacement_cells(displacement: Mapping[str, Any], length_m: float, digits: int) -> list[str]:
     """Return a displacement's x, y, z in mm and psi, theta, phi in degrees, for a table."""
 
     def shown(value: float, unit: float, scale: float) -> str:
-        return "0" if abs(value) < _SHOWN_AS_ZERO * unit else f"{scale * value:.{digits}g}"
+        places = digits - 2 - math.floor(math.log10(scale * unit / 50.0))
+        return f"{round(scale * value, places) + 0.0:.{digits}g}"
 
     angles = [displacement[f"{a}_rad"] for a in ("psi", "theta", "phi")]
     return [

@@ -17,7 +17,7 @@ from purcell_cli import se3
 from purcell_cli.configuration import Configuration
 from purcell_cli.errors import ParameterError
 from purcell_cli.gaits import Stroke
-from purcell_cli.lift import displacements, flow, work
+from purcell_cli.lift import piece_displacements, piece_work
 from purcell_cli.moves import ControlSequence
 from purcell_cli.primitives import EMPTY
 from purcell_cli.rotations import Array, as_euler, as_quaternion
@@ -64,22 +64,52 @@ def starting_shapes(blocks: Sequence[Block], start: ArrayLike) -> list[Array]:
     return shapes
 
 
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Pieces:
+    """The pieces of all blocks, one cycle each, to be computed in one batch.
+
+    Attributes:
+        shapes: Shapes before them. Shape (n, 2, 3, 3).
+        rates: Limb rates at a joint rate of 1 rad/s [rad/s]. Shape (n, 6).
+        duration: How long they last at that joint rate [s]. Shape (n,).
+        stops: The piece after the last of each block.
+    """
+
+    shapes: Array
+    rates: Array
+    duration: Array
+    stops: list[int]
+
+    @classmethod
+    def of(cls, sequences: Sequence[ControlSequence], shapes: Sequence[Array]) -> _Pieces:
+        """Return the pieces of sequences, each from a shape of its own."""
+        begun = [np.empty((0, 2, 3, 3))] + [q.shapes(s)[:-1] for q, s in zip(sequences, shapes, strict=False)]
+        rates = [np.empty((0, 6))] + [q.rates() for q in sequences]
+        duration = [np.empty(0)] + [q.duration for q in sequences]
+        stops = np.cumsum([len(q) for q in sequences], dtype=np.int64).tolist()
+        return cls(np.concatenate(begun), np.concatenate(rates), np.concatenate(duration), stops)
+
+    def split(self, values: Array) -> list[Array]:
+        """Return what belongs to each block, of values for every piece."""
+        return np.split(values, self.stops[:-1]) if self.stops else []
+
+
 def block_displacements(swimmer: Swimmer, blocks: Sequence[Block], start: ArrayLike) -> Array:
     """Return the body displacement made by each block [m]. Shape (n, 4, 4)."""
-    shapes = starting_shapes(blocks, start)
+    pieces = _Pieces.of([b.sequence for b in blocks], starting_shapes(blocks, start))
+    moves = pieces.split(piece_displacements(swimmer, pieces.shapes, pieces.rates, pieces.duration))
     out = np.empty((len(blocks), 4, 4))
-    for k, block in enumerate(blocks):
-        cycle = flow(swimmer, block.sequence, shapes[k])
-        out[k] = cycle if block.cycles == 1 else se3.power(cycle, block.cycles)
+    for k, (block, cycle) in enumerate(zip(blocks, moves, strict=True)):
+        once = se3.prefix_products(cycle)[-1]
+        out[k] = once if block.cycles == 1 else se3.power(once, block.cycles)
     return out
 
 
 def energies(swimmer: Swimmer, blocks: Sequence[Block], start: ArrayLike) -> Array:
     """Return the energy dissipated in each block at the swimmer's joint rate [J]. Shape (n,)."""
-    shapes = starting_shapes(blocks, start)
-    return np.array(
-        [b.cycles * float(np.sum(work(swimmer, b.sequence, s))) for b, s in zip(blocks, shapes, strict=False)]
-    )
+    pieces = _Pieces.of([b.sequence for b in blocks], starting_shapes(blocks, start))
+    once = pieces.split(piece_work(swimmer, pieces.shapes, pieces.rates, pieces.duration))
+    return np.array([b.cycles * float(np.sum(w)) for b, w in zip(blocks, once, strict=True)])
 
 
 def clock_step(duration_s: float) -> float:
@@ -180,8 +210,7 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
     names = tuple(dict.fromkeys(b.gait for b in blocks))
     parts: list[tuple[Array, ...]] = []
     pose, time = start.pose, 0.0
-    for block, shape in zip(blocks, shapes, strict=False):
-        rows = _cycle_rows(swimmer, block.sequence, shape, dt_s, step)
+    for block, rows in zip(blocks, _rows(swimmer, blocks, shapes, dt_s, step), strict=True):
         if not len(rows.time_s):
             continue
         counts = np.arange(block.cycles)
@@ -226,20 +255,35 @@ class _CycleRows:
     end: Array
 
 
-def _cycle_rows(swimmer: Swimmer, sequence: ControlSequence, shape: Array, dt_s: float, step: float) -> _CycleRows:
+def _rows(
+    swimmer: Swimmer, blocks: Sequence[Block], shapes: Sequence[Array], dt_s: float, step: float
+) -> list[_CycleRows]:
+    """Return the rows of one cycle of each block."""
     rate = swimmer.joint_rate_rad_s
+    timed = [_cut(block.sequence, rate, dt_s, step) for block in blocks]
+    pieces = _Pieces.of([sequence for sequence, _, _ in timed], shapes)
+    moves = pieces.split(piece_displacements(swimmer, pieces.shapes, pieces.rates, pieces.duration))
+    begun, rates = pieces.split(pieces.shapes), pieces.split(pieces.rates)
+    out = []
+    for k, (_, time, total) in enumerate(timed):
+        poses = se3.prefix_products(moves[k])
+        out.append(_CycleRows(time, total, poses[:-1], begun[k], rates[k] * rate, poses[-1]))
+    return out
+
+
+def _cut(
+    sequence: ControlSequence, rate_rad_s: float, dt_s: float, step: float
+) -> tuple[ControlSequence, Array, float]:
+    """Return a sequence cut into rows, their times, and how long it lasts [s]."""
     used = np.flatnonzero(sequence.duration)
-    duration = sequence.duration[used] / rate
+    duration = sequence.duration[used] / rate_rad_s
     count = np.maximum(np.ceil(duration / dt_s - 1e-9), 1).astype(np.int64)
     index = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     part = np.round(np.repeat(duration / count, count) * index / step) * step
-    begun = np.cumsum(duration) - duration
-    time = np.repeat(begun, count) + part
+    time = np.repeat(np.cumsum(duration) - duration, count) + part
     total = float(duration.sum())
-    length = np.diff(np.append(time, total)) * rate
-    pieces = sequence.lasting(np.repeat(used, count), length)
-    poses = se3.prefix_products(displacements(swimmer, pieces, shape))
-    return _CycleRows(time, total, poses[:-1], pieces.shapes(shape)[:-1], pieces.rates() * rate, poses[-1])
+    length = np.diff(np.append(time, total)) * rate_rad_s
+    return sequence.lasting(np.repeat(used, count), length), time, total
 
 
 def sample_stroke(

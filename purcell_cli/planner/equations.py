@@ -13,6 +13,7 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,17 +76,17 @@ class Stretch:
 
 
 def stretches_of(blocks: Sequence[Block]) -> list[Stretch]:
-    """Return blocks as stretches: neighbours in one phase that do not repeat are joined."""
+    """Return blocks of primitives as stretches: neighbours in one phase that do not repeat are joined."""
     out: list[Stretch] = []
     for block in blocks:
         stroke = (block.gait, block.amplitude_rad, len(block.sequence))
+        sequence = cast(PrimitiveSequence, block.sequence)
         last = out[-1] if out else None
         if last is not None and last.free and block.cycles == 1 and last.phase == block.phase:
-            out[-1] = dataclasses.replace(
-                last, strokes=(*last.strokes, stroke), sequence=last.sequence + block.sequence
-            )
+            strokes = (*last.strokes, stroke)
+            out[-1] = dataclasses.replace(last, strokes=strokes, sequence=last.sequence + sequence)
         else:
-            out.append(Stretch(block.phase, (stroke,), block.sequence, block.cycles))
+            out.append(Stretch(block.phase, (stroke,), sequence, block.cycles))
     return out
 
 

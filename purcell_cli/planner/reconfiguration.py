@@ -115,7 +115,7 @@ class Effort:
 EFFORTS: Mapping[str, Effort] = {
     "quick": Effort(1),
     "standard": Effort(1, Pace(rounds=3, steps=20), most=24, longest_rad=16.0),
-    "thorough": Effort(4, Pace(rounds=5, steps=40, price=300.0), most=60, words=32),
+    "thorough": Effort(4, Pace(rounds=5, steps=40, price=300.0), most=60, words=64),
 }
 
 _WORD_RAD = 25.0
@@ -217,7 +217,7 @@ def reconfigure(
         if not best.arrived or not how.words:
             raise
     blocks = (b for s in best.motion.stretches for b in s.blocks()) if best.motion is not None else ()
-    return Plan(swimmer, start, goal, tuple(b for b in blocks if np.any(b.sequence.angle)))
+    return Plan(swimmer, start, goal, tuple(b for b in blocks if np.any(b.sequence.duration)))
 
 
 def _apart(motion: Equations, most: int) -> list[Block]:

@@ -26,7 +26,7 @@ from purcell_cli.rotations import Array
 SEARCHING = Accuracy(stages=5, step=0.8)
 """Errors of about 1e-7 (L, rad): enough to choose by, and three times quicker."""
 
-_DROPPED_RAD = 1e-5
+_DROPPED_RAD = 1e-6
 _LONGEST = 100
 """Longer words are offered no more controls."""
 
