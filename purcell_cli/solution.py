@@ -13,7 +13,7 @@ from purcell_cli.certificate import Certificate, certify
 from purcell_cli.configuration import Configuration, Deviation
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits import Gait
-from purcell_cli.planner.reconfiguration import Plan, reconfigure
+from purcell_cli.planner.reconfiguration import Plan, Progress, reconfigure
 from purcell_cli.planner.simultaneous import quickened
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
@@ -86,6 +86,8 @@ def plan(
     dt_s: float = 0.05,
     effort: str = "standard",
     controls: str = "primitive",
+    minimize: str = "travel",
+    progress: Progress = lambda _: None,
 ) -> Solution:
     """Plan a motion from a start to a goal configuration, and check it.
 
@@ -95,9 +97,11 @@ def plan(
         swimmer: The swimmer; the paper's where none is given.
         gaits: The stored gaits to plan with; those of the package where none are given.
         dt_s: Longest time between rows of the trajectory [s].
-        effort: "standard", or "thorough" to look longer for a shorter plan.
+        effort: "quick", "standard", or "thorough" to look longer for a shorter plan.
         controls: One of `CONTROLS`: "primitive" turns one joint at a time; "simultaneous" makes that plan
             quicker by turning all six at once, where it finds how.
+        minimize: What to spend least of: "travel" (of the joints), "energy" or "switches" (of control).
+        progress: Is told in words how far the search is.
 
     Raises:
         ParameterError: A time between rows that is not positive, or that asks for too many rows.
@@ -107,7 +111,7 @@ def plan(
     if controls not in CONTROLS:
         raise UnknownNameError(f"controls: one of {', '.join(CONTROLS)} is wanted, found {controls!r}")
     stored = stored_gaits() if gaits is None else gaits
-    made = reconfigure(swimmer or Swimmer(), start, goal, stored, effort)
+    made = reconfigure(swimmer or Swimmer(), start, goal, stored, effort, minimize, progress)
     return carried_out(quickened(made) if controls == "simultaneous" else made, dt_s)
 
 

@@ -4,7 +4,7 @@ A square loop of both yaw joints, its centre moved off the collinear shape along
 a circle when it is repeated. The larger the offset the tighter the circle, and the smaller the
 square that still keeps the bend limit. Among them are the best loop to go straight and the best to
 turn; the fan of loops between those two is what this module tabulates for a swimmer, at the
-collinear shape and per joint travel.
+collinear shape and per joint travel, or whatever else is to be spent least.
 
 Conventions: `rotations`; lengths in units of L.
 """
@@ -17,7 +17,9 @@ import math
 import numpy as np
 
 from purcell_cli import se3
+from purcell_cli.connection import COLLINEAR
 from purcell_cli.lift import Accuracy, displacements
+from purcell_cli.planner.measures import cost
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
@@ -48,16 +50,17 @@ def loop_and_approach(side: float, offset: float) -> tuple[PrimitiveSequence, Pr
     return loop, PrimitiveSequence.of([(_YAW_1, 0.5 * corner), (_YAW_2, -corner), (_YAW_1, 0.5 * corner)])
 
 
-def _twists(swimmer: Swimmer, sides: Array, offsets: Array) -> Array:
-    """Return what loops do per joint travel, seen at the collinear shape. Shape (n, 6)."""
-    out = np.empty((len(sides), 6))
-    pairs = [loop_and_approach(float(s), float(c)) for s, c in zip(sides, offsets, strict=True)]
-    for k, ((loop, approach), side) in enumerate(zip(pairs, sides, strict=True)):
+def _loops(swimmer: Swimmer, sides: Array, offsets: Array, measure: str) -> tuple[Array, Array]:
+    """Return what loops do in a cycle, seen at the collinear shape, and what that costs. Shapes (n, 6) and (n,)."""
+    twists, prices = np.empty((len(sides), 6)), np.empty(len(sides))
+    for k, (side, offset) in enumerate(zip(sides.tolist(), offsets.tolist(), strict=True)):
+        loop, approach = loop_and_approach(side, offset)
         moves = se3.prefix_products(displacements(swimmer, approach + loop, accuracy=_ROUGH))
         entry = moves[len(approach)]
-        cycle = se3.inverse(entry) @ moves[-1]
-        out[k] = se3.adjoint(entry) @ se3.log(cycle) / (4.0 * float(side))
-    return out
+        twists[k] = se3.adjoint(entry) @ se3.log(se3.inverse(entry) @ moves[-1])
+        inner = approach.shapes(COLLINEAR)[-1]
+        prices[k] = cost(measure, swimmer, [Block(2, NAME, loop)], inner)
+    return twists, prices
 
 
 class Fan:
@@ -66,24 +69,34 @@ class Fan:
     Attributes:
         side: Sides of the squares [rad]. Shape (k,).
         offset: Offsets of their centres [rad]. Shape (k,).
-        advance: Advance per joint travel [L/rad]. Shape (k,).
-        turn: Turn per joint travel. Shape (k,).
+        price: What a cycle costs [rad]. Shape (k,).
+        advance: Advance per cost [L/rad]. Shape (k,).
+        turn: Turn per cost. Shape (k,).
+
+    Costs are joint travel, or another measure in units that make the best straight loop cost its
+    joint travel.
+
+    Args:
+        swimmer: The swimmer, scaled to L = 1.
+        measure: One of `measures.MEASURES`.
     """
 
-    def __init__(self, swimmer: Swimmer) -> None:
+    def __init__(self, swimmer: Swimmer, measure: str) -> None:
         bend = swimmer.max_bend_rad
         sides = _STRAIGHT_SIDES[2.0 * bend >= _STRAIGHT_SIDES]
         straight = 2.0 * bend
         if len(sides):
-            rates = np.abs(_twists(swimmer, sides, 0.0 * sides)[:, 0])
-            straight = _summit(sides, rates)
+            once, paid = _loops(swimmer, sides, 0.0 * sides, measure)
+            straight = _summit(sides, np.abs(once[:, 0]) / paid)
         side = np.linspace(straight, _SMALLEST * bend, _KNOTS)
         offset = bend - 0.5 * side
         between = np.linspace(0.0, offset[0], _BETWEEN, endpoint=False)[: _BETWEEN if offset[0] > 0.0 else 0]
         side, offset = np.concatenate([np.full(len(between), straight), side]), np.concatenate([between, offset])
-        twist = _twists(swimmer, side, offset)
+        cycle, price = _loops(swimmer, side, offset, measure)
+        price *= 4.0 * side[0] / price[0]
+        twist = cycle / price[:, None]
         most = int(np.argmax(np.abs(twist[:, 5])))
-        self.side, self.offset = side[: most + 1], offset[: most + 1]
+        self.side, self.offset, self.price = side[: most + 1], offset[: most + 1], price[: most + 1]
         self.advance, self.turn = twist[: most + 1, 0], twist[: most + 1, 5]
         self.straight, self.tight = float(np.max(np.abs(self.advance))), float(np.max(np.abs(self.turn)))
         self._bearing = np.arctan2(np.abs(self.turn) / self.tight, np.abs(self.advance) / self.straight)
@@ -92,8 +105,8 @@ class Fan:
         size = np.hypot(self.turn / self.tight, self.advance / self.straight)
         self._size = size[order]
 
-    def travel(self, advance: Array, turn: Array) -> Array:
-        """Return the joint travel that arcs take when their loops repeat often [rad]. Shape (...).
+    def cost(self, advance: Array, turn: Array) -> Array:
+        """Return what arcs cost when their loops repeat often [rad]. Shape (...).
 
         An arc tighter than the tightest loop is swum forwards and backwards in turn.
         """
@@ -114,14 +127,13 @@ class Fan:
         outer = (0.5 * share * way, 0.5 * share * turn)
         return [outer, (-(1.0 - share) * way, (1.0 - share) * turn), outer]
 
-    def loop(self, advance: float, turn: float) -> tuple[float, float, float, float]:
-        """Return side and offset of the loop that swims an arc [rad], and its advance and turn per joint travel."""
+    def loop(self, advance: float, turn: float) -> tuple[float, ...]:
+        """Return side, offset and cost of the loop that swims an arc [rad], and its advance and turn per cost."""
         bearing = math.atan2(abs(turn) / self.tight, abs(advance) / self.straight)
         knot = np.interp(bearing, self._bearing, self._knot)
         knots = np.arange(len(self.side))
-        columns = (self.side, self.offset, self.advance, self.turn)
-        side, offset, per_advance, per_turn = (float(np.interp(knot, knots, c)) for c in columns)
-        return side, offset, per_advance, per_turn
+        columns = (self.side, self.offset, self.price, self.advance, self.turn)
+        return tuple(float(np.interp(knot, knots, c)) for c in columns)
 
 
 def _summit(x: Array, y: Array) -> float:
@@ -134,9 +146,9 @@ def _summit(x: Array, y: Array) -> float:
 
 
 @functools.lru_cache(maxsize=64)
-def fan(swimmer: Swimmer) -> Fan:
-    """Return the loops of a scaled swimmer, made once."""
-    return Fan(swimmer)
+def fan(swimmer: Swimmer, measure: str) -> Fan:
+    """Return the loops of a scaled swimmer for a measure, made once."""
+    return Fan(swimmer, measure)
 
 
 def arc_blocks(fan: Fan, advance: float, turn: float) -> list[Block]:
@@ -149,12 +161,12 @@ def arc_blocks(fan: Fan, advance: float, turn: float) -> list[Block]:
         advance: How far [L], negative backwards.
         turn: By how much [rad].
     """
-    travel = float(fan.travel(np.array(advance), np.array(turn)))
-    if travel < _NEGLIGIBLE_RAD:
+    wanted = float(fan.cost(np.array(advance), np.array(turn)))
+    if wanted < _NEGLIGIBLE_RAD:
         return []
-    side, offset, per_advance, per_turn = fan.loop(advance, turn)
-    cycles = max(math.ceil(travel / (4.0 * side) - 1e-9), 1)
-    side *= math.sqrt(travel / (4.0 * side * cycles))
+    side, offset, price, per_advance, per_turn = fan.loop(advance, turn)
+    cycles = max(math.ceil(wanted / price - 1e-9), 1)
+    side *= math.sqrt(wanted / (price * cycles))
     loop, approach = loop_and_approach(side, offset)
     forwards = per_advance * advance >= 0.0
     mirrored = (per_turn * turn < 0.0) == forwards

@@ -23,8 +23,8 @@ from purcell_cli.planner.arcs import Fan
 from purcell_cli.rotations import Array, hat
 
 _ARCS = 3
-_ROUNDS = 30
-_SETTLING = 8
+_ROUNDS = 20
+_SETTLING = 6
 _SERIES = 20
 _FREE = (0, 4, 5)
 _E_ROLL = np.eye(6)[3]
@@ -111,10 +111,10 @@ def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
 def _looseness(arc: Array, fan: Fan) -> Array:
     """Return the inverse weights of quadratics that fall with the joint travel of arcs. Shape (n, 9)."""
     a, b = np.abs(arc[..., 0]), np.hypot(arc[..., 1], arc[..., 2])
-    here = np.maximum(fan.travel(a, b), _LEAST)
+    here = np.maximum(fan.cost(a, b), _LEAST)
     a, b = np.maximum(a, 0.05 * fan.straight * here), np.maximum(b, 0.05 * fan.tight * here)
-    here = fan.travel(a, b)
-    by_a, by_b = fan.travel(1.01 * a, b) / here - 1.0, fan.travel(a, 1.01 * b) / here - 1.0
+    here = fan.cost(a, b)
+    by_a, by_b = fan.cost(1.01 * a, b) / here - 1.0, fan.cost(a, 1.01 * b) / here - 1.0
     loose_a = a**2 / (here * np.maximum(100.0 * by_a, 0.05))
     loose_b = b**2 / (here * np.maximum(100.0 * by_b, 0.05))
     return np.stack([loose_a, loose_b, loose_b], axis=-1).reshape(len(arc), 9)

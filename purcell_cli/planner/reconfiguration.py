@@ -24,6 +24,7 @@ from purcell_cli.gaits import Gait
 from purcell_cli.lift import EXACT
 from purcell_cli.planner.equations import Equations, stretches_of
 from purcell_cli.planner.finish import approach, arrive
+from purcell_cli.planner.measures import cost, known_measure
 from purcell_cli.planner.search import Candidate, candidates
 from purcell_cli.planner.shorten import SEARCHING, Pace, shorten, tightened
 from purcell_cli.planner.words import random_words
@@ -88,7 +89,7 @@ def _scaled(pose: Array, length_m: float) -> Array:
 _THERE = 1e-14
 """A start this near its goal (L, rad) is there already."""
 
-_CLOSE, _ARRIVED = 1e-7, 1e-10
+_CLOSE, _ARRIVED = 1e-5, 1e-10
 _MARGIN_RAD = 1e-7
 """Room left below the bend limit for the exact finish."""
 
@@ -127,11 +128,11 @@ Progress = Callable[[str], None]
 
 
 class _Best:
-    """The best plan so far."""
+    """The best plan so far, by a measure."""
 
-    def __init__(self, swimmer: Swimmer) -> None:
-        self.swimmer, self.bend = swimmer, swimmer.max_bend_rad - _MARGIN_RAD
-        self.off = math.inf
+    def __init__(self, swimmer: Swimmer, measure: str) -> None:
+        self.swimmer, self.measure, self.bend = swimmer, measure, swimmer.max_bend_rad - _MARGIN_RAD
+        self.off = self.cost = math.inf
         self.motion: Equations | None = None
 
     @property
@@ -145,12 +146,16 @@ class _Best:
     def consider(self, motion: Equations) -> Equations:
         """Bring a motion to the goal, keep it if it is the best, and return it nearly there."""
         near, off = approach(motion, self.bend, _CLOSE)
-        exact = near
-        if off < _CLOSE and not (self.arrived and near.joint_travel_rad >= self.joint_travel_rad):
+        if off < _CLOSE and not (self.arrived and self._cost_of(near) >= self.cost):
             exact, off = _exact(self.swimmer, near)
-        if (off >= _ARRIVED, exact.joint_travel_rad) < (not self.arrived, self.joint_travel_rad):
-            self.off, self.motion = off, exact
+            if (off >= _ARRIVED, self._cost_of(exact)) < (not self.arrived, self.cost):
+                self.off, self.motion, self.cost = off, exact, self._cost_of(exact)
+        elif self.motion is None:
+            self.off, self.motion = off, near
         return near
+
+    def _cost_of(self, motion: Equations) -> float:
+        return cost(self.measure, motion.swimmer, [b for s in motion.stretches for b in s.blocks()], motion.start)
 
     def explore(self, found: Sequence[Candidate], rough: Equations, how: Effort, progress: Progress) -> None:
         """Carry on with candidates, and with random words for small displacements."""
@@ -187,6 +192,7 @@ def reconfigure(
     goal: Configuration,
     gaits: Mapping[str, Gait],
     effort: str = "standard",
+    minimize: str = "travel",
     progress: Progress = lambda _: None,
 ) -> Plan:
     """Return a plan from a start to a goal configuration.
@@ -197,20 +203,27 @@ def reconfigure(
         goal: The goal configuration.
         gaits: The stored gaits to choose from.
         effort: One of `EFFORTS`. Interrupted, "thorough" returns the best plan so far.
+        minimize: One of `measures.MEASURES`: what to spend least of.
         progress: Is told in words how far the search is.
 
     Raises:
         GaitError: No stored gait for a motion that is needed.
-        UnknownNameError: No effort has this name.
+        UnknownNameError: No effort or measure has this name.
     """
+    known_measure(minimize)
     if effort not in EFFORTS:
         raise UnknownNameError(f"effort: one of {', '.join(EFFORTS)} is wanted, found {effort!r}")
     if Deviation.between(start, goal).within(_THERE * swimmer.length_m, _THERE):
         return Plan(swimmer, start, goal, ())
     unit, how = swimmer.scaled(), EFFORTS[effort]
     wanted = se3.inverse(_scaled(start.pose, swimmer.length_m)) @ _scaled(goal.pose, swimmer.length_m)
-    found = candidates(unit, start.shape, goal.shape, wanted, gaits)
-    best = _Best(swimmer)
+    found = [
+        c
+        for m in dict.fromkeys(("travel", minimize))
+        for c in candidates(unit, start.shape, goal.shape, wanted, gaits, m)
+    ]
+    found.sort(key=lambda c: float(f"{cost(minimize, unit, c.blocks, start.shape):.9e}"))
+    best = _Best(swimmer, minimize)
     try:
         best.explore(found, Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING), how, progress)
     except KeyboardInterrupt:

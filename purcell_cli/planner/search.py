@@ -21,6 +21,7 @@ from purcell_cli.errors import GaitError
 from purcell_cli.gaits import Gait, guessed
 from purcell_cli.planner.arcs import Fan, arc_blocks, fan
 from purcell_cli.planner.limbs import Straightenings, straightenings
+from purcell_cli.planner.measures import cost
 from purcell_cli.planner.needle import settled, steer
 from purcell_cli.planner.strokes import phase_two, stroke_book
 from purcell_cli.rotations import Array
@@ -29,7 +30,7 @@ from purcell_cli.trajectory import Block
 
 PHASES = {1: "limbs to collinear", 2: "stored gaits", 3: "limbs to the goal shape"}
 
-_PAIRS = 12
+_PAIRS = 24
 """Pairs of ways to straighten and to bend that are steered for."""
 _STARTS = 4
 _TRIED = 4
@@ -62,9 +63,9 @@ class Candidate:
 
 
 def candidates(
-    swimmer: Swimmer, start: Array, goal: Array, wanted: Array, gaits: Mapping[str, Gait]
+    swimmer: Swimmer, start: Array, goal: Array, wanted: Array, gaits: Mapping[str, Gait], measure: str = "travel"
 ) -> list[Candidate]:
-    """Return motions that almost make a displacement between two shapes, shortest first.
+    """Return motions that almost make a displacement between two shapes, the best first.
 
     Args:
         swimmer: The swimmer, scaled to L = 1.
@@ -72,18 +73,19 @@ def candidates(
         goal: Shape at the end. Shape (2, 3, 3).
         wanted: Body displacement. Shape (4, 4).
         gaits: The stored gaits.
+        measure: One of `measures.MEASURES`.
 
     Raises:
         GaitError: No stored gait for a motion that is needed.
     """
-    loops = fan(swimmer)
+    loops = fan(swimmer, measure)
     first, last = straightenings(swimmer, start), straightenings(swimmer, goal)
     pairs, missing = _pairs(first, last, wanted, loops)
     found: list[Candidate] = []
     way = steer(missing, loops, _STARTS)
     cranks = [g for g in gaits.values() if g.moves == "roll" and g.amplitude_is_displacement]
     if cranks and len(way.roll):
-        travel = loops.travel(way.arc[..., 0], np.hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1)
+        travel = loops.cost(way.arc[..., 0], np.hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1)
         travel += np.array([first.joint_travel_rad[i] + last.joint_travel_rad[j] for i, j in pairs])[way.displacement]
         for k in _distinct(travel):
             i, j = pairs[way.displacement[k]]
@@ -101,7 +103,7 @@ def candidates(
                     continue
                 raise
             found.append(_candidate("stored gaits one after the other", first, i, inner, last, j))
-    return sorted(found, key=lambda c: round(c.joint_travel_rad, 9))
+    return sorted(found, key=lambda c: float(f"{cost(measure, swimmer, c.blocks, start):.9e}"))
 
 
 def _distinct(travel: Array) -> list[int]:
@@ -143,11 +145,12 @@ def _pairs(
     between = gone[:, :3, :3].reshape(-1, 3) @ done[:, :3, 3].T
     position = between.reshape(len(gone), 3, -1) + gone[:, :3, 3:]
     distance = np.sqrt(np.einsum("iaj,iaj->ij", position, position))
-    cost = np.arccos(heading) / loops.tight + distance / loops.straight
-    cost += first.joint_travel_rad[:, None] + last.joint_travel_rad
-    few = np.flatnonzero(cost <= np.partition(cost, min(_PAIRS, cost.size) - 1, axis=None)[min(_PAIRS, cost.size) - 1])
-    best = few[np.argsort(cost.ravel()[few], kind="stable")][:_PAIRS]
-    pairs = [(int(k // cost.shape[1]), int(k % cost.shape[1])) for k in best]
+    promised = np.arccos(heading) / loops.tight + distance / loops.straight
+    promised += first.joint_travel_rad[:, None] + last.joint_travel_rad
+    count = min(_PAIRS, promised.size)
+    few = np.flatnonzero(promised <= np.partition(promised, count - 1, axis=None)[count - 1])
+    best = few[np.argsort(promised.ravel()[few], kind="stable")][:count]
+    pairs = [(int(k // promised.shape[1]), int(k % promised.shape[1])) for k in best]
     return pairs, se3.normalised(np.stack([gone[i] @ done[j] for i, j in pairs]))
 
 
@@ -155,10 +158,10 @@ def _swum(loops: Fan, arc: Array) -> Array:
     """Return arcs as loops can swim them: none that hardly counts, neighbours of one direction one. Shape (n, 3)."""
     out: list[Array] = []
     for one in arc:
-        travel = _travel(loops, one)
+        travel = _cost(loops, one)
         if travel < _SLIGHT_RAD:
             continue
-        if out and _travel(loops, out[-1]) + travel < (1.0 + _SAME) * _travel(loops, out[-1] + one):
+        if out and _cost(loops, out[-1]) + travel < (1.0 + _SAME) * _cost(loops, out[-1] + one):
             out[-1] = out[-1] + one
         else:
             out.append(one)
@@ -170,8 +173,8 @@ def _swum(loops: Fan, arc: Array) -> Array:
     return np.array(parts).reshape(-1, 3)
 
 
-def _travel(loops: Fan, arc: Array) -> float:
-    return float(loops.travel(arc[0], np.hypot(arc[1], arc[2])))
+def _cost(loops: Fan, arc: Array) -> float:
+    return float(loops.cost(arc[0], np.hypot(arc[1], arc[2])))
 
 
 def _arcs(swimmer: Swimmer, loops: Fan, crank: Gait, arc: Array, roll: float) -> list[Block]:
