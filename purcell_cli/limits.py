@@ -14,8 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from purcell_cli import se3
-from purcell_cli.clearance import Clearance, least_clearance, limb_distance
 from purcell_cli.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
+from purcell_cli.clearance import Clearance, least_clearance, limb_distance
 from purcell_cli.configuration import Configuration
 from purcell_cli.errors import ParameterError
 from purcell_cli.lift import piece_displacements
@@ -148,7 +148,9 @@ class _Pieces:
         )
 
 
-def check(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], limits: Limits | None = None) -> LimitsReport:
+def check(
+    swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], limits: Limits | None = None
+) -> LimitsReport:
     """Return how near a motion comes to its limits, and which it breaks.
 
     Args:
@@ -218,9 +220,7 @@ def _workspace(
         first, total = first + n, total + block.cycles * once
     which = np.concatenate([*index, [first]]).astype(np.int64)
     every = np.concatenate([*poses, here[None]])
-    found = largest_excess(
-        swimmer, workspace, every, which, pieces.shapes, pieces.rates, pieces.durations
-    )
+    found = largest_excess(swimmer, workspace, every, which, pieces.shapes, pieces.rates, pieces.durations)
     if found.distance_m <= WORKSPACE_SLACK_L * swimmer.length_m:
         return found, []
     time = float(np.concatenate([*begun, [total]])[found.place]) + found.time_s

@@ -106,7 +106,7 @@ def end_speeds(swimmer: Swimmer, sweeps: Sweeps) -> Array:
     held = 8.0 / 3.0 * l**3 * sweeps.speed**2
     held += 2.0 * l * swimmer.spin_drag(l) / swimmer.lateral_drag() * spin**2
     power = 2.0 * swimmer.drag_ratio * held.sum(axis=1)
-    return np.sqrt(power[:, None] / np.array([max(b, l), l]))
+    return np.asarray(np.sqrt(power[:, None] / np.array([max(b, l), l])))
 
 
 def largest_excess(
