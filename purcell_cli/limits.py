@@ -133,7 +133,7 @@ class _Pieces:
             here = along[-1]
         shapes.append(here[None])
         rates = [block.sequence.rates() * rate for block in blocks]
-        times = [np.abs(block.sequence.angle) / rate for block in blocks]
+        times = [block.sequence.duration / rate for block in blocks]
         begun, total = [], 0.0
         for block, time in zip(blocks, times, strict=True):
             begun.append(total + np.cumsum(time) - time)
