@@ -61,7 +61,7 @@ class Workspace:
         for name in ("min", "max"):
             corner = tuple(float(v) for v in getattr(self, name))
             if len(corner) != 3 or not all(math.isfinite(v) for v in corner):
-                raise ParameterError(f"{name}: three finite numbers are wanted, found {list(getattr(self, name))}")
+                raise ParameterError(f"{name}: three finite numbers are wanted, found {list(corner)}")
             object.__setattr__(self, name, corner)
         if not all(low < high for low, high in zip(self.min, self.max, strict=True)):
             raise ParameterError(
