@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -13,7 +14,7 @@ import typer
 from purcell_cli import __version__
 
 if TYPE_CHECKING:
-    from purcell_cli.configuration import Configuration
+    from purcell_cli.files import Scenario
     from purcell_cli.solution import Solution
     from purcell_cli.swimmer import Swimmer
 
@@ -46,6 +47,14 @@ Controls = Annotated[
 Out = Annotated[Path, typer.Option("--out", metavar="FILE", help="The trajectory's CSV file.")]
 Explain = Annotated[
     bool, typer.Option("--explain", help="Say what each stroke is for, what limits it and what would upset the plan.")
+]
+Clearance = Annotated[
+    float,
+    typer.Option(
+        "--clearance",
+        metavar="METRES",
+        help="How far the two limbs stay apart over the whole path, from 0 (may touch).",
+    ),
 ]
 Dt = Annotated[float, typer.Option("--dt", metavar="SECONDS", help="Longest time between rows of the CSV.")]
 
@@ -108,15 +117,16 @@ def _swimmer(path: Path | None) -> Swimmer:
     return Swimmer() if path is None else load_swimmer(path)
 
 
-def _query(start: str, goal: str | None, swimmer: Path | None) -> tuple[Configuration, Configuration, Swimmer]:
-    """Return start, goal and swimmer, from two files or from a scenario."""
-    from purcell_cli.files import load_configuration
+def _query(start: str, goal: str | None, swimmer: Path | None) -> Scenario:
+    """Return what is asked for: two files as a scenario, or a scenario, with the swimmer of the option."""
+    from purcell_cli.files import Scenario, load_configuration, load_goal
     from purcell_cli.stored import find_scenario
 
     if goal is not None:
-        return load_configuration(start), load_configuration(goal), _swimmer(swimmer)
+        begin, end = load_configuration(start), load_goal(goal)
+        return Scenario("query", begin, end.configuration, _swimmer(swimmer), workspace=end.workspace)
     scenario = find_scenario(start)
-    return scenario.start, scenario.goal, scenario.swimmer if swimmer is None else _swimmer(swimmer)
+    return scenario if swimmer is None else dataclasses.replace(scenario, swimmer=_swimmer(swimmer))
 
 
 def _two_files(option: str, file: Path, other: Path) -> None:
@@ -157,6 +167,7 @@ def plan(
     dt: Dt = 0.05,
     effort: Effort = "standard",
     controls: Controls = "primitive",
+    clearance: Clearance = 0.0,
     plan_out: Annotated[
         Path | None,
         typer.Option("--plan-out", metavar="FILE", help="Write the plan itself too, as JSON for purcell run."),
@@ -171,17 +182,28 @@ def plan(
     from purcell_cli.solution import plan as solve
     from purcell_cli.stored import stored_gaits
 
-    begin, end, body = _query(start, goal, swimmer)
+    query = _query(start, goal, swimmer)
     writable(out)
     if plan_out is not None:
         writable(plan_out)
         _two_files("--plan-out", plan_out, out)
     with _busy("planning"):
-        solution = solve(begin, end, body, stored_gaits(gaits), dt, effort, controls)
+        solution = solve(
+            query.start,
+            query.goal,
+            query.swimmer,
+            stored_gaits(gaits),
+            dt,
+            effort,
+            controls,
+            clearance_m=clearance,
+            workspace=query.workspace,
+        )
         document = report.plan_document(solution, str(out), None if plan_out is None else str(plan_out))
         with contextlib.ExitStack() as both:
             if plan_out is not None:  # it appears only when the trajectory has
-                both.enter_context(whole_file(plan_out)).write(PlanDocument(solution.plan, dt).as_text().encode())
+                text = PlanDocument(solution.plan, dt, solution.limits.limits).as_text()
+                both.enter_context(whole_file(plan_out)).write(text.encode())
             write_csv(solution.trajectory, out)
     _show_solution(solution, document, json, explain)
 
@@ -205,7 +227,7 @@ def run(
     writable(out)
     _two_files("--out", out, document)
     with _busy("swimming"):
-        solution = carried_out(saved.plan, saved.dt_s)
+        solution = carried_out(saved.plan, saved.dt_s, saved.limits)
         told = report.plan_document(solution, str(out), str(document), "run")
         write_csv(solution.trajectory, out)
     _show_solution(solution, told, json, explain)
@@ -282,11 +304,11 @@ def verify(
 
     if not 0.0 < tolerance < 1.0:
         raise ParameterError(f"--tolerance: a number above 0 and below 1 is wanted, found {tolerance!r}")
-    begin, end, body = _query(start, goal, swimmer)
+    query = _query(start, goal, swimmer)
     table = read_csv(trajectory)
     with _busy("re-integrating"):
-        found = check(table, begin, end, body, tolerance, tolerance)
-    _show(report.verify_document(found, body), json, report.show_verify)
+        found = check(table, query.start, query.goal, query.swimmer, tolerance, tolerance)
+    _show(report.verify_document(found, query.swimmer), json, report.show_verify)
     if not found.holds:
         raise _UnsuccessfulError(NOT_REACHED)
 

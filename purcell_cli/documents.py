@@ -20,7 +20,8 @@ from purcell_cli import __version__
 from purcell_cli.configuration import Configuration
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.export import whole_file
-from purcell_cli.files import SCHEMAS, load
+from purcell_cli.files import SCHEMAS, WORKSPACE, load
+from purcell_cli.limits import Limits
 from purcell_cli.moves import ControlSequence, MoveSequence
 from purcell_cli.planner.reconfiguration import Plan
 from purcell_cli.primitives import CONTROL_NAMES, PrimitiveSequence
@@ -42,11 +43,13 @@ class PlanDocument:
     Attributes:
         plan: The plan.
         dt_s: Longest time between rows of the trajectory [s].
+        limits: What the plan was to keep besides the bend limit.
         version: The version of this package that made the plan; what it did is in the plan itself.
     """
 
     plan: Plan
     dt_s: float
+    limits: Limits = dataclasses.field(default_factory=Limits)
     version: str = __version__
 
     def as_text(self) -> str:
@@ -59,7 +62,10 @@ class PlanDocument:
             "start": _configuration(plan.start),
             "goal": _configuration(plan.goal),
             "dt_s": self.dt_s,
+            "clearance_m": self.limits.clearance_m,
         }
+        if self.limits.workspace is not None:
+            head["workspace_m"] = dataclasses.asdict(self.limits.workspace)
         lines = [f"  {_json(key)}: {_json(value)}" for key, value in head.items()]
         blocks = ",\n".join(f"    {_json(_block(block))}" for block in plan.blocks)
         lines.append(f'  "blocks": [\n{blocks}\n  ]' if blocks else '  "blocks": []')
@@ -127,7 +133,8 @@ def _plan_read(value: dict[str, Any], place: Place) -> PlanDocument:
     if plan.duration_s / value["dt_s"] > MOST_ROWS:
         least = f"a time above {plan.duration_s / MOST_ROWS:.2g} s (at most {MOST_ROWS:.0e} rows)"
         raise place.at("dt_s").error(least, f"{value['dt_s']!r}")
-    return PlanDocument(plan, value["dt_s"], value["purcell"])
+    limits = Limits(value.get("clearance_m", 0.0), value.get("workspace_m"))
+    return PlanDocument(plan, value["dt_s"], limits, value["purcell"])
 
 
 _BLOCK = Record(
@@ -165,8 +172,10 @@ PLAN = Document(
                 "purcell": Field(Text(r"[^\n]{1,100}", "a version"), "the version that made the plan", required=True),
                 "swimmer": Field(SCHEMAS["swimmer"], "who swims", required=True),
                 "start": Field(SCHEMAS["start"], "where it starts", required=True),
-                "goal": Field(SCHEMAS["goal"], "where it is to end", required=True),
+                "goal": Field(SCHEMAS["start"], "where it is to end", required=True),
                 "dt_s": Field(Number(above=0.0), "longest time between rows of the trajectory [s]", required=True),
+                "clearance_m": Field(Number(at_least=0.0), "how far the limbs stay apart [m]", default=0.0),
+                "workspace_m": Field(WORKSPACE, "a box that all three links stay in; left out, there is none"),
                 "blocks": Field(ListOf(Made(_BLOCK, _block_read)), "the strokes, in order", required=True),
             }
         ),

@@ -44,6 +44,7 @@ from purcell_cli.schema import (
     Text,
 )
 from purcell_cli.swimmer import LIMITS, Swimmer
+from purcell_cli.workspace import Workspace
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """libyaml's parser is twenty times quicker; PyYAML's own is for where it is missing."""
@@ -312,18 +313,50 @@ def _swimmer(value: dict[str, float], _: Place) -> Swimmer:
     return Swimmer(**value)
 
 
+_CONFIGURATION_FIELDS = {
+    "base": Field(_BASE, "the base link"),
+    "limb1": Field(_ORIENTATION, "limb 1 in the base; left out, collinear"),
+    "limb2": Field(_ORIENTATION, "limb 2 in the base; left out, collinear"),
+}
+
 _CONFIGURATION = Document(
-    "A configuration of the swimmer (start.yaml, goal.yaml)",
-    Made(
-        Record(
-            {
-                "base": Field(_BASE, "the base link"),
-                "limb1": Field(_ORIENTATION, "limb 1 in the base; left out, collinear"),
-                "limb2": Field(_ORIENTATION, "limb 2 in the base; left out, collinear"),
-            }
-        ),
-        _configuration,
+    "A configuration of the swimmer (start.yaml)", Made(Record(_CONFIGURATION_FIELDS), _configuration)
+)
+
+_CORNER = ListOf(Number(), 3)
+WORKSPACE: Schema[Workspace] = Made(
+    Record(
+        {
+            "min": Field(_CORNER, "the corner of least x, y and z [m]", required=True),
+            "max": Field(_CORNER, "the opposite corner [m]", required=True),
+        }
     ),
+    lambda value, _: Workspace(**value),
+)
+"""The element for a box that the links stay in."""
+
+_WORKSPACE_FIELD = {"workspace_m": Field(WORKSPACE, "a box that all three links stay in; left out, there is none")}
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Goal:
+    """What a goal file says.
+
+    Attributes:
+        configuration: Where to end.
+        workspace: The box to stay in on the way, if there is one.
+    """
+
+    configuration: Configuration
+    workspace: Workspace | None = None
+
+
+def _goal(value: dict[str, Any], place: Place) -> Goal:
+    return Goal(_configuration(value, place), value.get("workspace_m"))
+
+
+_GOAL = Document(
+    "A goal: a configuration of the swimmer (goal.yaml)", Made(Record(_CONFIGURATION_FIELDS | _WORKSPACE_FIELD), _goal)
 )
 
 _SWIMMER = Document(
@@ -498,7 +531,7 @@ _GAIT = Document(
 
 # Scenarios -----------------------------------------------------------------------------------
 
-VERDICTS = ("reached", "not reached", "error")
+VERDICTS = ("reached", "not reached", "not found within limits", "error")
 """How a scenario can end."""
 
 
@@ -529,6 +562,7 @@ class Scenario:
         goal: Where it is to end.
         swimmer: Who swims.
         expect: What it must come to.
+        workspace: The box to stay in, if there is one.
     """
 
     name: str
@@ -536,6 +570,7 @@ class Scenario:
     goal: Configuration
     swimmer: Swimmer = dataclasses.field(default_factory=Swimmer)
     expect: Expect = dataclasses.field(default_factory=Expect)
+    workspace: Workspace | None = None
 
 
 _EXPECT: Schema[Expect] = Made(
@@ -550,6 +585,15 @@ _EXPECT: Schema[Expect] = Made(
     lambda value, _: Expect(**value),
 )
 
+
+def _scenario(value: dict[str, Any], place: Place) -> Scenario:
+    goal: Goal = value.pop("goal")
+    workspace = value.pop("workspace_m", None)
+    if workspace is not None and goal.workspace is not None:
+        raise place.at("workspace_m").error("one workspace, the scenario's or its goal's", "both")
+    return Scenario(goal=goal.configuration, workspace=workspace or goal.workspace, **value)
+
+
 _SCENARIO = Document(
     "A scenario",
     Made(
@@ -557,28 +601,38 @@ _SCENARIO = Document(
             {
                 "name": Field(_NAME, "its name", required=True),
                 "start": Field(_or_path(_CONFIGURATION), "where it starts", required=True),
-                "goal": Field(_or_path(_CONFIGURATION), "where it is to end", required=True),
+                "goal": Field(_or_path(_GOAL), "where it is to end", required=True),
                 "swimmer": Field(_or_path(_SWIMMER), "who swims; left out, the paper's swimmer"),
                 "expect": Field(_EXPECT, "what it must come to"),
+                **_WORKSPACE_FIELD,
             }
         ),
-        lambda value, _: Scenario(**value),
+        _scenario,
     ),
 )
 
 SCHEMAS: Mapping[str, Schema[Any]] = MappingProxyType(
-    {"start": _CONFIGURATION, "goal": _CONFIGURATION, "swimmer": _SWIMMER, "scenario": _SCENARIO, "gait": _GAIT}
+    {"start": _CONFIGURATION, "goal": _GOAL, "swimmer": _SWIMMER, "scenario": _SCENARIO, "gait": _GAIT}
 )
 """Every kind of document by name."""
 
 
 def load_configuration(path: Path | str) -> Configuration:
-    """Return the configuration of a file (start.yaml, goal.yaml); the path - is standard input.
+    """Return the configuration of a file (start.yaml); the path - is standard input.
 
     Raises:
         InputError: The file says no configuration.
     """
     return load(path, _CONFIGURATION)
+
+
+def load_goal(path: Path | str) -> Goal:
+    """Return the goal of a file: its configuration, and its workspace if it has one. The path - is standard input.
+
+    Raises:
+        InputError: The file says no goal.
+    """
+    return load(path, _GOAL)
 
 
 def load_swimmer(path: Path | str) -> Swimmer:

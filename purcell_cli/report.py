@@ -15,6 +15,7 @@ from purcell_cli.configuration import Deviation
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.gaits import MOTIONS, Gait, Stroke
 from purcell_cli.lift import work
+from purcell_cli.limits import LimitsReport
 from purcell_cli.planner.search import PHASES
 from purcell_cli.rotations import Array, as_euler
 from purcell_cli.solution import Solution, phase_displacement, stroke_cycles
@@ -58,6 +59,19 @@ def _swimmer(swimmer: Swimmer) -> Document:
     return {**dataclasses.asdict(swimmer), "L_m": swimmer.length_m}
 
 
+def _limits(found: LimitsReport, swimmer: Swimmer) -> Document:
+    """Return the limits of a plan, and what of it breaks them most."""
+    workspace, excess = found.limits.workspace, found.workspace
+    return {
+        "clearance_m": found.limits.clearance_m,
+        "max_bend_rad": swimmer.max_bend_rad,
+        "workspace_m": None if workspace is None else dataclasses.asdict(workspace),
+        "workspace_violation_m": None if excess is None else excess.distance_m,
+        "kept": found.kept,
+        "violations": [dataclasses.asdict(v) for v in found.violations],
+    }
+
+
 def plan_document(solution: Solution, file: str | None, saved: str | None = None, command: str = "plan") -> Document:
     """Return what is known of a plan.
 
@@ -94,6 +108,7 @@ def plan_document(solution: Solution, file: str | None, saved: str | None = None
             "joint_travel_rad": sum(s["joint_travel_rad"] for s in strokes[phase]),
             "duration_s": sum(s["duration_s"] for s in strokes[phase]),
             "energy_j": sum(s["energy_j"] for s in strokes[phase]),
+            "largest_bend_rad": solution.limits.largest_bend_rad[phase - 1],
             "displacement": displacement_document(phase_displacement(solution, phase)),
             "strokes": strokes[phase],
         }
@@ -115,6 +130,9 @@ def plan_document(solution: Solution, file: str | None, saved: str | None = None
         "verified_error": _deviation(found.deviation, swimmer.length_m),
         "tolerance": {"position_m": found.tolerance_m, "angle_rad": found.tolerance_rad},
         "certificate": {"method": "DOP853", "stretches": found.stretches, "integrated": found.integrated},
+        "clearance_m": solution.limits.clearance.distance_m,
+        "largest_bend_rad": solution.limits.largest_bend_rad[1],
+        "limits": _limits(solution.limits, swimmer),
         "rows": len(solution.trajectory),
         "trajectory": file,
         "plan_document": saved,
@@ -255,11 +273,27 @@ def show_plan(console: Console, document: Document) -> None:
         f"{document['primitives']} {pieces}, {document['cycles']} cycles, energy {document['energy_j']:.4g} J"
     )
     _checked(console, document["certificate"])
+    _show_limits(console, document)
     _verdict(console, document["verdict"])
     if document["trajectory"]:
         console.print(f"{document['rows']} rows in {document['trajectory']}", soft_wrap=True)
     if document["plan_document"] and document["schema"] == "purcell/plan/1":
         console.print(f"plan in {document['plan_document']}", soft_wrap=True)
+
+
+def _show_limits(console: Console, document: Document) -> None:
+    """Show how near a plan comes to its limits on one line, and one more for each that it breaks."""
+    limits, bend = document["limits"], document["largest_bend_rad"]
+    told = [f"limbs {1e3 * document['clearance_m']:.4g} mm apart or more"]
+    told += [] if bend is None else [f"bent {bend:.4g} rad at most in phase 2"]
+    if limits["workspace_m"] is not None:
+        inside = not any(v["limit"] == "workspace" for v in limits["violations"])
+        told.append("inside the workspace" if inside else "not inside the workspace")
+    console.print(", ".join(told))
+    for v in limits["violations"]:
+        excess = f"{1e3 * v['excess']:.4g} mm" if v["unit"] == "m" else f"{v['excess']:.4g} rad"
+        when = f"at {v['time_s']:.3f} s in phase {v['phase']}"
+        console.print(f"[red]-[/] {v['limit']}: {v['what']}, {excess} outside the limit {when}", soft_wrap=True)
 
 
 def _checked(console: Console, certificate: Mapping[str, Any]) -> None:

@@ -13,6 +13,7 @@ from purcell_cli.certificate import Certificate, certify
 from purcell_cli.configuration import Configuration, Deviation
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits import Gait
+from purcell_cli.limits import Limits, LimitsReport, check
 from purcell_cli.planner.reconfiguration import Plan, Progress, reconfigure
 from purcell_cli.planner.simultaneous import quickened
 from purcell_cli.primitives import PrimitiveSequence
@@ -20,6 +21,7 @@ from purcell_cli.rotations import Array
 from purcell_cli.stored import stored_gaits
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Block, Trajectory, block_displacements, energies, sample
+from purcell_cli.workspace import Workspace
 
 CONTROLS = ("primitive", "simultaneous")
 """How a plan may turn the joints: one at a time, or all six at once."""
@@ -36,6 +38,7 @@ class Solution:
         certificate: What an independent re-integration of the controls found.
         displacement: Body displacement of each block of the plan [m]. Shape (n, 4, 4).
         energy_j: Energy dissipated in each block [J]. Shape (n,).
+        limits: How near the motion comes to its limits, and which it breaks.
     """
 
     plan: Plan
@@ -44,10 +47,13 @@ class Solution:
     certificate: Certificate
     displacement: Array
     energy_j: Array
+    limits: LimitsReport
 
     @property
     def verdict(self) -> str:
-        """'reached' where the certificate says so, else 'not reached'."""
+        """'reached' where the certificate says so and all limits are kept, or what it is instead."""
+        if not self.limits.kept:
+            return "not found within limits"
         return "reached" if self.certificate.reached else "not reached"
 
     @property
@@ -87,6 +93,8 @@ def plan(
     effort: str = "standard",
     controls: str = "primitive",
     minimize: str = "travel",
+    clearance_m: float = 0.0,
+    workspace: Workspace | None = None,
     progress: Progress = lambda _: None,
 ) -> Solution:
     """Plan a motion from a start to a goal configuration, and check it.
@@ -101,9 +109,12 @@ def plan(
         controls: One of `CONTROLS`: "primitive" turns one joint at a time; "simultaneous" makes that plan
             quicker by turning all six at once, where it finds how.
         minimize: What to spend least of: "travel" (of the joints), "energy" or "switches" (of control).
+        clearance_m: How far the surfaces of limb 1 and limb 2 stay apart over the whole path, at least [m].
+        workspace: A box that all three links stay in over the whole path.
         progress: Is told in words how far the search is.
 
     Raises:
+        ParameterError: A clearance that is none, or a start or goal that does not keep it.
         ParameterError: A time between rows that is not positive, or that asks for too many rows.
         GaitError: No stored gait for a motion that is needed.
         UnknownNameError: No controls or effort have this name.
@@ -111,16 +122,20 @@ def plan(
     if controls not in CONTROLS:
         raise UnknownNameError(f"controls: one of {', '.join(CONTROLS)} is wanted, found {controls!r}")
     stored = stored_gaits() if gaits is None else gaits
-    made = reconfigure(swimmer or Swimmer(), start, goal, stored, effort, minimize, progress)
-    return carried_out(quickened(made) if controls == "simultaneous" else made, dt_s)
+    body, limits = swimmer or Swimmer(), Limits(clearance_m, workspace)
+    for name, configuration in (("start", start), ("goal", goal)):
+        limits.refuse(body, name, configuration)
+    made = reconfigure(body, start, goal, stored, effort, minimize, limits, progress)
+    return carried_out(quickened(made) if controls == "simultaneous" else made, dt_s, limits)
 
 
-def carried_out(plan: Plan, dt_s: float = 0.05) -> Solution:
+def carried_out(plan: Plan, dt_s: float = 0.05, limits: Limits | None = None) -> Solution:
     """Carry out a plan, new or read from a document, and check it.
 
     Args:
         plan: The plan.
         dt_s: Longest time between rows of the trajectory [s].
+        limits: What it must keep besides the bend limit; where none are given, the limbs may touch.
 
     Raises:
         ParameterError: A time between rows that is not positive, or that asks for too many rows.
@@ -134,6 +149,7 @@ def carried_out(plan: Plan, dt_s: float = 0.05) -> Solution:
         certify(swimmer, start, goal, trajectory.time_s, trajectory.rate_rad_s),
         block_displacements(swimmer, blocks, start.shape),
         energies(swimmer, blocks, start.shape),
+        check(swimmer, start, blocks, limits),
     )
 
 

@@ -131,7 +131,18 @@ TOLERANCE_KEYS = dict.fromkeys(("position_m", "angle_rad"))
 CERTIFICATE_KEYS = dict.fromkeys(("method", "stretches", "integrated"))
 COST_KEYS = dict.fromkeys(("primitives", "joint_travel_rad", "duration_s", "energy_j"))
 STROKE_KEYS = {"gait": None, "amplitude_rad": None, "cycles": None, **COST_KEYS, "displacement": DISPLACEMENT_KEYS}
-PHASE_KEYS = {"phase": None, "name": None, **COST_KEYS, "displacement": DISPLACEMENT_KEYS, "strokes": [STROKE_KEYS]}
+PHASE_KEYS = {
+    "phase": None,
+    "name": None,
+    **COST_KEYS,
+    "largest_bend_rad": None,
+    "displacement": DISPLACEMENT_KEYS,
+    "strokes": [STROKE_KEYS],
+}
+VIOLATION_KEYS = dict.fromkeys(("limit", "excess", "unit", "time_s", "phase", "what"))
+LIMIT_KEYS = dict.fromkeys(
+    ("clearance_m", "max_bend_rad", "workspace_m", "workspace_violation_m", "kept", "violations")
+)
 PLAN_KEYS = {
     "schema": None,
     "verdict": None,
@@ -144,6 +155,9 @@ PLAN_KEYS = {
     "verified_error": DEVIATION_KEYS,
     "tolerance": TOLERANCE_KEYS,
     "certificate": CERTIFICATE_KEYS,
+    "clearance_m": None,
+    "largest_bend_rad": None,
+    "limits": LIMIT_KEYS,
     "rows": None,
     "trajectory": None,
     "plan_document": None,
@@ -325,6 +339,64 @@ def test_a_plan_that_does_not_arrive_is_no_success(run: Run, folder: Path, monke
     assert "not reached" in out
 
 
+# --- Limits --------------------------------------------------------------------------------------------------------
+
+FOLDED = "limb1: {euler_deg: [180, 0, 0]}"
+ROOMY = "workspace_m: {min: [-1, -1, -1], max: [1, 1, 1]}"
+TIGHT = "workspace_m: {min: [-1, -1, -1], max: [1, 1, 0.32]}"
+
+
+@pytest.mark.parametrize("name", ["start", "goal"])
+def test_a_configuration_whose_limbs_overlap_is_refused_and_nothing_is_written(
+    run: Run, folder: Path, name: str
+) -> None:
+    """Folded onto the base a limb as long as the base reaches the other limb."""
+    (folder / f"{name}.yaml").write_text(FOLDED)
+    message = "a clearance of at least 0 m between limb 1 and limb 2 is wanted, found -0.004 m (they overlap)"
+    assert_misuse(run, folder, ["plan", "start.yaml", "goal.yaml"], f"{name}: {message}")
+
+
+def test_a_plan_says_how_near_it_comes_to_its_limits(run: Run, folder: Path) -> None:
+    (folder / "goal.yaml").write_text(f"{GOAL}{ROOMY}\n")
+    code, out, _ = run("plan", "start.yaml", "goal.yaml", "--clearance", "0.1", "--json")
+    document = document_of(out)
+    assert (code, document["verdict"]) == (DONE, "reached")
+    assert math.isclose(document["clearance_m"], 0.196, rel_tol=1e-12)
+    assert 0.0 < document["largest_bend_rad"] <= 1.0 + 1e-9
+    assert document["largest_bend_rad"] == document["phases"][1]["largest_bend_rad"]
+    assert document["limits"] == {
+        "clearance_m": 0.1,
+        "max_bend_rad": 1.0,
+        "workspace_m": {"min": [-1.0, -1.0, -1.0], "max": [1.0, 1.0, 1.0]},
+        "workspace_violation_m": 0.0,
+        "kept": True,
+        "violations": [],
+    }
+    _, out, _ = run("plan", "start.yaml", "goal.yaml")
+    assert "limbs 196 mm apart or more, bent" in out
+    assert "rad at most in phase 2, inside the workspace" in out
+
+
+def test_a_plan_that_leaves_its_workspace_is_no_success(run: Run, folder: Path) -> None:
+    (folder / "goal.yaml").write_text(f"{GOAL}{TIGHT}\n")
+    code, out, err = run("plan", "start.yaml", "goal.yaml", "--plan-out", "plan.json", "--json")
+    document = document_of(out)
+    assert (code, err, document["verdict"]) == (NOT_REACHED, "", "not found within limits")
+    assert keys({**document, "limits": None}) == {**PLAN_KEYS, "limits": None}
+    (broken,) = document["limits"]["violations"]
+    assert keys(broken) == VIOLATION_KEYS
+    assert (broken["limit"], broken["unit"]) == ("workspace", "m")
+    assert broken["excess"] == document["limits"]["workspace_violation_m"] > 0.0
+    assert "beyond the largest z" in broken["what"]
+    code, out, _ = run("plan", "start.yaml", "goal.yaml")
+    assert code == NOT_REACHED
+    assert "not found within limits" in out
+    assert "- workspace: " in out
+    code, out, _ = run("run", "plan.json", "--json")
+    again = document_of(out)
+    assert (code, again["verdict"], again["limits"]) == (NOT_REACHED, document["verdict"], document["limits"])
+
+
 # --- Bad input: exit 2, one message, nothing written ---------------------------------------------------------------
 
 BILLION_LAUGHS = "a: &a [x, x, x, x, x, x, x, x, x, x]\n" + "".join(
@@ -385,6 +457,19 @@ BAD_COMMANDS: dict[str, tuple[list[str], str]] = {
     "dt of nothing": (["plan", "start.yaml", "goal.yaml", "--dt", "0"], "dt: a time above"),
     "dt NaN": (["plan", "start.yaml", "goal.yaml", "--dt", "nan"], "dt: a time above"),
     "dt no number": (["plan", "start.yaml", "goal.yaml", "--dt", "soon"], "Invalid value for '--dt'"),
+    "clearance negative": (
+        ["plan", "start.yaml", "goal.yaml", "--clearance=-1e-3"],
+        "clearance: a finite length of 0 m or more is wanted, found -0.001",
+    ),
+    "clearance NaN": (["plan", "start.yaml", "goal.yaml", "--clearance", "nan"], "clearance: a finite length of 0 m"),
+    "clearance no number": (
+        ["plan", "start.yaml", "goal.yaml", "--clearance", "far"],
+        "Invalid value for '--clearance'",
+    ),
+    "a start not clear": (
+        ["plan", "start.yaml", "goal.yaml", "--clearance", "0.2"],
+        "start: a clearance of at least 0.2 m between limb 1 and limb 2 is wanted, found 0.196 m",
+    ),
     "unknown effort": (
         ["plan", "start.yaml", "goal.yaml", "--effort", "lazy"],
         "effort: one of quick, standard, thorough",

@@ -82,7 +82,7 @@ QUERIES: dict[str, Query] = {
     "limbs folded back": (
         HERE,
         Configuration.from_angles(limb1_euler_deg=(0, 180, 0), limb2_euler_deg=(180, 0, 0)),
-        Swimmer(),
+        Swimmer(limb_half_length_m=0.04),
     ),
     "limbs rolled": (
         HERE,

@@ -208,6 +208,10 @@ class Equations:
         """The motion's joint travel [rad]."""
         return sum(s.joint_travel_rad for s in self.stretches)
 
+    def blocks(self) -> list[Block]:
+        """Return the motion's strokes."""
+        return [b for s in self.stretches for b in s.blocks()]
+
     def of(self, stretches: Sequence[Stretch]) -> Equations:
         """Return the same equations for another motion."""
         return Equations(self.swimmer, stretches, self.start, self.goal, self.displacement, self.accuracy)

@@ -2,7 +2,8 @@
 
 Three turns about its own axes straighten a limb, in twelve orders and two ways each; either limb
 may go first. All of them move the base, each differently, so which is best depends on where the
-swimmer is to go: here they are all listed, with what they do to the base.
+swimmer is to go: here they are all listed, with what they do to the base. Ways on which the limbs
+come too near each other are left out.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import warnings
 
 import numpy as np
 
+from purcell_cli.clearance import TOLERANCE_L, clearances
 from purcell_cli.lift import Accuracy, piece_displacements
 from purcell_cli.primitives import PrimitiveSequence, joined
 from purcell_cli.rotations import Array
@@ -82,33 +84,54 @@ class Straightenings:
         return joined(self.halves[k])
 
 
-def straightenings(swimmer: Swimmer, shape: Array) -> Straightenings:
+def straightenings(swimmer: Swimmer, shape: Array, clearance_m: float = 0.0) -> Straightenings:
     """Return the ways to straighten both limbs of a scaled swimmer, one limb after the other.
 
-    No limb bends further on the way than it does at the beginning or the bend limit allows.
+    No limb bends further on the way than it does at the beginning or the bend limit allows, and the
+    limbs stay apart. Where no way keeps them apart, the ways on which they come least near are returned.
 
     Args:
         swimmer: The swimmer, scaled to L = 1.
         shape: The shape to begin with. Shape (2, 3, 3).
+        clearance_m: How far the limbs' surfaces stay apart, in units of L.
     """
     limbs = [_within(turns_to(shape[i].T, i + 1), shape, swimmer.max_bend_rad) for i in (0, 1)]
-    moves = _moves(swimmer, shape, limbs)
+    played = _played(swimmer, shape, limbs, clearance_m)
     travels = [np.array([way.joint_travel_rad for way in limb]) for limb in limbs]
+    orders = (0, 1) if len(limbs[0][0]) and len(limbs[1][0]) else (0,)
+    apart = [np.minimum(played[i, 0].apart[:, None], played[1 - i, 1].apart) for i in orders]
+    least = min(clearance_m, max(float(a.max()) for a in apart)) - TOLERANCE_L
+    shortest = min(float((travels[i][:, None] + travels[1 - i])[apart[i] >= least].min(initial=np.inf)) for i in orders)
     halves, travel, displacement = [], [], []
-    for i in (0, 1) if len(limbs[0][0]) and len(limbs[1][0]) else (0,):
+    for i in orders:
         pairs = travels[i][:, None] + travels[1 - i]
-        kept = np.argwhere(pairs <= pairs.min() + _LONGER_RAD)
+        kept = np.argwhere((pairs <= shortest + _LONGER_RAD) & (apart[i] >= least))
         halves += [(limbs[i][k], limbs[1 - i][j]) for k, j in kept.tolist()]
         travel.append(pairs[kept[:, 0], kept[:, 1]])
-        displacement.append(moves[i, 0][kept[:, 0]] @ moves[1 - i, 1][kept[:, 1]])
+        displacement.append(played[i, 0].moves[kept[:, 0]] @ played[1 - i, 1].moves[kept[:, 1]])
     order = np.argsort(np.round(np.concatenate(travel), 9), kind="stable")
     return Straightenings(
         [halves[k] for k in order], np.concatenate(travel)[order], np.concatenate(displacement)[order]
     )
 
 
-def _moves(swimmer: Swimmer, shape: Array, limbs: list[list[PrimitiveSequence]]) -> dict[tuple[int, int], Array]:
-    """Return what each limb's ways do to the base, before and after the other limb is straight. Each (k, 4, 4)."""
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Played:
+    """What one limb's ways do, before or after the other limb is straight.
+
+    Attributes:
+        moves: To the base. Shape (k, 4, 4).
+        apart: How near the limbs come, as far as it matters, in units of L. Shape (k,).
+    """
+
+    moves: Array
+    apart: Array
+
+
+def _played(
+    swimmer: Swimmer, shape: Array, limbs: list[list[PrimitiveSequence]], clearance_m: float
+) -> dict[tuple[int, int], _Played]:
+    """Return what each limb's ways do, before (0) and after (1) the other limb is straight."""
     played = [(i, straight, way) for i in (0, 1) for straight in (0, 1) for way in limbs[i]]
     begun = []
     for i, straight, way in played:
@@ -117,16 +140,20 @@ def _moves(swimmer: Swimmer, shape: Array, limbs: list[list[PrimitiveSequence]])
             here[1 - i] = np.eye(3)
         begun.append(way.shapes(here)[:-1])
     chain = joined([way for _, _, way in played])
-    pieces = piece_displacements(swimmer, np.concatenate(begun), chain.rates(), np.abs(chain.angle), _ROUGH)
+    pieces = np.concatenate(begun), chain.rates(), chain.duration
+    moves = piece_displacements(swimmer, *pieces, _ROUGH)
+    apart = clearances(swimmer, *pieces, clearance_m)
     lengths = np.array([len(way) for _, _, way in played])
     first = np.cumsum(lengths) - lengths
-    whole = np.tile(np.eye(4), (len(played), 1, 1))
+    whole, near = np.tile(np.eye(4), (len(played), 1, 1)), np.full(len(played), np.inf)
     for k in range(int(lengths.max())):
         live = lengths > k
-        whole[live] = whole[live] @ pieces[first[live] + k]
+        whole[live] = whole[live] @ moves[first[live] + k]
+        near[live] = np.minimum(near[live], apart[first[live] + k])
     counts = np.cumsum([0, len(limbs[0]), len(limbs[0]), len(limbs[1]), len(limbs[1])])
     keys = [(0, 0), (0, 1), (1, 0), (1, 1)]
-    return {key: whole[a:b] for key, (a, b) in zip(keys, itertools.pairwise(counts.tolist()), strict=True)}
+    parts = itertools.pairwise(counts.tolist())
+    return {key: _Played(whole[a:b], near[a:b]) for key, (a, b) in zip(keys, parts, strict=True)}
 
 
 def _within(ways: list[PrimitiveSequence], shape: Array, max_bend_rad: float) -> list[PrimitiveSequence]:

@@ -22,6 +22,7 @@ from purcell_cli.configuration import Configuration, Deviation
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits import Gait
 from purcell_cli.lift import EXACT
+from purcell_cli.limits import Limits, check
 from purcell_cli.planner.equations import Equations, stretches_of
 from purcell_cli.planner.finish import approach, arrive
 from purcell_cli.planner.measures import cost, known_measure
@@ -128,16 +129,18 @@ Progress = Callable[[str], None]
 
 
 class _Best:
-    """The best plan so far, by a measure."""
+    """The best plan so far, by a measure: one that arrives before one that does not, and one within limits first."""
 
-    def __init__(self, swimmer: Swimmer, measure: str) -> None:
-        self.swimmer, self.measure, self.bend = swimmer, measure, swimmer.max_bend_rad - _MARGIN_RAD
-        self.off = self.cost = math.inf
+    def __init__(self, swimmer: Swimmer, start: Configuration, limits: Limits, measure: str) -> None:
+        self.swimmer, self.start, self.limits, self.measure = swimmer, start, limits, measure
+        self.bend = swimmer.max_bend_rad - _MARGIN_RAD
         self.motion: Equations | None = None
+        self._off, self._excess, self._cost = math.inf, math.inf, math.inf
 
     @property
-    def arrived(self) -> bool:
-        return self.off < _ARRIVED
+    def good(self) -> bool:
+        """Whether it arrives within limits."""
+        return self._off < _ARRIVED and self._excess == 0.0
 
     @property
     def joint_travel_rad(self) -> float:
@@ -146,21 +149,26 @@ class _Best:
     def consider(self, motion: Equations) -> Equations:
         """Bring a motion to the goal, keep it if it is the best, and return it nearly there."""
         near, off = approach(motion, self.bend, _CLOSE)
-        if off < _CLOSE and not (self.arrived and self._cost_of(near) >= self.cost):
+        if off < _CLOSE and not (self.good and self._cost_of(near) >= self._cost):
             exact, off = _exact(self.swimmer, near)
-            if (off >= _ARRIVED, self._cost_of(exact)) < (not self.arrived, self.cost):
-                self.off, self.motion, self.cost = off, exact, self._cost_of(exact)
+            excess, spent = self._excess_of(exact), self._cost_of(exact)
+            if (off >= _ARRIVED, excess, spent) < (self._off >= _ARRIVED, self._excess, self._cost):
+                self.motion, self._off, self._excess, self._cost = exact, off, excess, spent
         elif self.motion is None:
-            self.off, self.motion = off, near
+            self.motion, self._off = near, off
         return near
 
     def _cost_of(self, motion: Equations) -> float:
-        return cost(self.measure, motion.swimmer, [b for s in motion.stretches for b in s.blocks()], motion.start)
+        return cost(self.measure, motion.swimmer, motion.blocks(), motion.start)
+
+    def _excess_of(self, motion: Equations) -> float:
+        broken = check(self.swimmer, self.start, motion.blocks(), self.limits).violations
+        return sum(v.excess / (self.swimmer.length_m if v.unit == "m" else 1.0) for v in broken)
 
     def explore(self, found: Sequence[Candidate], rough: Equations, how: Effort, progress: Progress) -> None:
         """Carry on with candidates, and with random words for small displacements."""
         for k, candidate in enumerate(found):
-            if k >= how.candidates and self.arrived:
+            if k >= how.candidates and self.good:
                 break
             near = self.consider(rough.of(stretches_of(candidate.blocks)))
             self._tell(progress, k + 1, how)
@@ -193,6 +201,7 @@ def reconfigure(
     gaits: Mapping[str, Gait],
     effort: str = "standard",
     minimize: str = "travel",
+    limits: Limits = Limits(),  # noqa: B008
     progress: Progress = lambda _: None,
 ) -> Plan:
     """Return a plan from a start to a goal configuration.
@@ -204,6 +213,7 @@ def reconfigure(
         gaits: The stored gaits to choose from.
         effort: One of `EFFORTS`. Interrupted, "thorough" returns the best plan so far.
         minimize: One of `measures.MEASURES`: what to spend least of.
+        limits: What the plan must keep besides the bend limit; where none is found that does, the nearest to it.
         progress: Is told in words how far the search is.
 
     Raises:
@@ -223,20 +233,20 @@ def reconfigure(
         for c in candidates(unit, start.shape, goal.shape, wanted, gaits, m)
     ]
     found.sort(key=lambda c: float(f"{cost(minimize, unit, c.blocks, start.shape):.9e}"))
-    best = _Best(swimmer, minimize)
+    best = _Best(swimmer, start, limits, minimize)
     try:
         best.explore(found, Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING), how, progress)
     except KeyboardInterrupt:
-        if not best.arrived or not how.words:
+        if not best.good or not how.words:
             raise
-    blocks = (b for s in best.motion.stretches for b in s.blocks()) if best.motion is not None else ()
+    blocks = best.motion.blocks() if best.motion is not None else []
     return Plan(swimmer, start, goal, tuple(b for b in blocks if np.any(b.sequence.duration)))
 
 
 def _apart(motion: Equations, most: int) -> list[Block]:
     """Return a motion's blocks, the cycles of repeated strokes apart, the last first, up to so many primitives."""
     out: list[Block] = []
-    blocks = [b for s in motion.stretches for b in s.blocks()]
+    blocks = motion.blocks()
     room = most - sum(len(b.sequence) for b in blocks if b.cycles == 1)
     for block in reversed(blocks):
         more = block.cycles * len(block.sequence)
