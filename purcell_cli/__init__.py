@@ -15,13 +15,14 @@ if TYPE_CHECKING:
     from purcell_cli.documents import load_plan, write_plan
     from purcell_cli.errors import PurcellError
     from purcell_cli.export import read_csv, write_csv
-    from purcell_cli.files import load_configuration, load_gait, load_scenario, load_swimmer
+    from purcell_cli.files import load_configuration, load_gait, load_goal, load_scenario, load_swimmer
     from purcell_cli.gaits import realise
     from purcell_cli.lift import flow, flow_and_jacobian, flow_of_rates
     from purcell_cli.primitives import PrimitiveSequence
     from purcell_cli.solution import plan
     from purcell_cli.stored import stored_gaits, stored_scenarios
     from purcell_cli.swimmer import Swimmer
+    from purcell_cli.workspace import Workspace
 
 __version__ = "0.1.0"
 
@@ -30,12 +31,14 @@ _HOMES = {
     "PrimitiveSequence": "primitives",
     "PurcellError": "errors",
     "Swimmer": "swimmer",
+    "Workspace": "workspace",
     "certify": "certificate",
     "flow": "lift",
     "flow_and_jacobian": "lift",
     "flow_of_rates": "lift",
     "load_configuration": "files",
     "load_gait": "files",
+    "load_goal": "files",
     "load_plan": "documents",
     "load_scenario": "files",
     "load_swimmer": "files",
@@ -53,12 +56,14 @@ __all__ = [
     "PrimitiveSequence",
     "PurcellError",
     "Swimmer",
+    "Workspace",
     "certify",
     "flow",
     "flow_and_jacobian",
     "flow_of_rates",
     "load_configuration",
     "load_gait",
+    "load_goal",
     "load_plan",
     "load_scenario",
     "load_swimmer",

@@ -29,6 +29,8 @@ TOLERANCE_L = 1e-9
 """The least distance is known to this, in units of L."""
 
 _PARTS = 4
+_BATCH = 1 << 16
+"""Pieces looked at together: bounds the memory of a long motion."""
 _MOST_STRETCHES = 1 << 17
 """More stretches than these are not cut again; only limbs that keep their distance for long ask for so many."""
 
@@ -119,9 +121,15 @@ def least_clearance(swimmer: Swimmer, shapes: Array, rates: Array, durations: Ar
         rates: Limb rates (omega_1, omega_2), constant on each piece [rad/s]. Shape (n, 6).
         durations: How long they last, not negative [s]. Shape (n,).
     """
-    sweeps = Sweeps.of(shapes, rates, durations)
-    found = _Search(swimmer, sweeps, np.zeros(len(sweeps), dtype=np.int64), np.inf)
-    return Clearance(float(found.best[0]), int(found.piece[0]), float(found.time[0]), found.error_m)
+    best = Clearance(np.inf, 0, 0.0, 0.0)
+    for low in range(0, len(durations), _BATCH):
+        part = slice(low, low + _BATCH)
+        sweeps = Sweeps.of(shapes[part], rates[part], durations[part])
+        found = _Search(swimmer, sweeps, np.zeros(len(sweeps), dtype=np.int64), best.distance_m)
+        error = max(best.error_m, found.error_m)
+        if found.best[0] < best.distance_m:
+            best = Clearance(float(found.best[0]), low + int(found.piece[0]), float(found.time[0]), error)
+    return best
 
 
 def clearances(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array, enough_m: float = np.inf) -> Array:

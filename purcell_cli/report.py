@@ -208,6 +208,7 @@ def verify_document(found: Verification, swimmer: Swimmer) -> Document:
             "stretches": found.certificate.stretches,
             "integrated": found.certificate.integrated,
         },
+        "clearance_m": None if found.clearance is None else found.clearance.distance_m,
         "faults": list(found.faults),
     }
 
@@ -364,6 +365,8 @@ def show_verify(console: Console, document: Document) -> None:
         f"limb 1 {e['limb1_rad']:.1e} rad, limb 2 {e['limb2_rad']:.1e} rad"
     )
     _checked(console, document["certificate"])
+    if document["clearance_m"] is not None:
+        console.print(f"limbs {1e3 * document['clearance_m']:.4g} mm apart or more")
     for fault in document["faults"]:
         console.print(f"[red]-[/] {fault}", soft_wrap=True)
     _verdict(console, document["verdict"])

@@ -8,6 +8,7 @@ import numpy as np
 
 from purcell_cli import se3
 from purcell_cli.certificate import Certificate, Rows, judged, replay
+from purcell_cli.clearance import Clearance, least_clearance
 from purcell_cli.configuration import Configuration, Deviation
 from purcell_cli.export import Table
 from purcell_cli.rotations import Array, as_euler, as_vector, from_euler, from_quaternion
@@ -24,11 +25,13 @@ class Verification:
         start: How far the first row is from the start configuration.
         certificate: What the re-integration of its controls found.
         faults: What is wrong, in words; nothing where all holds.
+        clearance: How near the limbs come to each other, where all holds.
     """
 
     start: Deviation
     certificate: Certificate
     faults: tuple[str, ...]
+    clearance: Clearance | None
 
     @property
     def holds(self) -> bool:
@@ -71,7 +74,9 @@ def verify(
         *_controls(table, swimmer),
         *_angles(table, poses, shapes, tolerance_rad),
     ]
-    return Verification(Deviation.between(first, start), certificate, tuple(faults))
+    seconds = np.append(np.diff(table.time_s), 0.0)
+    near = None if faults else least_clearance(swimmer, shapes, table.rate_rad_s, seconds)
+    return Verification(Deviation.between(first, start), certificate, tuple(faults), near)
 
 
 def _off(label: str, found: Configuration, wanted: Configuration, limit_m: float, limit_rad: float) -> list[str]:

@@ -182,6 +182,7 @@ VERIFY_KEYS = {
     "verified_error": DEVIATION_KEYS,
     "tolerance": TOLERANCE_KEYS,
     "certificate": CERTIFICATE_KEYS,
+    "clearance_m": None,
     "faults": None,
 }
 
@@ -252,6 +253,7 @@ def test_a_checks_document_has_exactly_its_keys_and_writes_nothing(run: Run, fol
         assert keys(document) == VERIFY_KEYS
         assert (document["schema"], document["verdict"]) == ("purcell/verify/1", verdict)
         assert bool(document["faults"]) == (verdict == "not reached")
+        assert document["clearance_m"] is None if document["faults"] else document["clearance_m"] > 0.19
     assert contents(folder) == before
 
 
@@ -322,7 +324,7 @@ def test_a_scenario_is_planned_and_checked_by_its_file(run: Run, folder: Path) -
 
 
 def test_a_plan_that_does_not_arrive_is_no_success(run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def almost(*_: object) -> Solution:
+    def almost(*_: object, **__: object) -> Solution:
         found = solution()
         c = found.certificate
         missed = Certificate(False, c.deviation, c.tolerance_m, c.tolerance_rad, c.stretches, c.integrated)
@@ -788,7 +790,7 @@ def test_an_interrupt_while_writing_leaves_the_old_file_and_no_other(folder: Pat
 
 
 def test_an_interrupt_while_planning_writes_nothing(run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(*_: object) -> NoReturn:
+    def interrupted(*_: object, **__: object) -> NoReturn:
         raise KeyboardInterrupt
 
     before = contents(folder)
@@ -804,7 +806,7 @@ def test_an_interrupt_while_planning_writes_nothing(run: Run, folder: Path, monk
 def test_an_interrupt_after_writing_does_not_say_that_nothing_was_written(
     run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupted(*_: object) -> NoReturn:
+    def interrupted(*_: object, **__: object) -> NoReturn:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("purcell_cli.report.gait_document", interrupted)

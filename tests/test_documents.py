@@ -23,10 +23,12 @@ from purcell_cli.cli import _run
 from purcell_cli.documents import PLAN, SCHEMA, PlanDocument
 from purcell_cli.errors import InputError
 from purcell_cli.files import load_scenario
+from purcell_cli.limits import Limits
 from purcell_cli.planner.reconfiguration import Plan
 from purcell_cli.rotations import Array
 from purcell_cli.solution import carried_out, plan
 from purcell_cli.trajectory import Block
+from purcell_cli.workspace import Workspace
 
 DONE, NOT_REACHED, MISUSE = 0, 1, 2
 SQUARE = [["limb1 yaw", 1.0], ["limb2 yaw", 1.0], ["limb1 yaw", -1.0], ["limb2 yaw", -1.0]]
@@ -42,6 +44,7 @@ def document(**changes: Any) -> dict[str, Any]:
         "start": {},
         "goal": {},
         "dt_s": 0.05,
+        "clearance_m": 0.01,
         "blocks": [block],
         **changes,
     }
@@ -79,11 +82,12 @@ def test_a_plan_reads_back_bit_for_bit_and_quickly(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     for k in range(10):
         made = random_plan(rng, 1000)
-        write_plan(PlanDocument(made, 0.1 / 3.0), tmp_path / "plan.json")
+        limits = Limits(0.1 / 7.0, Workspace((-0.1 / 3.0, -1e-9, -2.0), (0.1 / 3.0, 1e9, 2.0)))
+        write_plan(PlanDocument(made, 0.1 / 3.0, limits), tmp_path / "plan.json")
         started = time.perf_counter()
         found = load_plan(tmp_path / "plan.json")
         assert time.perf_counter() - started < 1.0, k
-        assert (found.plan.swimmer, found.dt_s) == (made.swimmer, 0.1 / 3.0)
+        assert (found.plan.swimmer, found.dt_s, found.limits) == (made.swimmer, 0.1 / 3.0, limits)
         assert [b.gait for b in found.plan.blocks] == [b.gait for b in made.blocks]
         assert [n.tobytes() for n in numbers(found.plan)] == [n.tobytes() for n in numbers(made)]
 
@@ -95,7 +99,7 @@ def test_a_plan_document_is_json(tmp_path: Path) -> None:
     assert list(read) == list(document())
     assert list(read["blocks"][0]) == ["phase", "gait", "amplitude_rad", "cycles", "primitives"]
     assert read["schema"] == "purcell/plan-document/1"
-    assert set(PLAN.json_schema()["properties"]) == set(read)  # type: ignore[call-overload]
+    assert set(PLAN.json_schema()["properties"]) == {*read, "workspace_m"}  # type: ignore[call-overload]
 
 
 @pytest.mark.parametrize("name", ["nearby", "far", "unequal-links", "bent-goal"])

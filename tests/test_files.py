@@ -27,6 +27,7 @@ from purcell_cli.configuration import Configuration
 from purcell_cli.errors import InputError
 from purcell_cli.gaits import Guess, Turn
 from purcell_cli.swimmer import LIMITS, Swimmer
+from purcell_cli.workspace import Workspace
 
 GAIT = """\
 name: x-rotation
@@ -643,6 +644,51 @@ def test_a_fault_in_an_inline_part_of_a_scenario_has_its_whole_key(tmp_path: Pat
 )
 def test_a_fault_in_a_scenario_is_reported_where_it_is(tmp_path: Path, text: str, line: int, key: str) -> None:
     assert_fault(tmp_path, text, line, key, load="scenario")
+
+
+WORKSPACE = "workspace_m: {min: [-1, -2.5, -3], max: [1, 2, 3]}\n"
+BOX = Workspace((-1.0, -2.5, -3.0), (1.0, 2.0, 3.0))
+
+
+def test_a_goal_and_a_scenario_may_have_a_workspace(tmp_path: Path) -> None:
+    goal = written(tmp_path, f"base: {{position_m: [0.1, 0, 0]}}\n{WORKSPACE}", "goal.yaml")
+    assert files.load_goal(goal).workspace == BOX
+    assert files.load_goal(goal).configuration.pose[0, 3] == 0.1
+    assert files.load_goal(written(tmp_path, "{}")).workspace is None
+    assert files.load_scenario(written(tmp_path, SCENARIO + WORKSPACE)).workspace == BOX
+    assert files.load_scenario(written(tmp_path, SCENARIO)).workspace is None
+    named = written(tmp_path, "name: n\nstart: {}\ngoal: goal.yaml\n", "scenario.yaml")
+    assert files.load_scenario(named).workspace == BOX
+    assert files.load_scenario(named).goal.pose[0, 3] == 0.1
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "part"),
+    [
+        ("workspace_m: 3", "workspace_m", "a mapping with some of the keys min, max"),
+        ("workspace_m: {min: [0, 0, 0]}", "workspace_m.max", "no such key"),
+        ("workspace_m: {min: [0, 0], max: [1, 1, 1]}", "workspace_m.min", "a list of 3"),
+        ("workspace_m: {min: [0, 0, 0], max: [1, .inf, 1]}", "workspace_m.max[1]", "a finite number"),
+        ("workspace_m: {min: [0, 0, .nan], max: [1, 1, 1]}", "workspace_m.min[2]", "a finite number"),
+        (
+            "workspace_m: {min: [0, 0, 0], max: [1, 0, 1]}",
+            "workspace_m.max",
+            "above min ([0.0, 0.0, 0.0])",
+        ),
+        ("workspace_m: {min: [0, 2, 0], max: [1, 1, 1]}", "workspace_m.max", "found [1.0, 1.0, 1.0]"),
+        ("workspace_m: {min: [0, 0, 0], max: [1, 1, 1], at: 0}", "workspace_m.at", "unknown key"),
+        ("workspace: {min: [0, 0, 0], max: [1, 1, 1]}", "workspace", "nearest: workspace_m"),
+    ],
+)
+def test_a_workspace_that_is_none_is_reported_where_it_is(tmp_path: Path, text: str, key: str, part: str) -> None:
+    assert_fault(tmp_path, f"limb1: {{euler_deg: [1, 2, 3]}}\n{text}\n", 2, key, part, load="goal")
+    assert_fault(tmp_path, f"{SCENARIO}{text}\n", 4, key, part, load="scenario")
+
+
+def test_a_workspace_in_a_start_or_twice_is_refused(tmp_path: Path) -> None:
+    assert_fault(tmp_path, WORKSPACE, 1, "workspace_m", "one of the keys base, limb1, limb2")
+    twice = f"name: n\nstart: {{}}\ngoal:\n  {WORKSPACE}{WORKSPACE}"
+    assert_fault(tmp_path, twice, 5, "workspace_m", "one workspace, the scenario's or its goal's", load="scenario")
 
 
 # Without libyaml

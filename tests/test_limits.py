@@ -1,0 +1,111 @@
+"""A plan keeps its limits at every instant of its path, or says by how much it does not."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pytest
+from helpers import assert_close, random_shapes
+
+from purcell_cli import Configuration, Swimmer, load_scenario, plan, stored_scenarios
+from purcell_cli.clearance import least_clearance
+from purcell_cli.errors import ParameterError
+from purcell_cli.limits import Limits, check
+from purcell_cli.planner.limbs import straightenings
+from purcell_cli.primitives import PrimitiveSequence
+from purcell_cli.trajectory import Block
+from purcell_cli.workspace import Workspace
+
+ROUND = PrimitiveSequence.of([("limb1 yaw", 2.0 * math.pi)])
+BENT = Configuration.from_angles(limb1_euler_deg=(100, 0, 0))
+
+
+def test_a_bend_is_watched_at_every_instant_in_every_phase() -> None:
+    for phase in (1, 2, 3):
+        found = check(Swimmer(limb_half_length_m=0.04), Configuration(), [Block(phase, "round", ROUND)])
+        (broken,) = found.violations
+        assert (broken.limit, broken.unit, broken.phase, broken.what) == ("bend", "rad", phase, "limb 1")
+        assert_close([broken.excess, broken.time_s], [math.pi - 1.0, math.pi], 1e-9)
+        assert_close(found.largest_bend_rad[phase - 1], math.pi, 1e-9)
+        assert found.largest_bend_rad[phase % 3] is None
+
+
+def test_a_limb_may_bend_as_far_as_it_does_at_the_start_but_only_in_phase_one() -> None:
+    back = PrimitiveSequence.of([("limb1 yaw", -math.radians(100))])
+    further = PrimitiveSequence.of([("limb1 yaw", 1e-3), ("limb1 yaw", -math.radians(100) - 1e-3)])
+    other = PrimitiveSequence.of([("limb2 yaw", 1.1), ("limb2 yaw", -1.1)])
+    for sequence, phase, kept in ((back, 1, True), (back, 2, False), (further, 1, False), (other, 1, False)):
+        assert check(Swimmer(), BENT, [Block(phase, "any", sequence)]).kept == kept
+    forth = [Block(3, "any", back.inverse())]
+    assert check(Swimmer(), Configuration(), forth).kept
+
+
+def test_a_collision_is_told_with_where_and_when() -> None:
+    turn = PrimitiveSequence.of([("limb2 yaw", 0.5), ("limb1 yaw", math.pi)])
+    found = check(Swimmer(max_bend_rad=math.pi), Configuration(), [Block(2, "any", turn, 1)], Limits(0.01))
+    (broken,) = found.violations
+    assert (broken.limit, broken.unit, broken.phase, broken.what) == ("clearance", "m", 2, "limb 1 and limb 2")
+    assert_close(broken.excess, 0.014, 1e-9)
+    assert broken.time_s > 0.5
+    assert not found.kept
+
+
+def test_a_motion_of_nothing_has_a_clearance_and_no_bends() -> None:
+    found = check(Swimmer(), BENT, [], Limits(0.1, Workspace((-1, -1, -1), (1, 1, 1))))
+    assert found.kept
+    assert found.largest_bend_rad == (None, None, None)
+    still = np.zeros((1, 6)), np.zeros(1)
+    assert found.clearance.distance_m == least_clearance(Swimmer(), BENT.shape[None], *still).distance_m
+
+
+@pytest.mark.parametrize("clearance", [-1e-9, math.nan, math.inf])
+def test_a_clearance_that_is_none_is_refused(clearance: float) -> None:
+    with pytest.raises(ParameterError, match="clearance: a finite length of 0 m or more is wanted, found"):
+        plan(Configuration(), Configuration(), clearance_m=clearance)
+
+
+def test_a_start_or_goal_in_collision_is_refused_and_one_that_just_keeps_its_clearance_is_not() -> None:
+    folded = Configuration.from_angles(limb1_euler_deg=(0, 180, 0))
+    for name, query in (("start", (folded, Configuration())), ("goal", (Configuration(), folded))):
+        with pytest.raises(ParameterError, match=f"{name}: a clearance .* between limb 1 and limb 2 .* overlap"):
+            plan(*query)
+    assert plan(Configuration(), Configuration(), clearance_m=0.196).verdict == "reached"
+    with pytest.raises(ParameterError, match=r"start: a clearance of at least 0\.196001 m"):
+        plan(Configuration(), Configuration(), clearance_m=0.196001)
+
+
+def test_a_plan_outside_its_workspace_is_not_found_within_limits() -> None:
+    goal = Configuration.from_angles((0.02, 0.0, 0.0))
+    found = plan(Configuration(), goal, workspace=Workspace((-0.5, -0.01, -0.01), (0.5, 0.01, 0.01)))
+    assert found.certificate.reached
+    assert found.verdict == "not found within limits"
+    assert [v.limit for v in found.limits.violations] == ["workspace"]
+    roomy = plan(Configuration(), goal, workspace=Workspace((-1, -1, -1), (1, 1, 1)))
+    assert roomy.verdict == "reached"
+
+
+@pytest.mark.parametrize("name", stored_scenarios())
+def test_a_stored_scenario_keeps_its_limits_and_is_checked_at_once(name: str) -> None:
+    scenario = load_scenario(stored_scenarios()[name])
+    solution = plan(scenario.start, scenario.goal, scenario.swimmer)
+    assert solution.limits.kept
+    started = time.perf_counter()
+    check(scenario.swimmer, scenario.start, solution.plan.blocks)
+    assert time.perf_counter() - started < 0.1
+
+
+@pytest.mark.parametrize("seed", range(15))
+def test_limbs_are_straightened_without_touching_and_without_bending_further(seed: int) -> None:
+    """Long limbs at random orientations, which some of the shortest ways would bring together."""
+    swimmer = Swimmer(limb_half_length_m=0.2, slenderness=0.05).scaled()
+    shape = random_shapes(np.random.default_rng(seed))
+    here = Configuration(np.eye(4), shape)
+    if not check(swimmer, here, []).kept:
+        pytest.skip("the limbs touch to begin with")
+    ways = straightenings(swimmer, shape)
+    assert np.all(np.diff(ways.joint_travel_rad) >= -1e-8)
+    for k in range(0, len(ways.halves), 7):
+        found = check(swimmer, here, [Block(1, "any", ways.sequence(k))])
+        assert found.kept, found.violations

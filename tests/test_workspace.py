@@ -1,0 +1,114 @@
+"""A workspace: a box that all links stay in, at every instant of every cycle."""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+import pytest
+from helpers import assert_close, random_shapes, random_swimmer
+
+from purcell_cli import Configuration, Swimmer, load_scenario, plan, stored_scenarios
+from purcell_cli.clearance import radius_m
+from purcell_cli.connection import connection
+from purcell_cli.errors import ParameterError
+from purcell_cli.limits import Limits, check
+from purcell_cli.primitives import PrimitiveSequence
+from purcell_cli.rotations import Array, cross
+from purcell_cli.solution import Solution
+from purcell_cli.sweeps import Sweeps
+from purcell_cli.trajectory import Block
+from purcell_cli.workspace import ENDS, WALLS, Workspace, end_speeds, link_ends
+
+FINE_S = 5e-4
+
+
+@functools.cache
+def finely(name: str) -> Solution:
+    """Return a stored scenario's plan with very many rows."""
+    scenario = load_scenario(stored_scenarios()[name])
+    return plan(scenario.start, scenario.goal, scenario.swimmer, dt_s=FINE_S)
+
+
+def extent(solution: Solution) -> tuple[Array, Array]:
+    """Return the least box round a plan's rows [m]."""
+    swimmer, rows = solution.plan.swimmer, solution.trajectory
+    ends = link_ends(swimmer, rows.pose, rows.shape[..., 0])
+    radius = radius_m(swimmer, swimmer.limb_half_length_m)
+    return ends.min(axis=(0, 1)) - radius, ends.max(axis=(0, 1)) + radius
+
+
+def corner(values: Array) -> tuple[float, float, float]:
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+@pytest.mark.parametrize("name", ["nearby", "yaw"])
+@pytest.mark.parametrize("wall", range(6))
+def test_how_far_a_plan_leaves_its_box_is_found_at_any_wall(name: str, wall: int) -> None:
+    """A wall pushed in by a millimetre, out by a micrometre more than the rows tell, and far out."""
+    solution = finely(name)
+    start, blocks, swimmer = solution.plan.start, solution.plan.blocks, solution.plan.swimmer
+    low, high = extent(solution)
+    for push in (1e-3, -1e-5, -1.0):
+        corners = low - 1.0, high + 1.0
+        corners[wall % 2][wall // 2] = (low, high)[wall % 2][wall // 2] + (push if wall % 2 == 0 else -push)
+        found = check(swimmer, start, blocks, Limits(workspace=Workspace(*map(corner, corners))))
+        assert found.workspace is not None
+        assert_close(found.workspace.distance_m, max(push, 0.0), 1e-4, swimmer.length_m)
+        assert found.kept == (push < 0.0)
+        if not found.kept:
+            (broken,) = found.violations
+            assert WALLS[wall] in broken.what
+            row = int(np.searchsorted(solution.trajectory.time_s, broken.time_s + 1e-9)) - 1
+            rows = solution.trajectory
+            ends = link_ends(swimmer, rows.pose[row : row + 1], rows.shape[row : row + 1, :, :, 0])[0]
+            at = ends[ENDS.index(broken.what.partition(" beyond")[0]), wall // 2]
+            assert abs(at - corners[wall % 2][wall // 2]) >= broken.excess - 1e-3 - radius_m(swimmer, 0.1)
+
+
+def test_every_cycle_is_at_a_place_of_its_own() -> None:
+    """A cruise leaves a box in its last cycles alone; checking one cycle is the foil."""
+    square = PrimitiveSequence.of([("limb1 yaw", 1.5), ("limb2 yaw", 1.5), ("limb1 yaw", -1.5), ("limb2 yaw", -1.5)])
+    lead = PrimitiveSequence.of([("limb1 yaw", -0.75), ("limb2 yaw", -0.75)])
+    box = Limits(workspace=Workspace((-0.7, -0.3, -0.3), (0.7, 0.3, 0.3)))
+    for cycles, kept in ((1, True), (30, False)):
+        found = check(Swimmer(), Configuration(), [Block(2, "lead", lead), Block(2, "cruise", square, cycles)], box)
+        assert found.kept == kept
+    assert found.violations[0].time_s > 20.0 * square.joint_travel_rad
+
+
+def test_a_start_outside_is_found_at_once() -> None:
+    found = check(Swimmer(), Configuration(), [], Limits(workspace=Workspace((-1, -1, -1), (0.25, 1, 1))))
+    (broken,) = found.violations
+    assert_close(broken.excess, 0.052, 1e-12)
+    assert (broken.time_s, broken.what) == (0.0, "end of limb 1 beyond the largest x")
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_end_of_a_link_moves_faster_than_dissipation_allows(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    swimmer, n = random_swimmer(rng), 200
+    shapes, rates = random_shapes(rng, n), rng.normal(size=(n, 6))
+    rates[::2] = np.eye(6)[rng.integers(0, 6, n // 2)]
+    shapes[: n // 4] = np.eye(3)
+    xi = -np.einsum("nij,nj->ni", np.stack([connection(swimmer, s) for s in shapes]), rates)
+    axes = shapes[..., 0]
+    ends = link_ends(swimmer, np.tile(np.eye(4), (n, 1, 1)), axes)
+    speed = xi[:, None, :3] + cross(xi[:, None, 3:], ends)
+    swept = cross(np.einsum("nlij,nlj->nli", shapes, rates.reshape(n, 2, 3)), axes)
+    speed[:, 2:] += 2.0 * swimmer.limb_half_length_m * np.array([1.0, -1.0])[:, None] * swept
+    bound = np.repeat(end_speeds(swimmer, Sweeps.of(shapes, rates, np.ones(n))), 2, axis=1)
+    share = np.linalg.norm(speed, axis=-1) / bound
+    assert np.max(share) <= 1.0
+    assert np.max(share) > 0.2
+
+
+@pytest.mark.parametrize(
+    ("low", "high"),
+    [((0, 0, 0), (1, 1, 0)), ((0, 0, 2), (1, 1, 1)), ((0, 0, math.nan), (1, 1, 1)), ((0, 0, 0), (1, math.inf, 1))],
+)
+def test_a_box_that_is_none_is_refused(low: tuple[float, float, float], high: tuple[float, float, float]) -> None:
+    with pytest.raises(ParameterError, match=r"(min|max): .* wanted, found"):
+        Workspace(low, high)
