@@ -4,8 +4,8 @@
 
 Half of the queries are for the paper's swimmer, half for random ones (limb 0.3 to 3 times the base,
 slenderness 0.002 to 0.05). Poses are 0.01 to 50 L apart, evenly in the logarithm; rotations and
-limb orientations are uniform on the rotation group, but for every fourth query, whose limbs are
-collinear. Times are those of one warm library call, re-integration included.
+limb orientations are uniform on the rotation group, limbs that overlap drawn again, but for every
+fourth query, whose limbs are collinear. Times are those of one warm library call, re-integration included.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from purcell_cli import Configuration, Swimmer, plan, se3
+from purcell_cli.clearance import limb_distance
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.rotations import from_quaternion
 
@@ -27,6 +28,14 @@ def random_rotations(rng: np.random.Generator, count: int) -> np.ndarray:
     """Return rotations uniform on the group. Shape (count, 3, 3)."""
     q = rng.normal(size=(count, 4))
     return from_quaternion(q / np.linalg.norm(q, axis=1, keepdims=True))
+
+
+def shape(rng: np.random.Generator, swimmer: Swimmer) -> np.ndarray:
+    """Return limb orientations uniform on the rotation group, drawn again while the limbs overlap. Shape (2, 3, 3)."""
+    while True:
+        limbs = random_rotations(rng, 2)
+        if limb_distance(swimmer, limbs[..., 0]) > 0.0:
+            return limbs
 
 
 def query(seed: int) -> tuple[Swimmer, Configuration, Configuration, float]:
@@ -38,10 +47,9 @@ def query(seed: int) -> tuple[Swimmer, Configuration, Configuration, float]:
     distance = 0.01 * 5000.0 ** rng.random()
     away = rng.normal(size=3)
     away *= distance * swimmer.length_m / np.linalg.norm(away)
-    first, second, *limbs = random_rotations(rng, 6)
-    bent = seed % 4 != 0
-    start = Configuration(se3.pose(first, np.zeros(3)), np.stack(limbs[:2]) if bent else COLLINEAR)
-    goal = Configuration(se3.pose(second, away), np.stack(limbs[2:]) if bent else COLLINEAR)
+    first, second = random_rotations(rng, 2)
+    start, goal = (shape(rng, swimmer) if seed % 4 else COLLINEAR for _ in range(2))
+    start, goal = Configuration(se3.pose(first, np.zeros(3)), start), Configuration(se3.pose(second, away), goal)
     return swimmer, start, goal, distance
 
 

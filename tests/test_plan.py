@@ -25,6 +25,7 @@ from helpers import (
 from scipy.spatial.transform import Rotation
 
 from purcell_cli import Configuration, Swimmer, certify, plan, se3, write_csv
+from purcell_cli.clearance import limb_distance
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.errors import GaitError, ParameterError, UnknownNameError
 from purcell_cli.rotations import Array
@@ -124,9 +125,14 @@ def random_query(seed: int) -> Query:
     swimmer = dataclasses.replace(random_swimmer(rng), joint_rate_rad_s=math.exp(rng.uniform(-1.0, 1.0)))
     far = swimmer.length_m * math.exp(rng.uniform(math.log(0.01), math.log(20.0)))
     way = rng.normal(size=3)
-    start = Configuration(se3.pose(random_rotations(rng), far * rng.normal(size=3)), random_shapes(rng))
+    start = Configuration(se3.pose(random_rotations(rng), far * rng.normal(size=3)), apart(rng, swimmer))
     there = se3.pose(random_rotations(rng), far * way / np.linalg.norm(way))
-    return start, Configuration(start.pose @ there, random_shapes(rng)), swimmer
+    return start, Configuration(start.pose @ there, apart(rng, swimmer)), swimmer
+
+
+def apart(rng: np.random.Generator, swimmer: Swimmer) -> Array:
+    """Return a random shape whose limbs do not overlap. Shape (2, 3, 3)."""
+    return next(s for s in iter(lambda: random_shapes(rng), None) if limb_distance(swimmer, s[..., 0]) > 0.0)
 
 
 def largest(solution: Solution) -> float:

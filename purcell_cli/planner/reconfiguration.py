@@ -227,11 +227,9 @@ def reconfigure(
         return Plan(swimmer, start, goal, ())
     unit, how = swimmer.scaled(), EFFORTS[effort]
     wanted = se3.inverse(_scaled(start.pose, swimmer.length_m)) @ _scaled(goal.pose, swimmer.length_m)
-    found = [
-        c
-        for m in dict.fromkeys(("travel", minimize))
-        for c in candidates(unit, start.shape, goal.shape, wanted, gaits, m)
-    ]
+    apart = limits.clearance_m / swimmer.length_m
+    measures = dict.fromkeys(("travel", minimize))
+    found = [c for m in measures for c in candidates(unit, start.shape, goal.shape, wanted, gaits, m, apart)]
     found.sort(key=lambda c: float(f"{cost(minimize, unit, c.blocks, start.shape):.9e}"))
     best = _Best(swimmer, start, limits, minimize)
     try:

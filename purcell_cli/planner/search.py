@@ -63,7 +63,13 @@ class Candidate:
 
 
 def candidates(
-    swimmer: Swimmer, start: Array, goal: Array, wanted: Array, gaits: Mapping[str, Gait], measure: str = "travel"
+    swimmer: Swimmer,
+    start: Array,
+    goal: Array,
+    wanted: Array,
+    gaits: Mapping[str, Gait],
+    measure: str = "travel",
+    clearance: float = 0.0,
 ) -> list[Candidate]:
     """Return motions that almost make a displacement between two shapes, the best first.
 
@@ -74,12 +80,13 @@ def candidates(
         wanted: Body displacement. Shape (4, 4).
         gaits: The stored gaits.
         measure: One of `measures.MEASURES`.
+        clearance: How far the limbs stay apart in phases 1 and 3, in units of L.
 
     Raises:
         GaitError: No stored gait for a motion that is needed.
     """
     loops = fan(swimmer, measure)
-    first, last = straightenings(swimmer, start), straightenings(swimmer, goal)
+    first, last = (straightenings(swimmer, shape, clearance) for shape in (start, goal))
     pairs, missing = _pairs(first, last, wanted, loops)
     found: list[Candidate] = []
     way = steer(missing, loops, _STARTS)
