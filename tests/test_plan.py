@@ -132,7 +132,9 @@ def random_query(seed: int) -> Query:
 
 def apart(rng: np.random.Generator, swimmer: Swimmer) -> Array:
     """Return a random shape whose limbs do not overlap. Shape (2, 3, 3)."""
-    return next(s for s in iter(lambda: random_shapes(rng), None) if limb_distance(swimmer, s[..., 0]) > 0.0)
+    while limb_distance(swimmer, (shape := random_shapes(rng))[..., 0]) <= 0.0:
+        pass
+    return shape
 
 
 def largest(solution: Solution) -> float:
