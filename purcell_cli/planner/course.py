@@ -12,6 +12,7 @@ import dataclasses
 import functools
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from purcell_cli.lift import Accuracy, Repeat, flow_and_jacobian_of_moves
 from purcell_cli.moves import MoveSequence, most_bent
 from purcell_cli.rotations import Array, as_vector
 from purcell_cli.swimmer import Swimmer
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 _WATCHED = 0.25
 """How near the limit, in the cosine of the bend, a limb must come on a move to be watched."""
@@ -138,15 +142,16 @@ class Course:
         return np.concatenate([leg.unknown() for leg in self.legs])
 
     @functools.cached_property
-    def tie(self) -> Array:
-        """The derivative of every turn's components by every unknown. Shape (6 n, f)."""
-        ties = [np.eye(leg.turn.size) if leg.tie is None else leg.tie for leg in self.legs]
-        out = np.zeros((sum(t.shape[0] for t in ties), sum(t.shape[1] for t in ties)))
-        row = column = 0
-        for tie in ties:
-            out[row : row + tie.shape[0], column : column + tie.shape[1]] = tie
-            row, column = row + tie.shape[0], column + tie.shape[1]
-        return out
+    def tie(self) -> csr_array:
+        """The derivative of every turn's components by every unknown, most of it zero. Shape (6 n, f)."""
+        from scipy.sparse import block_diag, csr_array, eye_array  # slow to import; few commands need it
+
+        ties = [eye_array(leg.turn.size) if leg.tie is None else csr_array(leg.tie) for leg in self.legs]
+        return csr_array(block_diag(ties))
+
+    def _by_unknown(self, by_turn: Array) -> Array:
+        """Return derivatives by the unknowns from those by the turns. Shape (m, 6 n) to (m, f)."""
+        return np.asarray((self.tie.T @ by_turn.T).T)
 
     def legs_at(self, unknown: Array) -> list[Leg]:
         """Return the legs at other unknowns. Shape (f,)."""
@@ -174,9 +179,9 @@ class Course:
         return Values(
             moves.turn,
             np.concatenate(residual),
-            np.concatenate(derivative) @ self.tie,
+            self._by_unknown(np.concatenate(derivative)),
             room,
-            room_slope @ self.tie,
+            self._by_unknown(room_slope),
         )
 
     @functools.cached_property

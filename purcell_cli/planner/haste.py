@@ -23,7 +23,7 @@ _FIRST_REACH, _LEAST_REACH = 0.1, 1e-4
 _PRICE = 200.0
 _WORTH = 3e-4
 """A round that promises less than this part of the duration is the last."""
-_WEAKEST = 1e-9
+_WEAKEST = 1e-14
 _NEWTON_REACH = 0.25
 _BEND_SLACK = 1e-9
 _APPROACHES, _RESTORATIONS, _RESTORED = 40, 6, 1e-6
@@ -52,10 +52,9 @@ class _Search:
         from scipy.optimize import linprog
         from scipy.sparse import bmat, csr_matrix, eye_array, kron
 
-        v, tie = here.values, self.course.tie
-        f, n, m, k = tie.shape[1], len(v.turn), len(v.residual), len(v.room)
+        v, sides = here.values, self.course.tie
+        f, n, m, k = sides.shape[1], len(v.turn), len(v.residual), len(v.room)
         lasts = kron(eye_array(n), np.ones((6, 1)))
-        sides = csr_matrix(tie)
         equal = bmat([[v.derivative, csr_matrix((m, n)), -eye_array(m), eye_array(m), csr_matrix((m, k))]], "csr")
         less = [[sides, -lasts, None, None, None], [-sides, -lasts, None, None, None]]
         wanted = [-v.turn.ravel(), v.turn.ravel()]
@@ -123,12 +122,20 @@ class _Search:
         return here.unknown
 
 
+def _least(rows: Array, wanted: Array) -> Array:
+    """Return the least solution of few equations in many unknowns, by their Gram matrix. Shape (f,).
+
+    It is not as accurate as by the equations themselves; Newton's method makes up for that.
+    """
+    return np.asarray(rows.T @ np.linalg.lstsq(rows @ rows.T, wanted, rcond=_WEAKEST)[0])
+
+
 def newton_step(values: Values, reach: float = _NEWTON_REACH) -> Array:
     """Return the least step to the arrival that leaves no limb bent too far, as far as is linear. Shape (f,)."""
     active = values.room < 0.0
     for _ in range(4):
         rows = np.concatenate([values.derivative, values.room_derivative[active]])
-        step: Array = np.linalg.lstsq(rows, np.concatenate([-values.residual, -values.room[active]]), rcond=_WEAKEST)[0]
+        step = _least(rows, np.concatenate([-values.residual, -values.room[active]]))
         step *= min(1.0, reach / max(float(np.max(np.abs(step))), 1e-300))
         broken = (values.room + values.room_derivative @ step < -_BEND_SLACK) & ~active
         if not np.any(broken):
