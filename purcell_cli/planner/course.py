@@ -153,10 +153,20 @@ class Course:
         """Return derivatives by the unknowns from those by the turns. Shape (m, 6 n) to (m, f)."""
         return np.asarray((self.tie.T @ by_turn.T).T)
 
+    @property
+    def tail(self) -> int:
+        """The first unknown of those after which no leg repeats: their changes are not multiplied."""
+        last = max((k + 1 for k, leg in enumerate(self.legs) if leg.cycles > 1), default=0)
+        return sum(self._counts[:last])
+
+    @property
+    def _counts(self) -> list[int]:
+        """How many unknowns each leg has."""
+        return [leg.turn.size if leg.tie is None else int(leg.tie.shape[1]) for leg in self.legs]
+
     def legs_at(self, unknown: Array) -> list[Leg]:
         """Return the legs at other unknowns. Shape (f,)."""
-        counts = [leg.turn.size if leg.tie is None else leg.tie.shape[1] for leg in self.legs]
-        parts = np.split(unknown, np.cumsum(counts)[:-1])
+        parts = np.split(unknown, np.cumsum(self._counts)[:-1])
         return [leg.at(part) for leg, part in zip(self.legs, parts, strict=True)]
 
     def at(self, unknown: Array) -> Values:

@@ -5,7 +5,9 @@
 3. At the collinear shape the limbs first roll by an eighth of a turn, opposite ways, which moves
    the base not at all. A limb's yaw and pitch axes then lie across the base's, and turning on both
    it bends in the base's planes at the square root of two times the rate of one joint.
-4. All turns are optimised together for the duration (`haste`) and settled exactly.
+4. All turns are optimised together for the duration (`haste`) and settled exactly: first strokes by
+   yaws alone, or by pitches, are kept so, since beside a plane the roll of the base is too sharp a
+   function of the turns; then all turns that are made once are free.
 
 What comes out no quicker, or not exact, or bends too far, is not taken. Conventions: `rotations`.
 """
@@ -60,8 +62,8 @@ def quickened(plan: Plan) -> Plan:
     inner = dataclasses.replace(unit, max_bend_rad=max(unit.max_bend_rad - _MARGIN_RAD, 0.5 * unit.max_bend_rad))
     best = plan
     for across_rad in _ACROSS_RAD, 0.0:
-        course = Course(inner, _legs(plan, unit, across_rad), plan.start.shape, plan.goal.shape, wanted, SEARCHING)
-        planar = _without_idle(hastened(course))
+        begun = Course(inner, _legs(plan, unit, across_rad), plan.start.shape, plan.goal.shape, wanted, SEARCHING)
+        planar = _without_idle(hastened(begun))
         found, off = settled(_without_idle(hastened(_freed(planar))))
         blocks = _on_the_clock(found, plan.swimmer.joint_rate_rad_s)
         exact = off < _ARRIVED and not _too_bent(blocks, plan.start.shape, unit.max_bend_rad)
@@ -160,7 +162,7 @@ def _freed(course: Course) -> Course:
 
 
 def _without_idle(course: Course) -> Course:
-    """Return the course without moves that turn nothing."""
+    """Return the course without moves that turn nothing, unless none does."""
     legs = []
     for leg in course.legs:
         used = np.max(np.abs(leg.turn), axis=1) > _IDLE_RAD
@@ -169,7 +171,7 @@ def _without_idle(course: Course) -> Course:
         elif np.any(used):
             tie = None if leg.tie is None else leg.tie.reshape(len(used), 6, -1)[used].reshape(6 * int(used.sum()), -1)
             legs.append(dataclasses.replace(leg, turn=leg.turn[used], tie=tie))
-    return course.of(legs)
+    return course.of(legs) if legs else course
 
 
 def _too_bent(blocks: Sequence[Block], start: Array, max_bend_rad: float) -> bool:
@@ -189,9 +191,8 @@ def _on_the_clock(course: Course, rate_rad_s: float) -> list[Block]:
     out: list[Block] = []
     for leg in course.legs:
         gait = TOGETHER if leg.phase == 2 and leg.cycles == 1 else leg.gait
-        block = Block(
-            leg.phase, gait, _ticking(leg.turn, step), leg.cycles, leg.amplitude_rad if leg.cycles > 1 else math.nan
-        )
+        amplitude = leg.amplitude_rad if leg.cycles > 1 else math.nan
+        block = Block(leg.phase, gait, _ticking(leg.turn, step), leg.cycles, amplitude)
         if out and block.cycles == out[-1].cycles == 1 and block.phase == out[-1].phase:
             block = Block(leg.phase, gait, joined([out.pop().sequence, block.sequence]))
         out.append(block)
