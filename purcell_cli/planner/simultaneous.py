@@ -40,7 +40,8 @@ _FEW_CYCLES = 2
 """Loops that repeat no more often are free in every turn."""
 _PLANAR_RAD = 0.2
 _ARRIVED = 1e-10
-_IDLE_RAD = 1e-10
+_IDLE_RAD, _UNFELT_RAD = 1e-10, 1e-13
+"""Turns too small to search with, and to play."""
 _MARGIN_RAD = 1e-6
 """Room left below the bend limit for the exact finish."""
 
@@ -192,11 +193,12 @@ def _on_the_clock(course: Course, rate_rad_s: float) -> list[Block]:
     for leg in course.legs:
         gait = TOGETHER if leg.phase == 2 and leg.cycles == 1 else leg.gait
         amplitude = leg.amplitude_rad if leg.cycles > 1 else math.nan
-        block = Block(leg.phase, gait, _ticking(leg.turn, step), leg.cycles, amplitude)
+        felt = leg.turn if leg.cycles > 1 else leg.turn[np.max(np.abs(leg.turn), axis=1) > _UNFELT_RAD]
+        block = Block(leg.phase, gait, _ticking(felt, step), leg.cycles, amplitude)
         if out and block.cycles == out[-1].cycles == 1 and block.phase == out[-1].phase:
             block = Block(leg.phase, gait, joined([out.pop().sequence, block.sequence]))
         out.append(block)
-    return out
+    return [block for block in out if len(block.sequence)]
 
 
 def _ticking(turn: Array, step: float) -> MoveSequence:
