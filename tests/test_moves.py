@@ -22,7 +22,8 @@ from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.errors import ParameterError
 from purcell_cli.lift import Repeat, flow, flow_and_jacobian, flow_and_jacobian_of_moves, flow_of_rates, work
-from purcell_cli.moves import MoveSequence, bends, joined, most_bent
+from purcell_cli.moves import MoveSequence, joined
+from purcell_cli.planner.course import most_bent
 from purcell_cli.rotations import Array, about_axis, as_vector
 from purcell_cli.swimmer import Swimmer
 
@@ -190,11 +191,6 @@ def test_the_largest_bend_of_a_move_is_that_of_many_instants() -> None:
     assert_close(np.minimum(there[:, 0], axes[:, 0]), all_axes[..., 0].min(axis=0), 5e-6)
     assert_close((se3.rotation(part[:, None] * turn) @ axes[:, :, None])[..., 0], there, 1e-15)
     assert not is_close(np.minimum(all_axes[-1, :, 0], axes[:, 0]), all_axes[..., 0].min(axis=0), 1e-2)
-
-
-def test_bends_of_a_yaw_are_its_angle() -> None:
-    moves = MoveSequence.of_turns([[0, 0, 0.7, 0, 0, -0.2], [0.5, 0, 0, 0, 0.0, -0.3]])
-    assert_close(bends(moves, COLLINEAR), [[0.7, 0.2], [0.7, 0.5]], 1e-7)
 
 
 # --- Sequences -----------------------------------------------------------------------------------------------------

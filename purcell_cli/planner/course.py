@@ -19,7 +19,7 @@ import numpy as np
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.lift import Accuracy, Repeat, flow_and_jacobian_of_moves
-from purcell_cli.moves import MoveSequence, most_bent
+from purcell_cli.moves import MoveSequence
 from purcell_cli.rotations import Array, as_vector
 from purcell_cli.swimmer import Swimmer
 
@@ -202,7 +202,7 @@ class Course:
         """
         out = np.full((len(self.phase), 2), math.cos(self.swimmer.max_bend_rad))
         for phase, shape in ((1, self.start), (3, self.goal)):
-            out[self.phase == phase] = np.minimum(out[self.phase == phase], shape[:, 0, 0] - 1e-9)
+            out[self.phase == phase] = np.minimum(out[self.phase == phase], shape[:, 0, 0])
         return out
 
     def _room(self, shapes: Array, turn: Array, turning: Array) -> tuple[Array, Array]:
@@ -225,3 +225,27 @@ class Course:
         own = se3.left_jacobian(s[:, None] * turn[move, limb]) @ shapes[move, limb]
         slope[np.arange(k), move, limb] = s[:, None] * np.einsum("ki,kij->kj", lever, own)
         return room[move, limb], slope.reshape(k, 6 * n)
+
+
+def most_bent(axes: Array, turn: Array) -> tuple[Array, Array]:
+    """Return where on a move a limb is most bent, its beginning left out.
+
+    The limb's axis goes round a circle, on which the cosine of its bend from the base's axis is a
+    sine wave: it is lowest at the end, or where the circle is furthest from the base's axis.
+
+    Args:
+        axes: The limb's axes before it. Shape (..., 3).
+        turn: Rotation vectors in base coordinates [rad]. Shape (..., 3).
+
+    Returns:
+        How far through the move, as a part of it, shape (...), and the limb's axis there, shape (..., 3).
+    """
+    angle = np.linalg.norm(turn, axis=-1)
+    about = turn / np.where(angle > 0.0, angle, 1.0)[..., None]
+    along = np.einsum("...i,...i->...", about, axes)
+    cosine = axes[..., 0] - along * about[..., 0]
+    sine = about[..., 1] * axes[..., 2] - about[..., 2] * axes[..., 1]
+    lowest = np.mod(np.arctan2(sine, cosine) + np.pi, 2.0 * np.pi)
+    inside = (lowest > 0.0) & (lowest < angle)
+    part = np.where(inside, lowest / np.where(inside, angle, 1.0), 1.0)
+    return part, (se3.rotation(part[..., None] * turn) @ axes[..., None])[..., 0]

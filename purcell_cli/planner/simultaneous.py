@@ -9,7 +9,7 @@
    yaws alone, or by pitches, are kept so, since beside a plane the roll of the base is too sharp a
    function of the turns; then all turns that are made once are free.
 
-What comes out no quicker, or not exact, or bends too far, is not taken. Conventions: `rotations`.
+What comes out no quicker, or not exact, or beyond a limit, is not taken. Conventions: `rotations`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ import numpy as np
 
 from purcell_cli import se3
 from purcell_cli.configuration import Configuration
-from purcell_cli.moves import MoveSequence, bends, joined
+from purcell_cli.limits import Limits, check
+from purcell_cli.moves import MoveSequence, joined
 from purcell_cli.planner.course import Course, Leg
 from purcell_cli.planner.haste import hastened, settled
 from purcell_cli.planner.octagons import cycle, octagons, twist, yaws
@@ -49,11 +50,12 @@ TOGETHER, ROLLED, ROUNDED = "moves together", "limbs rolled across", "rounded lo
 """Names of strokes that are not in the primitive plan."""
 
 
-def quickened(plan: Plan) -> Plan:
+def quickened(plan: Plan, limits: Limits | None = None) -> Plan:
     """Return a plan that arrives as exactly in less time, all joints turning at once; or the same plan.
 
     Args:
         plan: A plan by primitives.
+        limits: What the plan must keep besides the bend limit; what breaks them is not taken.
     """
     if not plan.blocks:
         return plan
@@ -67,8 +69,8 @@ def quickened(plan: Plan) -> Plan:
         planar = _without_idle(hastened(begun))
         found, off = settled(_without_idle(hastened(_freed(planar))))
         blocks = _on_the_clock(found, plan.swimmer.joint_rate_rad_s)
-        exact = off < _ARRIVED and not _too_bent(blocks, plan.start.shape, unit.max_bend_rad)
-        if exact and _duration(blocks) < _duration(best.blocks):
+        quicker = off < _ARRIVED and _duration(blocks) < _duration(best.blocks)
+        if quicker and check(plan.swimmer, plan.start, blocks, limits).kept:
             best = dataclasses.replace(plan, blocks=tuple(blocks))
         if best is not plan and any(b.cycles > 1 for b in blocks):
             break  # a long plan gains by rolled limbs more than by anything else
@@ -173,13 +175,6 @@ def _without_idle(course: Course) -> Course:
             tie = None if leg.tie is None else leg.tie.reshape(len(used), 6, -1)[used].reshape(6 * int(used.sum()), -1)
             legs.append(dataclasses.replace(leg, turn=leg.turn[used], tie=tie))
     return course.of(legs) if legs else course
-
-
-def _too_bent(blocks: Sequence[Block], start: Array, max_bend_rad: float) -> bool:
-    """Return whether a limb bends beyond the limit at any instant of phase 2."""
-    shapes = starting_shapes(blocks, start)
-    inner = [bends(b.sequence, s) for b, s in zip(blocks, shapes, strict=False) if b.phase == 2]
-    return any(np.any(bend > max_bend_rad) for bend in inner)
 
 
 def _duration(blocks: Sequence[Block]) -> float:
