@@ -488,8 +488,11 @@ BAD_COMMANDS: dict[str, tuple[list[str], str]] = {
     ),
     "unknown effort": (
         ["plan", "start.yaml", "goal.yaml", "--effort", "lazy"],
-        ["plan", "start.yaml", "goal.yaml", "--controls", "both"],
         "effort: one of quick, standard, thorough",
+    ),
+    "unknown controls": (
+        ["plan", "start.yaml", "goal.yaml", "--controls", "both"],
+        "controls: one of primitive, simultaneous",
     ),
     "plan dt too small": (["plan", "start.yaml", "goal.yaml", "--dt", "1e-12"], "dt: a time above"),
     "unknown gait": (["gait", "z-mtion"], "no gait is called 'z-mtion'; did you mean 'z-motion'?"),
