@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from purcell_cli.export import read_csv, write_csv
     from purcell_cli.files import load_configuration, load_gait, load_goal, load_scenario, load_swimmer
     from purcell_cli.gaits import realise
-    from purcell_cli.lift import flow, flow_and_jacobian, flow_of_rates
+    from purcell_cli.lift import flow, flow_and_jacobian, flow_and_jacobian_of_moves, flow_of_rates
+    from purcell_cli.moves import MoveSequence
     from purcell_cli.primitives import PrimitiveSequence
     from purcell_cli.solution import plan
     from purcell_cli.stored import stored_gaits, stored_scenarios
@@ -28,6 +29,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "Configuration": "configuration",
+    "MoveSequence": "moves",
     "PrimitiveSequence": "primitives",
     "PurcellError": "errors",
     "Swimmer": "swimmer",
@@ -35,6 +37,7 @@ _HOMES = {
     "certify": "certificate",
     "flow": "lift",
     "flow_and_jacobian": "lift",
+    "flow_and_jacobian_of_moves": "lift",
     "flow_of_rates": "lift",
     "load_configuration": "files",
     "load_gait": "files",
@@ -53,6 +56,7 @@ _HOMES = {
 
 __all__ = [
     "Configuration",
+    "MoveSequence",
     "PrimitiveSequence",
     "PurcellError",
     "Swimmer",
@@ -60,6 +64,7 @@ __all__ = [
     "certify",
     "flow",
     "flow_and_jacobian",
+    "flow_and_jacobian_of_moves",
     "flow_of_rates",
     "load_configuration",
     "load_gait",

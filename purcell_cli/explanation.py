@@ -8,11 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from purcell_cli import se3
-from purcell_cli.moves import ControlSequence, bends
+from purcell_cli.moves import ControlSequence
 from purcell_cli.planner.reconfiguration import Structure
 from purcell_cli.rotations import Array, as_euler, as_vector
 from purcell_cli.sensitivity import Sensitivity, sensitivities
 from purcell_cli.solution import Solution, phase_displacement, stroke_cycles
+from purcell_cli.sweeps import Sweeps, bends
 from purcell_cli.trajectory import starting_shapes
 
 _BINDS_RAD = 1e-6
@@ -138,8 +139,8 @@ def largest_bend(sequence: ControlSequence, start: Array) -> float:
         sequence: The primitives or moves.
         start: Shape before them. Shape (2, 3, 3).
     """
-    first = np.arctan2(np.hypot(start[:, 1, 0], start[:, 2, 0]), start[:, 0, 0])
-    return float(max(np.max(first), np.max(bends(sequence, start), initial=0.0)))
+    sweeps = Sweeps.of(sequence.shapes(start)[:-1], sequence.rates(), sequence.duration)
+    return float(np.max(sweeps.largest_bends()[0], initial=np.max(bends(start[..., 0]))))
 
 
 def in_words(displacement: Array, length_m: float) -> str:

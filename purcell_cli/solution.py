@@ -126,7 +126,7 @@ def plan(
     for name, configuration in (("start", start), ("goal", goal)):
         limits.refuse(body, name, configuration)
     made = reconfigure(body, start, goal, stored, effort, minimize, limits, progress)
-    return carried_out(quickened(made) if controls == "simultaneous" else made, dt_s, limits)
+    return carried_out(quickened(made, limits) if controls == "simultaneous" else made, dt_s, limits)
 
 
 def carried_out(plan: Plan, dt_s: float = 0.05, limits: Limits | None = None) -> Solution:

@@ -278,6 +278,20 @@ def test_a_table_cuts_no_number_short(run: Run, folder: Path) -> None:
     assert "…" not in out
 
 
+def test_simultaneous_controls_make_a_quicker_plan_that_verifies(run: Run, folder: Path) -> None:
+    """The same keys; less time; moves instead of primitives in the table."""
+    _, out, _ = run("plan", "start.yaml", "goal.yaml", "--json")
+    plain = document_of(out)
+    code, out, err = run("plan", "start.yaml", "goal.yaml", "--controls", "simultaneous", "--json", "--out", "q.csv")
+    quick = document_of(out)
+    assert (code, err, keys(quick)) == (DONE, "", PLAN_KEYS)
+    assert (plain["controls"], quick["controls"]) == ("primitive", "simultaneous")
+    assert quick["duration_s"] < plain["duration_s"]
+    assert math.isclose(sum(p["duration_s"] for p in quick["phases"]), quick["duration_s"], rel_tol=1e-9)
+    assert run("verify", "q.csv", "start.yaml", "goal.yaml")[0] == DONE
+    assert " moves, " in run("plan", "start.yaml", "goal.yaml", "--controls", "simultaneous")[1]
+
+
 def test_help_and_version_are_printed_and_done(run: Run, folder: Path) -> None:
     before = contents(folder)
     for command in (["--help"], ["plan", "--help"], ["gait", "--help"], ["verify", "--help"], ["run", "--help"]):
@@ -475,6 +489,10 @@ BAD_COMMANDS: dict[str, tuple[list[str], str]] = {
     "unknown effort": (
         ["plan", "start.yaml", "goal.yaml", "--effort", "lazy"],
         "effort: one of quick, standard, thorough",
+    ),
+    "unknown controls": (
+        ["plan", "start.yaml", "goal.yaml", "--controls", "both"],
+        "controls: one of primitive, simultaneous",
     ),
     "plan dt too small": (["plan", "start.yaml", "goal.yaml", "--dt", "1e-12"], "dt: a time above"),
     "unknown gait": (["gait", "z-mtion"], "no gait is called 'z-mtion'; did you mean 'z-motion'?"),

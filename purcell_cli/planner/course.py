@@ -12,15 +12,19 @@ import dataclasses
 import functools
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.lift import Accuracy, Repeat, flow_and_jacobian_of_moves
-from purcell_cli.moves import MoveSequence, most_bent
+from purcell_cli.moves import MoveSequence
 from purcell_cli.rotations import Array, as_vector
 from purcell_cli.swimmer import Swimmer
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 _WATCHED = 0.25
 """How near the limit, in the cosine of the bend, a limb must come on a move to be watched."""
@@ -138,20 +142,31 @@ class Course:
         return np.concatenate([leg.unknown() for leg in self.legs])
 
     @functools.cached_property
-    def tie(self) -> Array:
-        """The derivative of every turn's components by every unknown. Shape (6 n, f)."""
-        ties = [np.eye(leg.turn.size) if leg.tie is None else leg.tie for leg in self.legs]
-        out = np.zeros((sum(t.shape[0] for t in ties), sum(t.shape[1] for t in ties)))
-        row = column = 0
-        for tie in ties:
-            out[row : row + tie.shape[0], column : column + tie.shape[1]] = tie
-            row, column = row + tie.shape[0], column + tie.shape[1]
-        return out
+    def tie(self) -> csr_array:
+        """The derivative of every turn's components by every unknown, most of it zero. Shape (6 n, f)."""
+        from scipy.sparse import block_diag, csr_array, eye_array  # slow to import; few commands need it
+
+        ties = [eye_array(leg.turn.size) if leg.tie is None else csr_array(leg.tie) for leg in self.legs]
+        return csr_array(block_diag(ties))
+
+    def _by_unknown(self, by_turn: Array) -> Array:
+        """Return derivatives by the unknowns from those by the turns. Shape (m, 6 n) to (m, f)."""
+        return np.asarray((self.tie.T @ by_turn.T).T)
+
+    @property
+    def tail(self) -> int:
+        """The first unknown of those after which no leg repeats: their changes are not multiplied."""
+        last = max((k + 1 for k, leg in enumerate(self.legs) if leg.cycles > 1), default=0)
+        return sum(self._counts[:last])
+
+    @property
+    def _counts(self) -> list[int]:
+        """How many unknowns each leg has."""
+        return [leg.turn.size if leg.tie is None else int(leg.tie.shape[1]) for leg in self.legs]
 
     def legs_at(self, unknown: Array) -> list[Leg]:
         """Return the legs at other unknowns. Shape (f,)."""
-        counts = [leg.turn.size if leg.tie is None else leg.tie.shape[1] for leg in self.legs]
-        parts = np.split(unknown, np.cumsum(counts)[:-1])
+        parts = np.split(unknown, np.cumsum(self._counts)[:-1])
         return [leg.at(part) for leg, part in zip(self.legs, parts, strict=True)]
 
     def at(self, unknown: Array) -> Values:
@@ -174,9 +189,9 @@ class Course:
         return Values(
             moves.turn,
             np.concatenate(residual),
-            np.concatenate(derivative) @ self.tie,
+            self._by_unknown(np.concatenate(derivative)),
             room,
-            room_slope @ self.tie,
+            self._by_unknown(room_slope),
         )
 
     @functools.cached_property
@@ -187,7 +202,7 @@ class Course:
         """
         out = np.full((len(self.phase), 2), math.cos(self.swimmer.max_bend_rad))
         for phase, shape in ((1, self.start), (3, self.goal)):
-            out[self.phase == phase] = np.minimum(out[self.phase == phase], shape[:, 0, 0] - 1e-9)
+            out[self.phase == phase] = np.minimum(out[self.phase == phase], shape[:, 0, 0])
         return out
 
     def _room(self, shapes: Array, turn: Array, turning: Array) -> tuple[Array, Array]:
@@ -210,3 +225,27 @@ class Course:
         own = se3.left_jacobian(s[:, None] * turn[move, limb]) @ shapes[move, limb]
         slope[np.arange(k), move, limb] = s[:, None] * np.einsum("ki,kij->kj", lever, own)
         return room[move, limb], slope.reshape(k, 6 * n)
+
+
+def most_bent(axes: Array, turn: Array) -> tuple[Array, Array]:
+    """Return where on a move a limb is most bent, its beginning left out.
+
+    The limb's axis goes round a circle, on which the cosine of its bend from the base's axis is a
+    sine wave: it is lowest at the end, or where the circle is furthest from the base's axis.
+
+    Args:
+        axes: The limb's axes before it. Shape (..., 3).
+        turn: Rotation vectors in base coordinates [rad]. Shape (..., 3).
+
+    Returns:
+        How far through the move, as a part of it, shape (...), and the limb's axis there, shape (..., 3).
+    """
+    angle = np.linalg.norm(turn, axis=-1)
+    about = turn / np.where(angle > 0.0, angle, 1.0)[..., None]
+    along = np.einsum("...i,...i->...", about, axes)
+    cosine = axes[..., 0] - along * about[..., 0]
+    sine = about[..., 1] * axes[..., 2] - about[..., 2] * axes[..., 1]
+    lowest = np.mod(np.arctan2(sine, cosine) + np.pi, 2.0 * np.pi)
+    inside = (lowest > 0.0) & (lowest < angle)
+    part = np.where(inside, lowest / np.where(inside, angle, 1.0), 1.0)
+    return part, (se3.rotation(part[..., None] * turn) @ axes[..., None])[..., 0]

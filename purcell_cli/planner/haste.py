@@ -20,14 +20,15 @@ from purcell_cli.rotations import Array
 
 _ROUNDS = 30
 _FIRST_REACH, _LEAST_REACH = 0.1, 1e-4
-_PRICE = 200.0
+_LEAST_PRICE, _PRICE = 200.0, 10.0
+"""Cost of a violation [s per L or rad], and what it is at least per second of the motion."""
 _WORTH = 3e-4
 """A round that promises less than this part of the duration is the last."""
-_WEAKEST = 1e-9
+_WEAKEST = 1e-14
 _NEWTON_REACH = 0.25
-_BEND_SLACK = 1e-9
+_BEND_SLACK, _ACTIVE_ROUNDS = 1e-9, 4
 _APPROACHES, _RESTORATIONS, _RESTORED = 40, 6, 1e-6
-_ENOUGH = 4e-12
+_ENOUGH, _PATIENCE = 4e-12, 4
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -40,22 +41,22 @@ class _Point:
 class _Search:
     def __init__(self, course: Course) -> None:
         self.course = course
+        self.price = max(_LEAST_PRICE, _PRICE * course.duration)
 
     def point(self, unknown: Array) -> _Point:
         values = self.course.at(unknown)
         duration = float(self.course.cycles @ np.max(np.abs(values.turn), axis=1))
         violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(values.room, 0.0)))
-        return _Point(unknown, values, duration + _PRICE * violation)
+        return _Point(unknown, values, duration + self.price * violation)
 
     def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
         """Return the unknowns that minimise the linearised merit within reach, and that merit."""
         from scipy.optimize import linprog
         from scipy.sparse import bmat, csr_matrix, eye_array, kron
 
-        v, tie = here.values, self.course.tie
-        f, n, m, k = tie.shape[1], len(v.turn), len(v.residual), len(v.room)
+        v, sides = here.values, self.course.tie
+        f, n, m, k = sides.shape[1], len(v.turn), len(v.residual), len(v.room)
         lasts = kron(eye_array(n), np.ones((6, 1)))
-        sides = csr_matrix(tie)
         equal = bmat([[v.derivative, csr_matrix((m, n)), -eye_array(m), eye_array(m), csr_matrix((m, k))]], "csr")
         less = [[sides, -lasts, None, None, None], [-sides, -lasts, None, None, None]]
         wanted = [-v.turn.ravel(), v.turn.ravel()]
@@ -67,7 +68,7 @@ class _Search:
         low = np.concatenate([np.full(f, -reach), np.zeros(n + 2 * m + k)])
         high = np.concatenate([np.full(f, reach), np.full(n + 2 * m + k, np.inf)])
         solved = linprog(
-            np.concatenate([np.zeros(f), self.course.cycles, np.full(2 * m + k, _PRICE)]),
+            np.concatenate([np.zeros(f), self.course.cycles, np.full(2 * m + k, self.price)]),
             A_ub=bmat(less, "csr"),
             b_ub=np.concatenate(wanted),
             A_eq=equal,
@@ -123,13 +124,29 @@ class _Search:
         return here.unknown
 
 
-def newton_step(values: Values, reach: float = _NEWTON_REACH) -> Array:
-    """Return the least step to the arrival that leaves no limb bent too far, as far as is linear. Shape (f,)."""
+def _least(rows: Array, wanted: Array) -> Array:
+    """Return the least solution of few equations in many unknowns, by their Gram matrix. Shape (f,).
+
+    It is not as accurate as by the equations themselves; Newton's method makes up for that.
+    """
+    return np.asarray(rows.T @ np.linalg.lstsq(rows @ rows.T, wanted, rcond=_WEAKEST)[0])
+
+
+def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) -> Array:
+    """Return the least step to the arrival that leaves no limb bent too far, as far as is linear. Shape (f,).
+
+    Args:
+        values: The equations where it starts.
+        reach: Its largest component [rad].
+        first: The first unknown that may change.
+    """
+    arrival, room = values.derivative[:, first:], values.room_derivative[:, first:]
+    step = np.zeros(values.derivative.shape[1])
     active = values.room < 0.0
-    for _ in range(4):
-        rows = np.concatenate([values.derivative, values.room_derivative[active]])
-        step: Array = np.linalg.lstsq(rows, np.concatenate([-values.residual, -values.room[active]]), rcond=_WEAKEST)[0]
-        step *= min(1.0, reach / max(float(np.max(np.abs(step))), 1e-300))
+    for _ in range(_ACTIVE_ROUNDS):
+        rows = np.concatenate([arrival, room[active]])
+        free = _least(rows, np.concatenate([-values.residual, -values.room[active]]))
+        step[first:] = free * min(1.0, reach / max(float(np.max(np.abs(free), initial=0.0)), 1e-300))
         broken = (values.room + values.room_derivative @ step < -_BEND_SLACK) & ~active
         if not np.any(broken):
             break
@@ -145,18 +162,21 @@ def hastened(course: Course) -> Course:
 def settled(course: Course) -> tuple[Course, float]:
     """Return the motion changed, by the least amount, to end exactly at the goal.
 
+    Where rounding then stands in the way, since loops that repeat multiply it, only the moves after
+    the last of those go on.
+
     Returns:
         The motion, and the largest residual left [L, rad].
     """
     exact = course.of(course.legs, EXACT)
     unknown = exact.unknown
     best, kept, idle = np.inf, unknown, 0
-    while idle < 3:
+    while idle < _PATIENCE:
         values = exact.at(unknown)
         idle = idle + 1 if values.size > 0.5 * best else 0
         if values.size < best:
             best, kept = values.size, unknown
         if best < _ENOUGH:
             break
-        unknown = unknown + newton_step(values)
+        unknown = unknown + newton_step(values, first=exact.tail if idle else 0)
     return exact.of(exact.legs_at(kept)), float(best)

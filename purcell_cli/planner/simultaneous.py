@@ -5,9 +5,11 @@
 3. At the collinear shape the limbs first roll by an eighth of a turn, opposite ways, which moves
    the base not at all. A limb's yaw and pitch axes then lie across the base's, and turning on both
    it bends in the base's planes at the square root of two times the rate of one joint.
-4. All turns are optimised together for the duration (`haste`) and settled exactly.
+4. All turns are optimised together for the duration (`haste`) and settled exactly: first strokes by
+   yaws alone, or by pitches, are kept so, since beside a plane the roll of the base is too sharp a
+   function of the turns; then all turns that are made once are free.
 
-What comes out no quicker, or not exact, or bends too far, is not taken. Conventions: `rotations`.
+What comes out no quicker, or not exact, or beyond a limit, is not taken. Conventions: `rotations`.
 """
 
 from __future__ import annotations
@@ -20,7 +22,8 @@ import numpy as np
 
 from purcell_cli import se3
 from purcell_cli.configuration import Configuration
-from purcell_cli.moves import MoveSequence, bends, joined
+from purcell_cli.limits import Limits, check
+from purcell_cli.moves import MoveSequence, joined
 from purcell_cli.planner.course import Course, Leg
 from purcell_cli.planner.haste import hastened, settled
 from purcell_cli.planner.octagons import cycle, octagons, twist, yaws
@@ -38,7 +41,8 @@ _FEW_CYCLES = 2
 """Loops that repeat no more often are free in every turn."""
 _PLANAR_RAD = 0.2
 _ARRIVED = 1e-10
-_IDLE_RAD = 1e-10
+_IDLE_RAD, _UNFELT_RAD = 1e-10, 1e-13
+"""Turns too small to search with, and to play."""
 _MARGIN_RAD = 1e-6
 """Room left below the bend limit for the exact finish."""
 
@@ -46,11 +50,12 @@ TOGETHER, ROLLED, ROUNDED = "moves together", "limbs rolled across", "rounded lo
 """Names of strokes that are not in the primitive plan."""
 
 
-def quickened(plan: Plan) -> Plan:
+def quickened(plan: Plan, limits: Limits | None = None) -> Plan:
     """Return a plan that arrives as exactly in less time, all joints turning at once; or the same plan.
 
     Args:
         plan: A plan by primitives.
+        limits: What the plan must keep besides the bend limit; what breaks them is not taken.
     """
     if not plan.blocks:
         return plan
@@ -60,12 +65,12 @@ def quickened(plan: Plan) -> Plan:
     inner = dataclasses.replace(unit, max_bend_rad=max(unit.max_bend_rad - _MARGIN_RAD, 0.5 * unit.max_bend_rad))
     best = plan
     for across_rad in _ACROSS_RAD, 0.0:
-        course = Course(inner, _legs(plan, unit, across_rad), plan.start.shape, plan.goal.shape, wanted, SEARCHING)
-        planar = _without_idle(hastened(course))
+        begun = Course(inner, _legs(plan, unit, across_rad), plan.start.shape, plan.goal.shape, wanted, SEARCHING)
+        planar = _without_idle(hastened(begun))
         found, off = settled(_without_idle(hastened(_freed(planar))))
         blocks = _on_the_clock(found, plan.swimmer.joint_rate_rad_s)
-        exact = off < _ARRIVED and not _too_bent(blocks, plan.start.shape, unit.max_bend_rad)
-        if exact and _duration(blocks) < _duration(best.blocks):
+        quicker = off < _ARRIVED and _duration(blocks) < _duration(best.blocks)
+        if quicker and check(plan.swimmer, plan.start, blocks, limits).kept:
             best = dataclasses.replace(plan, blocks=tuple(blocks))
         if best is not plan and any(b.cycles > 1 for b in blocks):
             break  # a long plan gains by rolled limbs more than by anything else
@@ -160,7 +165,7 @@ def _freed(course: Course) -> Course:
 
 
 def _without_idle(course: Course) -> Course:
-    """Return the course without moves that turn nothing."""
+    """Return the course without moves that turn nothing, unless none does."""
     legs = []
     for leg in course.legs:
         used = np.max(np.abs(leg.turn), axis=1) > _IDLE_RAD
@@ -169,14 +174,7 @@ def _without_idle(course: Course) -> Course:
         elif np.any(used):
             tie = None if leg.tie is None else leg.tie.reshape(len(used), 6, -1)[used].reshape(6 * int(used.sum()), -1)
             legs.append(dataclasses.replace(leg, turn=leg.turn[used], tie=tie))
-    return course.of(legs)
-
-
-def _too_bent(blocks: Sequence[Block], start: Array, max_bend_rad: float) -> bool:
-    """Return whether a limb bends beyond the limit at any instant of phase 2."""
-    shapes = starting_shapes(blocks, start)
-    inner = [bends(b.sequence, s) for b, s in zip(blocks, shapes, strict=False) if b.phase == 2]
-    return any(np.any(bend > max_bend_rad) for bend in inner)
+    return course.of(legs) if legs else course
 
 
 def _duration(blocks: Sequence[Block]) -> float:
@@ -189,13 +187,13 @@ def _on_the_clock(course: Course, rate_rad_s: float) -> list[Block]:
     out: list[Block] = []
     for leg in course.legs:
         gait = TOGETHER if leg.phase == 2 and leg.cycles == 1 else leg.gait
-        block = Block(
-            leg.phase, gait, _ticking(leg.turn, step), leg.cycles, leg.amplitude_rad if leg.cycles > 1 else math.nan
-        )
+        amplitude = leg.amplitude_rad if leg.cycles > 1 else math.nan
+        felt = leg.turn if leg.cycles > 1 else leg.turn[np.max(np.abs(leg.turn), axis=1) > _UNFELT_RAD]
+        block = Block(leg.phase, gait, _ticking(felt, step), leg.cycles, amplitude)
         if out and block.cycles == out[-1].cycles == 1 and block.phase == out[-1].phase:
             block = Block(leg.phase, gait, joined([out.pop().sequence, block.sequence]))
         out.append(block)
-    return out
+    return [block for block in out if len(block.sequence)]
 
 
 def _ticking(turn: Array, step: float) -> MoveSequence:
