@@ -39,7 +39,18 @@ SwimmerFile = Annotated[
 ]
 GaitFolder = Annotated[Path | None, typer.Option("--gaits", metavar="DIR", help="A folder of your own gait files.")]
 Effort = Annotated[
-    str, typer.Option("--effort", metavar="HOW", help="standard; or thorough, to look longer for a shorter plan.")
+    str,
+    typer.Option(
+        "--effort",
+        metavar="HOW",
+        help="quick; standard; or thorough, for a shorter plan in minutes: Ctrl-C takes the best so far.",
+    ),
+]
+Minimize = Annotated[
+    str,
+    typer.Option(
+        "--minimize", metavar="WHAT", help="What to spend least of: travel, energy or switches."
+    ),
 ]
 Controls = Annotated[
     str, typer.Option("--controls", metavar="HOW", help="primitive: one joint at a time; or simultaneous: all at once.")
@@ -99,15 +110,15 @@ def _show_solution(solution: Solution, document: dict[str, Any], json: bool, exp
 
 
 @contextlib.contextmanager
-def _busy(message: str) -> Iterator[None]:
-    """Show on a terminal's stderr that work goes on."""
+def _busy(message: str) -> Iterator[Callable[[str], None]]:
+    """Show on a terminal's stderr that work goes on; what is yielded is told how far."""
     if not sys.stderr.isatty():
-        yield
+        yield lambda _: None
         return
     from rich.console import Console
 
-    with Console(stderr=True).status(message):
-        yield
+    with Console(stderr=True).status(message) as status:
+        yield lambda news: status.update(f"{message}: {news}")
 
 
 def _swimmer(path: Path | None) -> Swimmer:
@@ -167,6 +178,7 @@ def plan(
     dt: Dt = 0.05,
     effort: Effort = "standard",
     controls: Controls = "primitive",
+    minimize: Minimize = "travel",
     clearance: Clearance = 0.0,
     plan_out: Annotated[
         Path | None,
@@ -187,7 +199,7 @@ def plan(
     if plan_out is not None:
         writable(plan_out)
         _two_files("--plan-out", plan_out, out)
-    with _busy("planning"):
+    with _busy("planning") as progress:
         solution = solve(
             query.start,
             query.goal,
@@ -196,8 +208,10 @@ def plan(
             dt,
             effort,
             controls,
-            clearance_m=clearance,
-            workspace=query.workspace,
+            minimize,
+            clearance,
+            query.workspace,
+            progress,
         )
         document = report.plan_document(solution, str(out), None if plan_out is None else str(plan_out))
         with contextlib.ExitStack() as both:

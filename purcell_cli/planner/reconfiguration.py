@@ -135,6 +135,8 @@ class _Best:
         self.swimmer, self.start, self.limits, self.measure = swimmer, start, limits, measure
         self.bend = swimmer.max_bend_rad - _MARGIN_RAD
         self.motion: Equations | None = None
+        self.weighed: dict[str, float] = {}
+        self.words = ""
         self._off, self._excess, self._cost = math.inf, math.inf, math.inf
 
     @property
@@ -146,14 +148,21 @@ class _Best:
     def joint_travel_rad(self) -> float:
         return math.inf if self.motion is None else self.motion.joint_travel_rad
 
-    def consider(self, motion: Equations) -> Equations:
-        """Bring a motion to the goal, keep it if it is the best, and return it nearly there."""
+    def consider(self, motion: Equations, words: str) -> Equations:
+        """Bring a motion to the goal, keep it if it is the best, and return it nearly there.
+
+        Args:
+            motion: The motion.
+            words: What it is made of.
+        """
         near, off = approach(motion, self.bend, _CLOSE)
+        if off < _CLOSE:
+            self.weighed[words] = min(near.joint_travel_rad, self.weighed.get(words, math.inf))
         if off < _CLOSE and not (self.good and self._cost_of(near) >= self._cost):
             exact, off = _exact(self.swimmer, near)
             excess, spent = self._excess_of(exact), self._cost_of(exact)
             if (off >= _ARRIVED, excess, spent) < (self._off >= _ARRIVED, self._excess, self._cost):
-                self.motion, self._off, self._excess, self._cost = exact, off, excess, spent
+                self.motion, self._off, self._excess, self._cost, self.words = exact, off, excess, spent, words
         elif self.motion is None:
             self.motion, self._off = near, off
         return near
@@ -170,11 +179,22 @@ class _Best:
         for k, candidate in enumerate(found):
             if k >= how.candidates and self.good:
                 break
-            near = self.consider(rough.of(stretches_of(candidate.blocks)))
+            near = self.consider(rough.of(stretches_of(candidate.blocks)), candidate.words)
             self._tell(progress, k + 1, how)
             if how.pace is not None and near.joint_travel_rad < how.longest_rad:
-                self.consider(shorten(near.of(stretches_of(_apart(near, how.most))), self.bend, how.pace))
+                shorter = shorten(near.of(stretches_of(_apart(near, how.most))), self.bend, how.pace)
+                self.consider(shorter, f"{candidate.words}, joined")
         self._words(rough, how, progress)
+
+    def structures(self, found: Sequence[Candidate]) -> tuple[Structure, ...]:
+        """Return what was weighed, the one taken first; those not carried on with as the search guessed them."""
+        guessed: dict[str, float] = {}
+        for candidate in found:
+            guessed.setdefault(candidate.words, candidate.joint_travel_rad)
+        rest = {**guessed, **self.weighed}
+        rest.pop(self.words, None)
+        ranked = sorted(rest.items(), key=lambda item: (round(item[1], 9), item[0]))
+        return (Structure(self.words, self.joint_travel_rad), *(Structure(w, t) for w, t in ranked))
 
     def _words(self, rough: Equations, how: Effort, progress: Progress) -> None:
         if self.motion is None or how.pace is None:
@@ -187,7 +207,7 @@ class _Best:
             if off < 1e-3:
                 first = tightened(near, self.bend, how.pace)
                 if first.joint_travel_rad < _PROMISING * self.joint_travel_rad:
-                    self.consider(shorten(first, self.bend, how.pace))
+                    self.consider(shorten(first, self.bend, how.pace), "one word of joined strokes")
             self._tell(progress, how.candidates + k + 1, how)
 
     def _tell(self, progress: Progress, done: int, how: Effort) -> None:
@@ -238,7 +258,8 @@ def reconfigure(
         if not best.good or not how.words:
             raise
     blocks = best.motion.blocks() if best.motion is not None else []
-    return Plan(swimmer, start, goal, tuple(b for b in blocks if np.any(b.sequence.duration)))
+    kept = tuple(b for b in blocks if np.any(b.sequence.duration))
+    return Plan(swimmer, start, goal, kept, best.structures(found))
 
 
 def _apart(motion: Equations, most: int) -> list[Block]:

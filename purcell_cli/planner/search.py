@@ -97,9 +97,11 @@ def candidates(
         for k in _distinct(travel):
             i, j = pairs[way.displacement[k]]
             made = missing[way.displacement[k]]
-            inner = _arcs(swimmer, loops, cranks[0], *settled(_swum(loops, way.arc[k]), float(way.roll[k]), made))
+            arcs, roll = settled(_swum(loops, way.arc[k]), float(way.roll[k]), made)
+            inner = _arcs(swimmer, loops, cranks[0], arcs, roll)
             if inner:
-                found.append(_candidate("rolls and arcs", first, i, inner, last, j))
+                words = f"{len(arcs)} arc{'s' * (len(arcs) != 1)} with rolls between"
+                found.append(_candidate(words, first, i, inner, last, j))
     if not found or min(c.joint_travel_rad for c in found) < _SHORT_RAD:
         book = stroke_book(tuple(gaits.values()), swimmer)
         for (i, j), displacement in list(zip(pairs, missing, strict=True))[:2]:
