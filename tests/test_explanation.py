@@ -227,7 +227,8 @@ def test_the_tables_fit_and_cut_nothing_short(name: str, width: int) -> None:
 
 
 def test_structures_are_shown_only_where_they_are_known() -> None:
-    assert "runner-up" not in shown(told(solution("nearby"), explanation("nearby")), 128)
+    unknown = dataclasses.replace(explanation("nearby"), structures=())
+    assert "runner-up" not in shown(told(solution("nearby"), unknown), 128)
     many = tuple(Structure(f"way {k}", 10.0 + k) for k in range(9))
     text = shown(told(solution("nearby"), dataclasses.replace(explanation("nearby"), structures=many)), 128)
     assert "way 4" in text
@@ -251,6 +252,9 @@ def test_the_commands_explain_when_asked(
     assert "Stroke by stroke" in full
     assert "Stroke by stroke" in out("run", "p.json", "--explain")
     documents = [json.loads(out(*c, "--json", "--explain")) for c in (["plan", "along-x"], ["run", "p.json"])]
+    weighed = [d["explanation"].pop("structures") for d in documents]
+    assert weighed[0]
+    assert weighed[1] == []  # a document holds the plan, not what else was weighed
     assert documents[0]["explanation"] == documents[1]["explanation"]
     assert "explanation" not in json.loads(out("plan", "along-x", "--json"))
     (tmp_path / "here.yaml").write_text("{}")
