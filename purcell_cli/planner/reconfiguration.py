@@ -73,7 +73,7 @@ class Plan:
     @property
     def duration_s(self) -> float:
         """How long the motion takes at the swimmer's joint rate [s]."""
-        return self.joint_travel_rad / self.swimmer.joint_rate_rad_s
+        return sum(b.duration for b in self.blocks) / self.swimmer.joint_rate_rad_s
 
     @property
     def primitives(self) -> int:
