@@ -48,9 +48,7 @@ Effort = Annotated[
 ]
 Minimize = Annotated[
     str,
-    typer.Option(
-        "--minimize", metavar="WHAT", help="What to spend least of: travel, energy or switches."
-    ),
+    typer.Option("--minimize", metavar="WHAT", help="What to spend least of: travel, energy or switches."),
 ]
 Controls = Annotated[
     str, typer.Option("--controls", metavar="HOW", help="primitive: one joint at a time; or simultaneous: all at once.")

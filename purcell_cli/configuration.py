@@ -92,3 +92,18 @@ class Deviation:
     def within(self, position_m: float, angle_rad: float) -> bool:
         """Return whether the position is within one tolerance and every angle within the other."""
         return self.position_m <= position_m and max(self.base_rad, self.limb1_rad, self.limb2_rad) <= angle_rad
+
+
+def displacement_between(start: Configuration, goal: Configuration, length_m: float) -> Array:
+    """Return the body displacement g_start^-1 g_goal from one configuration's base to the other's.
+
+    Args:
+        start: The one.
+        goal: The other.
+        length_m: The length that positions are measured in [m].
+
+    Returns:
+        The displacement in units of that length. Shape (4, 4).
+    """
+    first, second = (se3.pose(c.pose[:3, :3], c.pose[:3, 3] / length_m) for c in (start, goal))
+    return np.asarray(se3.inverse(first) @ second)

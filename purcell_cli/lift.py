@@ -47,6 +47,9 @@ class Accuracy:
     step: float = 0.4
 
 
+SEARCHING = Accuracy(stages=5, step=0.8)
+"""Errors of about 1e-7 (L, rad): enough to choose by, and three times quicker."""
+
 EXACT = Accuracy()
 """Errors below 1e-12 (L, rad) a primitive, most far below: all that is reported or written uses it."""
 
@@ -349,6 +352,15 @@ def _chained(mesh: _Steps, solved: _Solution, n: int, repeats: Sequence[Repeat])
     return _Chain(begins, all_cycles, inside, at_end, later, se3.normalised(begins[-1]))
 
 
+def _seen_at_end(model: TwistModel, chain: _Chain, seen_at_start: Array) -> tuple[Array, Array]:
+    """Return the displacement [m] and its derivative in the end's frame, from twists (6, k) seen at the start."""
+    g = chain.end.copy()
+    jacobian = se3.adjoint(se3.inverse(g)) @ seen_at_start
+    g[:3, 3] *= model.length_m
+    jacobian[:3] *= model.length_m
+    return g, jacobian
+
+
 def flow_and_jacobian(
     swimmer: Swimmer,
     sequence: PrimitiveSequence,
@@ -390,11 +402,7 @@ def flow_and_jacobian(
     xi_end = sign[:, None] * model.twist(shapes[1:, :, :, 0], base_rates)
     seen_at_start = (chain.at_end @ xi_end[..., None])[..., 0]
     seen_at_start += (chain.later.reshape(n, 6, 2, 3)[np.arange(n), :, limb] @ turned_about[..., None])[..., 0]
-    g = chain.end.copy()
-    jacobian = se3.adjoint(se3.inverse(g)) @ seen_at_start.T
-    g[:3, 3] *= model.length_m
-    jacobian[:3] *= model.length_m
-    return g, jacobian
+    return _seen_at_end(model, chain, seen_at_start.T)
 
 
 def flow_and_jacobian_of_moves(
@@ -446,11 +454,8 @@ def flow_and_jacobian_of_moves(
     own = chain.all_cycles[chain.inside] @ own
     own += np.einsum("nals,nlsj->nalj", chain.later.reshape(n, 6, 2, 3), se3.left_jacobian(turns)).reshape(n, 6, 6)
     seen_at_start = np.einsum("nalj,nlji->anli", own.reshape(n, 6, 2, 3), shapes[:-1]).reshape(6, 6 * n)
-    g = chain.end.copy()
-    jacobian = (se3.adjoint(se3.inverse(g)) @ seen_at_start).reshape(6, n, 6)
-    g[:3, 3] *= model.length_m
-    jacobian[:3] *= model.length_m
-    return g, jacobian
+    g, jacobian = _seen_at_end(model, chain, seen_at_start)
+    return g, jacobian.reshape(6, n, 6)
 
 
 def shape_gap(sequence: PrimitiveSequence, shapes: Array, end: Array) -> tuple[Array, Array]:

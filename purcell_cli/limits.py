@@ -22,7 +22,7 @@ from purcell_cli.lift import piece_displacements
 from purcell_cli.rotations import Array
 from purcell_cli.sweeps import Sweeps, bends
 from purcell_cli.swimmer import Swimmer
-from purcell_cli.trajectory import Block
+from purcell_cli.trajectory import Block, Pieces, starting_shapes
 from purcell_cli.workspace import ENDS, WALLS, Excess, Workspace, largest_excess
 from purcell_cli.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
 
@@ -126,22 +126,17 @@ class _Pieces:
     @classmethod
     def of(cls, swimmer: Swimmer, start: Array, blocks: Sequence[Block]) -> _Pieces:
         rate = swimmer.joint_rate_rad_s
-        shapes, here = [], np.asarray(start)
-        for block in blocks:
-            along = block.sequence.shapes(here)
-            shapes.append(along[:-1])
-            here = along[-1]
-        shapes.append(here[None])
-        rates = [block.sequence.rates() * rate for block in blocks]
-        times = [block.sequence.duration / rate for block in blocks]
+        shapes = starting_shapes(blocks, start)
+        once = Pieces.of([block.sequence for block in blocks], shapes)
+        times = once.split(once.duration / rate)
         begun, total = [], 0.0
         for block, time in zip(blocks, times, strict=True):
             begun.append(total + np.cumsum(time) - time)
             total += block.cycles * float(np.sum(time))
         phase = [np.full(len(block.sequence), block.phase) for block in blocks]
         return cls(
-            np.concatenate(shapes),
-            np.concatenate([*rates, np.zeros((1, 6))]),
+            np.concatenate([once.shapes, shapes[-1][None]]),
+            np.concatenate([once.rates * rate, np.zeros((1, 6))]),
             np.concatenate([*times, np.zeros(1)]),
             np.concatenate([*begun, [total]]),
             np.concatenate([*phase, [blocks[-1].phase if blocks else 3]]),
@@ -216,7 +211,7 @@ def _workspace(
         index.append(np.tile(mine, block.cycles))
         once = float(np.sum(pieces.durations[mine]))
         begun.append((counts[:, None] * once + pieces.begun[mine]).ravel())
-        here = se3.normalised(here @ (along[-1] if block.cycles == 1 else se3.power(along[-1], block.cycles)))
+        here = se3.normalised(here @ se3.power(along[-1], block.cycles))
         first, total = first + n, total + block.cycles * once
     which = np.concatenate([*index, [first]]).astype(np.int64)
     every = np.concatenate([*poses, here[None]])

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from purcell_cli import se3
 from purcell_cli.errors import ParameterError
-from purcell_cli.rotations import Array, orthonormalised
+from purcell_cli.rotations import Array, running_orientations
 
 
 class ControlSequence(Protocol):
@@ -131,16 +131,7 @@ class MoveSequence:
         Returns:
             Shapes. Shape (n + 1, 2, 3, 3).
         """
-        out = np.empty((len(self) + 1, 2, 3, 3))
-        out[0] = start
-        out[1:] = se3.rotation(self.turn.reshape(-1, 2, 3))
-        reach = 1
-        while reach <= len(self):
-            out[reach:] = out[:-reach] @ out[reach:]
-            reach *= 2
-        out = orthonormalised(out)
-        out[0] = start
-        return out
+        return running_orientations(start, se3.rotation(self.turn.reshape(-1, 2, 3)))
 
 
 def joined(sequences: Iterable[ControlSequence]) -> MoveSequence:

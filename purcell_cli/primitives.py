@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from purcell_cli.errors import ParameterError, UnknownNameError
-from purcell_cli.rotations import Array, about_axis, orthonormalised
+from purcell_cli.rotations import Array, about_axis, running_orientations
 
 AXIS_NAMES = ("roll", "pitch", "yaw")
 """The axes a limb turns about: its own x, y, z."""
@@ -124,18 +124,11 @@ class PrimitiveSequence:
         Returns:
             Shapes. Shape (n + 1, 2, 3, 3).
         """
-        turns = np.tile(np.eye(3), (len(self) + 1, 2, 1, 1))
-        turns[0] = start
+        turns = np.tile(np.eye(3), (len(self), 2, 1, 1))
         for axis in range(3):
             mine = np.flatnonzero(self.control % 3 == axis)
-            turns[mine + 1, self.control[mine] // 3] = about_axis(axis, self.angle[mine])
-        reach = 1
-        while reach <= len(self):
-            turns[reach:] = turns[:-reach] @ turns[reach:]
-            reach *= 2
-        out = orthonormalised(turns)
-        out[0] = start
-        return out
+            turns[mine, self.control[mine] // 3] = about_axis(axis, self.angle[mine])
+        return running_orientations(start, turns)
 
 
 EMPTY = PrimitiveSequence(np.empty(0, dtype=np.int64), np.empty(0))

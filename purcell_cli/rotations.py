@@ -93,6 +93,27 @@ def orthonormalised(matrix: Array) -> Array:
     return matrix @ (1.5 * _AXES - 0.5 * defect)
 
 
+def running_orientations(start: ArrayLike, turns: Array) -> Array:
+    """Return orientations before, between and after turns about own axes, by a parallel prefix.
+
+    Args:
+        start: Orientations before the first turn. Shape (..., 3, 3).
+        turns: Rotations, each in the frame turned so far. Shape (n, ..., 3, 3).
+
+    Returns:
+        Orientations. Shape (n + 1, ..., 3, 3).
+    """
+    out = np.empty((len(turns) + 1, *turns.shape[1:]))
+    out[0], out[1:] = start, turns
+    reach = 1
+    while reach < len(out):
+        out[reach:] = out[:-reach] @ out[reach:]
+        reach *= 2
+    out = orthonormalised(out)
+    out[0] = start
+    return out
+
+
 def from_euler(angles: ArrayLike) -> Array:
     """Return the rotation with Euler angles (psi, theta, phi) [rad]. Shape (..., 3) to (..., 3, 3)."""
     e = np.asarray(angles, dtype=np.float64)

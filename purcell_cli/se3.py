@@ -151,6 +151,8 @@ def power(pose: Array, exponent: ArrayLike) -> Array:
         Poses. Shape (..., 4, 4).
     """
     n = np.asarray(exponent, dtype=np.float64)
+    if n.ndim == 0 and n == 1.0:
+        return pose.copy()  # to the bit
     return exp(n[..., None] * log(pose))
 
 

@@ -18,11 +18,10 @@ import numpy as np
 from purcell_cli import se3
 from purcell_cli.configuration import Configuration
 from purcell_cli.errors import ParameterError
-from purcell_cli.lift import Accuracy, displacements
-from purcell_cli.moves import joined
+from purcell_cli.lift import Accuracy
 from purcell_cli.rotations import Array, angle_between
 from purcell_cli.swimmer import Swimmer
-from purcell_cli.trajectory import Block
+from purcell_cli.trajectory import Block, block_displacements
 
 PARAMETERS: Mapping[str, str] = MappingProxyType(
     {
@@ -37,7 +36,7 @@ PARAMETERS: Mapping[str, str] = MappingProxyType(
 CHANGE = 0.01
 """How much a parameter is off, as a fraction of it."""
 
-_ENOUGH = Accuracy(stages=4, step=0.4)
+_ENOUGH = Accuracy(stages=5, step=0.4)
 """Errors of 1e-8 (L, rad) in a whole plan, in half the time."""
 
 
@@ -75,14 +74,14 @@ def sensitivities(
         blocks: The motion.
         change: How much a parameter is off, as a fraction of it.
     """
-    planned = _displacements(swimmer, start, blocks)
+    planned = block_displacements(swimmer, blocks, start.shape, _ENOUGH)
     after = _after(planned)
     end = start.pose @ after[0]
     out = []
     for parameter in PARAMETERS:
         found = []
         for fraction, other in _neighbours(swimmer, parameter, change):
-            moved = _displacements(other, start, blocks)
+            moved = block_displacements(other, blocks, start.shape, _ENOUGH)
             other_end = start.pose @ _after(moved)[0]
             steps = se3.normalised(se3.inverse(after[1:]) @ se3.inverse(planned) @ moved @ after[1:])
             position = float(np.linalg.norm(other_end[:3, 3] - end[:3, 3]))
@@ -99,22 +98,6 @@ def _neighbours(swimmer: Swimmer, parameter: str, change: float) -> Iterator[tup
         with contextlib.suppress(ParameterError):
             value = getattr(swimmer, parameter) * (1.0 + fraction)
             yield fraction, dataclasses.replace(swimmer, **{parameter: value})
-
-
-def _displacements(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block]) -> Array:
-    """Return the body displacement of each block, all in one batch [m]. Shape (n, 4, 4).
-
-    A stroke that repeats ends at the shape it began with, so one cycle of every block is one path.
-    """
-    cycles = joined(block.sequence for block in blocks)
-    poses = displacements(swimmer, cycles, start.shape, _ENOUGH)
-    out = np.empty((len(blocks), 4, 4))
-    position = 0
-    for k, block in enumerate(blocks):
-        cycle = se3.prefix_products(poses[position : position + len(block.sequence)])[-1]
-        out[k] = cycle if block.cycles == 1 else se3.power(cycle, block.cycles)
-        position += len(block.sequence)
-    return out
 
 
 def _after(poses: Array) -> Array:

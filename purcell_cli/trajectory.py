@@ -17,7 +17,7 @@ from purcell_cli import se3
 from purcell_cli.configuration import Configuration
 from purcell_cli.errors import ParameterError
 from purcell_cli.gaits import Stroke
-from purcell_cli.lift import piece_displacements, piece_work
+from purcell_cli.lift import EXACT, Accuracy, piece_displacements, piece_work
 from purcell_cli.moves import ControlSequence
 from purcell_cli.primitives import EMPTY
 from purcell_cli.rotations import Array, as_euler, as_quaternion
@@ -65,7 +65,7 @@ def starting_shapes(blocks: Sequence[Block], start: ArrayLike) -> list[Array]:
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class _Pieces:
+class Pieces:
     """The pieces of all blocks, one cycle each, to be computed in one batch.
 
     Attributes:
@@ -81,7 +81,7 @@ class _Pieces:
     stops: list[int]
 
     @classmethod
-    def of(cls, sequences: Sequence[ControlSequence], shapes: Sequence[Array]) -> _Pieces:
+    def of(cls, sequences: Sequence[ControlSequence], shapes: Sequence[Array]) -> Pieces:
         """Return the pieces of sequences, each from a shape of its own."""
         begun = [np.empty((0, 2, 3, 3))] + [q.shapes(s)[:-1] for q, s in zip(sequences, shapes, strict=False)]
         rates = [np.empty((0, 6))] + [q.rates() for q in sequences]
@@ -94,20 +94,28 @@ class _Pieces:
         return np.split(values, self.stops[:-1]) if self.stops else []
 
 
-def block_displacements(swimmer: Swimmer, blocks: Sequence[Block], start: ArrayLike) -> Array:
-    """Return the body displacement made by each block [m]. Shape (n, 4, 4)."""
-    pieces = _Pieces.of([b.sequence for b in blocks], starting_shapes(blocks, start))
-    moves = pieces.split(piece_displacements(swimmer, pieces.shapes, pieces.rates, pieces.duration))
+def block_displacements(
+    swimmer: Swimmer, blocks: Sequence[Block], start: ArrayLike, accuracy: Accuracy = EXACT
+) -> Array:
+    """Return the body displacement made by each block [m]. Shape (n, 4, 4).
+
+    Args:
+        swimmer: The swimmer.
+        blocks: The motion.
+        start: Shape before it. Shape (2, 3, 3).
+        accuracy: Of the flow.
+    """
+    pieces = Pieces.of([b.sequence for b in blocks], starting_shapes(blocks, start))
+    moves = pieces.split(piece_displacements(swimmer, pieces.shapes, pieces.rates, pieces.duration, accuracy))
     out = np.empty((len(blocks), 4, 4))
     for k, (block, cycle) in enumerate(zip(blocks, moves, strict=True)):
-        once = se3.prefix_products(cycle)[-1]
-        out[k] = once if block.cycles == 1 else se3.power(once, block.cycles)
+        out[k] = se3.power(se3.prefix_products(cycle)[-1], block.cycles)
     return out
 
 
 def energies(swimmer: Swimmer, blocks: Sequence[Block], start: ArrayLike) -> Array:
     """Return the energy dissipated in each block at the swimmer's joint rate [J]. Shape (n,)."""
-    pieces = _Pieces.of([b.sequence for b in blocks], starting_shapes(blocks, start))
+    pieces = Pieces.of([b.sequence for b in blocks], starting_shapes(blocks, start))
     once = pieces.split(piece_work(swimmer, pieces.shapes, pieces.rates, pieces.duration))
     return np.array([b.cycles * float(np.sum(w)) for b, w in zip(blocks, once, strict=True)])
 
@@ -227,7 +235,7 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
             )
         )
         time += block.cycles * rows.duration_s
-        pose = se3.normalised(pose @ (rows.end if block.cycles == 1 else se3.power(rows.end, block.cycles)))
+        pose = se3.normalised(pose @ se3.power(rows.end, block.cycles))
     last = blocks[-1] if blocks else Block(3, "none", EMPTY)
     parts.append(
         (
@@ -261,7 +269,7 @@ def _rows(
     """Return the rows of one cycle of each block."""
     rate = swimmer.joint_rate_rad_s
     timed = [_cut(block.sequence, rate, dt_s, step) for block in blocks]
-    pieces = _Pieces.of([sequence for sequence, _, _ in timed], shapes)
+    pieces = Pieces.of([sequence for sequence, _, _ in timed], shapes)
     moves = pieces.split(piece_displacements(swimmer, pieces.shapes, pieces.rates, pieces.duration))
     begun, rates = pieces.split(pieces.shapes), pieces.split(pieces.rates)
     out = []

@@ -43,8 +43,8 @@ def test_a_sensitivity_is_what_an_independent_replay_finds(name: str) -> None:
     for s in found:
         both = {change: replayed(made, s.parameter, change) for change in (CHANGE, -CHANGE)}
         position, angle = both[s.change]
-        assert_close(s.position_m, position, 1e-7, swimmer.length_m)  # cycles multiply the rough flow
-        assert_close(s.angle_rad, angle, 1e-7)
+        assert_close(s.position_m, position, 2e-8, swimmer.length_m)
+        assert_close(s.angle_rad, angle, 2e-8)
         other, turned = both[-s.change]
         assert position / swimmer.length_m + angle >= other / swimmer.length_m + turned
         assert s.position_m > 0.0 or s.angle_rad > 0.0

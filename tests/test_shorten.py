@@ -103,7 +103,7 @@ def test_rectangles_close_whatever_their_sides() -> None:
 def test_the_room_below_the_bend_limit_has_the_derivative_it_says() -> None:
     sequence = PrimitiveSequence.of([("limb1 yaw", 0.6), ("limb1 roll", 0.4), ("limb1 pitch", 0.5), ("limb2 yaw", 0.9)])
     equations = Equations(Swimmer().scaled(), [Stretch(2, (("a", 0.0, 4),), sequence)], COLLINEAR, COLLINEAR, np.eye(4))
-    least = least_cosines(equations, 0.9)
+    least = least_cosines(equations.phase, COLLINEAR, COLLINEAR, 0.9)
 
     def room(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return bend_rows(equations, equations.sequence_at(angle).shapes(COLLINEAR), least)

@@ -18,14 +18,13 @@ import numpy as np
 
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
-from purcell_cli.lift import Accuracy, displacements
+from purcell_cli.lift import SEARCHING, displacements
 from purcell_cli.planner.measures import cost
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Block
 
-_ROUGH = Accuracy(stages=5, step=0.8)
 _STRAIGHT_SIDES = np.linspace(1.6, 3.0, 8)
 _KNOTS = 9
 _BETWEEN = 4
@@ -55,7 +54,7 @@ def _loops(swimmer: Swimmer, sides: Array, offsets: Array, measure: str) -> tupl
     twists, prices = np.empty((len(sides), 6)), np.empty(len(sides))
     for k, (side, offset) in enumerate(zip(sides.tolist(), offsets.tolist(), strict=True)):
         loop, approach = loop_and_approach(side, offset)
-        moves = se3.prefix_products(displacements(swimmer, approach + loop, accuracy=_ROUGH))
+        moves = se3.prefix_products(displacements(swimmer, approach + loop, accuracy=SEARCHING))
         entry = moves[len(approach)]
         twists[k] = se3.adjoint(entry) @ se3.log(se3.inverse(entry) @ moves[-1])
         inner = approach.shapes(COLLINEAR)[-1]

@@ -17,9 +17,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from purcell_cli import se3
-from purcell_cli.connection import COLLINEAR
 from purcell_cli.lift import Accuracy, Repeat, flow_and_jacobian_of_moves
 from purcell_cli.moves import MoveSequence
+from purcell_cli.planner.equations import phase_ends
+from purcell_cli.planner.limits import least_cosines
 from purcell_cli.rotations import Array, as_vector
 from purcell_cli.swimmer import Swimmer
 
@@ -120,12 +121,7 @@ class Course:
             for leg, a, b in zip(self.legs, self._stops[:-1], self._stops[1:], strict=True)
             if leg.cycles > 1
         ]
-        self._targets = [
-            (int(np.flatnonzero(self.phase == phase)[-1]) + 1, COLLINEAR)
-            for phase in (1, 2)
-            if np.any(self.phase == phase) and np.any(self.phase > phase)
-        ]
-        self._targets.append((len(self.phase), goal))
+        self._targets = phase_ends(self.phase, goal)
 
     def of(self, legs: Sequence[Leg], accuracy: Accuracy | None = None) -> Course:
         """Return the same equations for another motion, on the flow computed otherwise if an accuracy is given."""
@@ -196,14 +192,8 @@ class Course:
 
     @functools.cached_property
     def _least_cosine(self) -> Array:
-        """The least cosine of the bend of each limb on each move. Shape (n, 2).
-
-        The limit holds in phase 2; in phases 1 and 3 a limb may be as bent as the start or the goal has it.
-        """
-        out = np.full((len(self.phase), 2), math.cos(self.swimmer.max_bend_rad))
-        for phase, shape in ((1, self.start), (3, self.goal)):
-            out[self.phase == phase] = np.minimum(out[self.phase == phase], shape[:, 0, 0])
-        return out
+        """The least cosine of the bend of each limb on each move. Shape (n, 2)."""
+        return least_cosines(self.phase, self.start, self.goal, self.swimmer.max_bend_rad)
 
     def _room(self, shapes: Array, turn: Array, turning: Array) -> tuple[Array, Array]:
         """Return the room below the bend limit where each limb is most bent on each move, and its derivative.

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
-from purcell_cli.lift import EXACT, Accuracy, Repeat, displacements, flow_and_jacobian, shape_gap
+from purcell_cli.lift import EXACT, Accuracy, Repeat, flow_and_jacobian, piece_displacements, shape_gap
 from purcell_cli.primitives import PrimitiveSequence, joined
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
@@ -90,6 +90,19 @@ def stretches_of(blocks: Sequence[Block]) -> list[Stretch]:
     return out
 
 
+def phase_ends(phase: Rows, goal: Array) -> list[tuple[int, Array]]:
+    """Return the pieces before which shapes are given, and those: collinear after phases 1 and 2, the goal's last.
+
+    Args:
+        phase: Phase of each piece. Shape (k,).
+        goal: Shape at the end. Shape (2, 3, 3).
+    """
+    ends = [
+        (int(np.flatnonzero(phase == p)[-1]) + 1, COLLINEAR) for p in (1, 2) if np.any(phase == p) and np.any(phase > p)
+    ]
+    return [*ends, (len(phase), goal)]
+
+
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Values:
     """The equations at one set of free angles.
@@ -144,12 +157,7 @@ class Equations:
         ]
         self.phase = np.repeat(np.array([s.phase for s in self.stretches], dtype=np.int64), counts)
         self._free_index()
-        self._targets = [
-            (int(np.flatnonzero(self.phase == phase)[-1]) + 1, COLLINEAR)
-            for phase in (1, 2)
-            if np.any(self.phase == phase) and np.any(self.phase > phase)
-        ]
-        self._targets.append((len(self.phase), goal))
+        self._targets = phase_ends(self.phase, goal)
 
     def _free_index(self) -> None:
         """Number the free angles: primitive k turns by sign[k] times free angle index[k]; -1 is none."""
@@ -232,7 +240,7 @@ class Equations:
         """Return what is missing at some free angles [L, rad]. Shape (n,) to (m,)."""
         sequence = self.sequence_at(angle)
         shapes = sequence.shapes(self.start)
-        moves = displacements(self.swimmer, sequence, self.start, self.accuracy)
+        moves = piece_displacements(self.swimmer, shapes[:-1], sequence.rates(), sequence.duration, self.accuracy)
         g, done = np.eye(4), 0
         for part in (*self.repeats, Repeat(len(sequence), len(sequence), 0)):
             g = g @ se3.prefix_products(moves[done : part.first])[-1]

@@ -14,6 +14,7 @@ import numpy as np
 from purcell_cli.lift import Accuracy
 from purcell_cli.planner.equations import Equations, Values
 from purcell_cli.planner.limits import bend_rows, least_cosines
+from purcell_cli.planner.steps import bounded_step
 from purcell_cli.rotations import Array
 
 _ENOUGH = 4e-12
@@ -24,7 +25,6 @@ _REACH_RAD = 0.25
 _ROUNDS = 20
 _SHORTER = (1.0, 0.4, 0.15, 0.05)
 """What is tried of a step until it gains something."""
-_BEND_SLACK = 1e-9
 
 
 def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[Equations, float]:
@@ -38,7 +38,7 @@ def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[E
     Returns:
         The motion, and the largest residual left [L, rad].
     """
-    least = least_cosines(equations, max_bend_rad)
+    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
     angle = equations.angles
     values = equations.at(angle)
     best, kept = np.inf, angle
@@ -49,7 +49,7 @@ def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[E
             best, kept = off, angle
         if best < close:
             break
-        step = _bounded(equations, values, least, _REACH_RAD)
+        step = _bounded(equations, values, least)
         for shorter in _SHORTER:
             there = equations.at(angle + shorter * step)
             if there.size < values.size:
@@ -58,20 +58,15 @@ def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[E
     return equations.of(equations.with_angles(kept)), float(best)
 
 
-def _bounded(equations: Equations, values: Values, least: Array, reach: float) -> Array:
-    """Return the least step to the arrival that leaves no limb bent too far, as far as is linear. Shape (n,)."""
+def _bounded(equations: Equations, values: Values, least: Array) -> Array:
+    """Return the least step to the arrival that leaves no limb bent too far. Shape (n,)."""
     room, slope = bend_rows(equations, values.shapes, least)
-    rows, wanted = values.derivative, -values.residual
-    active = room < 0.0
-    for _ in range(4):
-        matrix = np.concatenate([rows, slope[active]])
-        step: Array = np.linalg.lstsq(matrix, np.concatenate([wanted, -room[active]]), rcond=_WEAKEST)[0]
-        step *= min(1.0, reach / max(float(np.max(np.abs(step), initial=0.0)), 1e-300))
-        broken = (room + slope @ step < -_BEND_SLACK) & ~active
-        if not np.any(broken):
-            break
-        active |= broken
-    return step
+    return bounded_step(values.derivative, values.residual, room, slope, _REACH_RAD, _least)
+
+
+def _least(rows: Array, wanted: Array) -> Array:
+    """Return the least solution of few equations in many unknowns. Shape (n,)."""
+    return np.asarray(np.linalg.lstsq(rows, wanted, rcond=_WEAKEST)[0])
 
 
 def arrive(
@@ -91,23 +86,23 @@ def arrive(
     Returns:
         The motion of the best round, and the largest residual left [L, rad].
     """
-    least = least_cosines(equations, max_bend_rad)
+    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
     angle, first, idle = rounded(equations.angles), 0, 0
     slope = equations.at_accuracy(rough).at(angle)
     missing = equations.residual(angle)
-    best, kept = float(np.max(np.abs(missing))), angle
+    best, kept, left = float(np.max(np.abs(missing))), angle, missing
     while idle < _PATIENCE and best > _ENOUGH:
         if first:
             step = np.zeros_like(angle)
-            step[first:] = np.linalg.lstsq(slope.derivative[:, first:], -missing, rcond=_WEAKEST)[0]
+            step[first:] = _least(slope.derivative[:, first:], -missing)
         else:
-            step = _bounded(equations, Values(missing, slope.derivative, slope.shapes), least, _REACH_RAD)
+            step = _bounded(equations, Values(missing, slope.derivative, slope.shapes), least)
         angle = rounded(angle + step)
         missing = equations.residual(angle)
         size = float(np.max(np.abs(missing)))
         idle = idle + 1 if size > 0.5 * best else 0
         if size < best:
-            best, kept = size, angle
+            best, kept, left = size, angle, missing
         elif not first:
-            first, angle, missing = equations.tail, kept, equations.residual(kept)
+            first, angle, missing = equations.tail, kept, left
     return equations.of(equations.with_angles(kept)), best

@@ -16,17 +16,17 @@ import numpy as np
 
 from purcell_cli.lift import EXACT
 from purcell_cli.planner.course import Course, Values
+from purcell_cli.planner.steps import bounded_step, descended
 from purcell_cli.rotations import Array
 
 _ROUNDS = 30
-_FIRST_REACH, _LEAST_REACH = 0.1, 1e-4
+_LEAST_REACH = 1e-4
 _LEAST_PRICE, _PRICE = 200.0, 10.0
 """Cost of a violation [s per L or rad], and what it is at least per second of the motion."""
 _WORTH = 3e-4
 """A round that promises less than this part of the duration is the last."""
 _WEAKEST = 1e-14
 _NEWTON_REACH = 0.25
-_BEND_SLACK, _ACTIVE_ROUNDS = 1e-9, 4
 _APPROACHES, _RESTORATIONS, _RESTORED = 40, 6, 1e-6
 _ENOUGH, _PATIENCE = 4e-12, 4
 
@@ -105,23 +105,13 @@ class _Search:
         return there
 
     def run(self, unknown: Array) -> Array:
-        here, reach = self.begun(unknown), _FIRST_REACH
-        for _ in range(_ROUNDS):
-            found = self.step(here, reach)
-            if found is None:
-                break
-            promised = here.merit - found[1]
-            there = self.restored(self.point(found[0]))
-            kept = (here.merit - there.merit) / promised if promised > 0 else 0.0
-            if kept > 0.02:
-                here = there
-            if kept > 0.6:
-                reach = min(2.0 * reach, 0.5)
-            elif kept < 0.2:
-                reach *= 0.35
-            if reach < _LEAST_REACH or promised < _WORTH * here.merit:
-                break
-        return here.unknown
+        return descended(
+            self.begun(unknown),
+            self.step,
+            lambda _, found, *__: self.restored(self.point(found)),
+            _ROUNDS,
+            lambda here: _WORTH * here.merit,
+        ).unknown
 
 
 def _least(rows: Array, wanted: Array) -> Array:
@@ -140,17 +130,9 @@ def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) ->
         reach: Its largest component [rad].
         first: The first unknown that may change.
     """
-    arrival, room = values.derivative[:, first:], values.room_derivative[:, first:]
     step = np.zeros(values.derivative.shape[1])
-    active = values.room < 0.0
-    for _ in range(_ACTIVE_ROUNDS):
-        rows = np.concatenate([arrival, room[active]])
-        free = _least(rows, np.concatenate([-values.residual, -values.room[active]]))
-        step[first:] = free * min(1.0, reach / max(float(np.max(np.abs(free), initial=0.0)), 1e-300))
-        broken = (values.room + values.room_derivative @ step < -_BEND_SLACK) & ~active
-        if not np.any(broken):
-            break
-        active |= broken
+    arrival, slope = values.derivative[:, first:], values.room_derivative[:, first:]
+    step[first:] = bounded_step(arrival, values.residual, values.room, slope, reach, _least)
     return step
 
 

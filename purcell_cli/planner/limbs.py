@@ -15,13 +15,13 @@ import warnings
 import numpy as np
 
 from purcell_cli.clearance import TOLERANCE_L, clearances
-from purcell_cli.lift import Accuracy, piece_displacements
+from purcell_cli.lift import SEARCHING, piece_displacements
 from purcell_cli.primitives import PrimitiveSequence, joined
 from purcell_cli.rotations import Array
+from purcell_cli.sweeps import Sweeps, bends
 from purcell_cli.swimmer import Swimmer
 
 _NEGLIGIBLE_RAD = 1e-15
-_ROUGH = Accuracy(stages=5, step=0.8)
 _BEND_SLACK_RAD = 1e-9
 _LONGER_RAD = 7.0
 """Ways longer than the shortest by more than this are not worth their while."""
@@ -141,7 +141,7 @@ def _played(
         begun.append(way.shapes(here)[:-1])
     chain = joined([way for _, _, way in played])
     pieces = np.concatenate(begun), chain.rates(), chain.duration
-    moves = piece_displacements(swimmer, *pieces, _ROUGH)
+    moves = piece_displacements(swimmer, *pieces, SEARCHING)
     apart = clearances(swimmer, *pieces, clearance_m)
     lengths = np.array([len(way) for _, _, way in played])
     first = np.cumsum(lengths) - lengths
@@ -163,19 +163,8 @@ def _within(ways: list[PrimitiveSequence], shape: Array, max_bend_rad: float) ->
         if not len(way):
             return [way]
         limb = int(way.control[0] // 3)
-        limit = max(max_bend_rad, float(np.arccos(np.clip(shape[limb, 0, 0], -1.0, 1.0)))) + _BEND_SLACK_RAD
-        if _least_cosine(way, way.shapes(shape)[:, limb]) >= np.cos(limit):
+        limit = max(max_bend_rad, float(bends(shape[limb, :, 0]))) + _BEND_SLACK_RAD
+        sweeps = Sweeps.of(way.shapes(shape)[:-1], way.rates(), way.duration)
+        if np.max(sweeps.largest_bends()[0][:, limb]) <= limit:
             out.append(way)
     return out or ways[:1]
-
-
-def _least_cosine(way: PrimitiveSequence, turned: Array) -> float:
-    """Return the least cosine of a limb's bend on its way: e_x . a(t) = A cos t + B sin t on each turn."""
-    axis = way.control % 3
-    about = turned[np.arange(len(way)), :, axis]
-    along = turned[:-1, :, 0]
-    a = along[:, 0]
-    b = np.sign(way.angle) * (about[:, 1] * along[:, 2] - about[:, 2] * along[:, 1])
-    lowest = np.remainder(np.arctan2(-b, -a), 2.0 * np.pi)
-    inside = (lowest <= np.abs(way.angle)) & (axis != 0)
-    return float(min(np.min(turned[:, 0, 0]), np.min(-np.hypot(a, b)[inside], initial=1.0)))

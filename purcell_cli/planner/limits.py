@@ -7,6 +7,7 @@ passes the far side of the circle. So the bend is watched at the end of every pr
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.planner.equations import Equations
 from purcell_cli.rotations import Array
@@ -15,17 +16,21 @@ _WATCHED = 0.35
 """How near the limit, in the cosine of the bend, a primitive's end must come to be watched."""
 
 
-def least_cosines(equations: Equations, max_bend_rad: float) -> Array:
-    """Return the least cosine of its limb's bend that each primitive may end at. Shape (k,).
+def least_cosines(phase: NDArray[np.int64], start: Array, goal: Array, max_bend_rad: float) -> Array:
+    """Return the least cosine of the bend that each limb may have on each piece of a motion. Shape (k, 2).
 
     The limit holds in phase 2; in phases 1 and 3 a limb may be as bent as the start or the goal has it.
+
+    Args:
+        phase: Phase of each piece. Shape (k,).
+        start: Shape before the motion. Shape (2, 3, 3).
+        goal: Shape it must end at. Shape (2, 3, 3).
+        max_bend_rad: The limit [rad].
     """
-    limb = equations.sequence.control // 3
-    limit = np.cos(max_bend_rad)
-    for phase, shape in ((1, equations.start), (3, equations.goal)):
-        own = np.minimum(shape[limb, 0, 0], limit)
-        limit = np.where(equations.phase == phase, own, limit)
-    return np.broadcast_to(limit, limb.shape)
+    out = np.full((len(phase), 2), np.cos(max_bend_rad))
+    for own, shape in ((1, start), (3, goal)):
+        out[phase == own] = np.minimum(out[phase == own], shape[:, 0, 0])
+    return out
 
 
 def bend_rows(equations: Equations, shapes: Array, least: Array) -> tuple[Array, Array]:
@@ -34,7 +39,7 @@ def bend_rows(equations: Equations, shapes: Array, least: Array) -> tuple[Array,
     Args:
         equations: The motion.
         shapes: Its shapes. Shape (k + 1, 2, 3, 3).
-        least: Least cosine of the bend at the end of each primitive. Shape (k,).
+        least: Least cosine of the bend of each limb on each primitive. Shape (k, 2).
 
     Returns:
         cos(bend) - least at the ends of primitives near the limit, shape (j,), and its derivative
@@ -44,7 +49,7 @@ def bend_rows(equations: Equations, shapes: Array, least: Array) -> tuple[Array,
     n = len(control)
     limb, axis = control // 3, control % 3
     ends = shapes[np.arange(1, n + 1), limb, :, 0]
-    room = ends[:, 0] - least
+    room = ends[:, 0] - least[np.arange(n), limb]
     watched = np.flatnonzero((room < _WATCHED) & (axis != 0))
     about = shapes[np.arange(n), limb, :, axis]
     lever = about[None, :, 1] * ends[watched, None, 2] - about[None, :, 2] * ends[watched, None, 1]

@@ -3,9 +3,8 @@
 A swimmer that repeats a loop swims along a circle; rolling, which costs little, chooses the plane.
 So phase 2 is, but for its small print, a problem of a needle that is steered: find the twists
 exp(xi_1) exp(xi_2) exp(xi_3) exp(roll) = D of least cost, where xi = (a, 0, 0; 0, p, q) advances by
-a and turns by (p, q) about the axes across. The cost of an arc is taken as an ellipse's norm here,
-so that weighted least squares, weighted anew in every round, find the sparse minima (many starts,
-all at once).
+a and turns by (p, q) about the axes across. Weighted least squares, weighted anew in every round by
+what the swimmer's loops cost there, find the sparse minima (many starts, all at once).
 
 The needle: Webster et al. (2006), Int. J. Robotics Research 25, 509. The weighting: Daubechies et
 al. (2010), Comm. Pure Appl. Math. 63, 1.
@@ -88,19 +87,17 @@ def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
     loose = np.empty((n, 10))
     for k_round in range(_ROUNDS):
         residual, jacobian = _equations(x, inverse)
-        if k_round < _ROUNDS - _SETTLING:
+        weighing = k_round < _ROUNDS - _SETTLING  # afterwards the arcs only settle on the displacement
+        if weighing:
             loose = np.concatenate(
                 [_looseness(x[:, :9].reshape(n, 3, 3), fan), np.full((n, 1), 1.0 / _ROLL_PRICE)], axis=1
             )
         lever = jacobian * loose[:, None, :]
         system = lever @ np.swapaxes(jacobian, 1, 2)
         system += 1e-12 * np.trace(system, axis1=1, axis2=2)[:, None, None] * np.eye(6)
-        wanted = (jacobian @ x[:, :, None])[:, :, 0] - residual
-        if k_round >= _ROUNDS - _SETTLING:
-            wanted = -residual
-        step = np.einsum("nij,ni->nj", lever, np.linalg.solve(system, wanted[:, :, None])[:, :, 0])
-        if k_round < _ROUNDS - _SETTLING:
-            step -= x
+        from_here = x if weighing else 0.0 * x
+        wanted = (jacobian @ from_here[:, :, None])[:, :, 0] - residual
+        step = np.einsum("nij,ni->nj", lever, np.linalg.solve(system, wanted[:, :, None])[:, :, 0]) - from_here
         turning = np.max(np.abs(step[:, [1, 2, 4, 5, 7, 8, 9]]), axis=1)
         x = x + step * np.minimum(1.0, _LONGEST_TURN / np.maximum(turning, 1e-300))[:, None]
     residual, _ = _equations(x, inverse)

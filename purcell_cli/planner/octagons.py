@@ -20,9 +20,8 @@ import numpy as np
 
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
-from purcell_cli.lift import flow
+from purcell_cli.lift import SEARCHING, flow
 from purcell_cli.moves import MoveSequence
-from purcell_cli.planner.shorten import SEARCHING
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 

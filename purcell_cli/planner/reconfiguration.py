@@ -17,17 +17,16 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from purcell_cli import se3
-from purcell_cli.configuration import Configuration, Deviation
+from purcell_cli.configuration import Configuration, Deviation, displacement_between
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits import Gait
-from purcell_cli.lift import EXACT
+from purcell_cli.lift import EXACT, SEARCHING
 from purcell_cli.limits import Limits, check
 from purcell_cli.planner.equations import Equations, stretches_of
 from purcell_cli.planner.finish import approach, arrive
 from purcell_cli.planner.measures import cost, known_measure
 from purcell_cli.planner.search import Candidate, candidates
-from purcell_cli.planner.shorten import SEARCHING, Pace, shorten, tightened
+from purcell_cli.planner.shorten import Pace, shorten, tightened
 from purcell_cli.planner.words import random_words
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
@@ -79,12 +78,6 @@ class Plan:
     def primitives(self) -> int:
         """How many primitives are played."""
         return sum(b.cycles * len(b.sequence) for b in self.blocks)
-
-
-def _scaled(pose: Array, length_m: float) -> Array:
-    out = pose.copy()
-    out[:3, 3] /= length_m
-    return out
 
 
 _THERE = 1e-14
@@ -203,7 +196,7 @@ class _Best:
         inner = self.joint_travel_rad - sum(s.joint_travel_rad for s in outer)
         for k, word in enumerate(random_words(how.words if inner < _WORD_RAD else 0)):
             parts = [s for s in outer if s.phase == 1] + [word] + [s for s in outer if s.phase == 3]
-            near, off = approach(rough.of(parts), self.bend, 1e-5)
+            near, off = approach(rough.of(parts), self.bend, _CLOSE)
             if off < 1e-3:
                 first = tightened(near, self.bend, how.pace)
                 if first.joint_travel_rad < _PROMISING * self.joint_travel_rad:
@@ -221,7 +214,7 @@ def reconfigure(
     gaits: Mapping[str, Gait],
     effort: str = "standard",
     minimize: str = "travel",
-    limits: Limits = Limits(),  # noqa: B008
+    limits: Limits | None = None,
     progress: Progress = lambda _: None,
 ) -> Plan:
     """Return a plan from a start to a goal configuration.
@@ -246,12 +239,13 @@ def reconfigure(
     if Deviation.between(start, goal).within(_THERE * swimmer.length_m, _THERE):
         return Plan(swimmer, start, goal, ())
     unit, how = swimmer.scaled(), EFFORTS[effort]
-    wanted = se3.inverse(_scaled(start.pose, swimmer.length_m)) @ _scaled(goal.pose, swimmer.length_m)
-    apart = limits.clearance_m / swimmer.length_m
+    wanted = displacement_between(start, goal, swimmer.length_m)
+    kept_to = limits or Limits()
+    apart = kept_to.clearance_m / swimmer.length_m
     measures = dict.fromkeys(("travel", minimize))
     found = [c for m in measures for c in candidates(unit, start.shape, goal.shape, wanted, gaits, m, apart)]
     found.sort(key=lambda c: float(f"{cost(minimize, unit, c.blocks, start.shape):.9e}"))
-    best = _Best(swimmer, start, limits, minimize)
+    best = _Best(swimmer, start, kept_to, minimize)
     try:
         best.explore(found, Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING), how, progress)
     except KeyboardInterrupt:

@@ -16,17 +16,17 @@ import dataclasses
 
 import numpy as np
 
-from purcell_cli.lift import Accuracy
+from purcell_cli.lift import SEARCHING
 from purcell_cli.planner.equations import Equations, Values
 from purcell_cli.planner.limits import bend_rows, least_cosines
+from purcell_cli.planner.steps import descended
 from purcell_cli.planner.words import NAME
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
 
-SEARCHING = Accuracy(stages=5, step=0.8)
-"""Errors of about 1e-7 (L, rad): enough to choose by, and three times quicker."""
-
 _DROPPED_RAD = 1e-6
+_WORTH_RAD = 1e-5
+"""A step that promises less is the last."""
 _LONGEST = 100
 """Longer words are offered no more controls."""
 
@@ -62,7 +62,7 @@ class _Point:
 class _Search:
     def __init__(self, equations: Equations, max_bend_rad: float, price: float) -> None:
         self.equations, self.price = equations, price
-        self.least = least_cosines(equations, max_bend_rad)
+        self.least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
 
     def point(self, angle: Array) -> _Point:
         values = self.equations.at(angle)
@@ -118,26 +118,15 @@ class _Search:
         moved = self.point(there.angle + move)
         return moved if moved.merit < there.merit else there
 
+    def landed(self, here: _Point, angle: Array, promised: float, reach: float) -> _Point:
+        """Return the point at some angles, moved back to the arrival if it keeps less than half of its promise."""
+        there = self.point(angle)
+        if here.merit - there.merit < 0.5 * promised:
+            there = self.corrected(there, here.values.derivative, reach)
+        return there
+
     def run(self, angle: Array, steps: int) -> Array:
-        here, reach = self.point(angle), 0.1
-        for _ in range(steps):
-            found = self.step(here, reach)
-            if found is None:
-                break
-            promised = here.merit - found[1]
-            there = self.point(found[0])
-            if here.merit - there.merit < 0.5 * promised:
-                there = self.corrected(there, here.values.derivative, reach)
-            kept = (here.merit - there.merit) / promised if promised > 0 else 0.0
-            if kept > 0.02:
-                here = there
-            if kept > 0.6:
-                reach = min(2.0 * reach, 0.5)
-            elif kept < 0.2:
-                reach *= 0.35
-            if reach < 1e-4 or promised < 1e-5:
-                break
-        return here.angle
+        return descended(self.point(angle), self.step, self.landed, steps, lambda _: _WORTH_RAD).angle
 
 
 def offered(sequence: PrimitiveSequence, split: int) -> PrimitiveSequence:

@@ -20,15 +20,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from purcell_cli import se3
-from purcell_cli.configuration import Configuration
+from purcell_cli.configuration import displacement_between
+from purcell_cli.lift import SEARCHING
 from purcell_cli.limits import Limits, check
 from purcell_cli.moves import MoveSequence, joined
 from purcell_cli.planner.course import Course, Leg
 from purcell_cli.planner.haste import hastened, settled
 from purcell_cli.planner.octagons import cycle, octagons, twist, yaws
 from purcell_cli.planner.reconfiguration import Plan
-from purcell_cli.planner.shorten import SEARCHING
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array, about_axis, as_vector
 from purcell_cli.swimmer import Swimmer
@@ -59,8 +58,7 @@ def quickened(plan: Plan, limits: Limits | None = None) -> Plan:
     """
     if not plan.blocks:
         return plan
-    length = plan.swimmer.length_m
-    wanted = se3.inverse(_scaled(plan.start, length)) @ _scaled(plan.goal, length)
+    wanted = displacement_between(plan.start, plan.goal, plan.swimmer.length_m)
     unit = plan.swimmer.scaled()
     inner = dataclasses.replace(unit, max_bend_rad=max(unit.max_bend_rad - _MARGIN_RAD, 0.5 * unit.max_bend_rad))
     best = plan
@@ -75,10 +73,6 @@ def quickened(plan: Plan, limits: Limits | None = None) -> Plan:
         if best is not plan and any(b.cycles > 1 for b in blocks):
             break  # a long plan gains by rolled limbs more than by anything else
     return best
-
-
-def _scaled(configuration: Configuration, length_m: float) -> Array:
-    return se3.pose(configuration.pose[:3, :3], configuration.pose[:3, 3] / length_m)
 
 
 def _legs(plan: Plan, swimmer: Swimmer, across_rad: float) -> list[Leg]:

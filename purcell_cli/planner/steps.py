@@ -1,0 +1,87 @@
+"""The steps of plans by primitives and of quick plans alike: Newton steps within limits, and trust regions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+from purcell_cli.rotations import Array
+
+_BEND_SLACK = 1e-9
+_ACTIVE_ROUNDS = 4
+_FIRST_REACH, _LARGEST_REACH, _LEAST_REACH = 0.1, 0.5, 1e-4
+
+
+def bounded_step(
+    arrival: Array,
+    missing: Array,
+    room: Array,
+    room_derivative: Array,
+    reach: float,
+    least: Callable[[Array, Array], Array],
+) -> Array:
+    """Return the least step to the arrival that leaves no limb bent too far, as far as is linear. Shape (n,).
+
+    Args:
+        arrival: Derivative of what is missing. Shape (m, n).
+        missing: What is missing [L, rad]. Shape (m,).
+        room: Room left below the bend limit, in the cosine of the bend. Shape (k,).
+        room_derivative: Its derivative. Shape (k, n).
+        reach: The largest component of the step [rad].
+        least: Solves few equations in many unknowns by the least solution.
+    """
+    active = room < 0.0
+    for _ in range(_ACTIVE_ROUNDS):
+        rows, wanted = np.concatenate([arrival, room_derivative[active]]), np.concatenate([-missing, -room[active]])
+        step = least(rows, wanted)
+        step = step * min(1.0, reach / max(float(np.max(np.abs(step), initial=0.0)), 1e-300))
+        broken = (room + room_derivative @ step < -_BEND_SLACK) & ~active
+        if not np.any(broken):
+            break
+        active |= broken
+    return step
+
+
+class _Point(Protocol):
+    @property
+    def merit(self) -> float: ...
+
+
+P = TypeVar("P", bound=_Point)
+
+
+def descended(
+    here: P,
+    propose: Callable[[P, float], tuple[Array, float] | None],
+    land: Callable[[P, Array, float, float], P],
+    steps: int,
+    worth: Callable[[P], float],
+) -> P:
+    """Return the point that steps within a trust region lead to (Fletcher and de la Maza 1989).
+
+    Args:
+        here: The point to begin at.
+        propose: Returns where to go within a reach, and the merit promised there; None where it finds nothing.
+        land: Returns the point reached from a point, for a place, the gain promised and the reach.
+        steps: The most steps.
+        worth: What a step must promise, from a point, to be worth it.
+    """
+    reach = _FIRST_REACH
+    for _ in range(steps):
+        found = propose(here, reach)
+        if found is None:
+            break
+        promised = here.merit - found[1]
+        there = land(here, found[0], promised, reach)
+        kept = (here.merit - there.merit) / promised if promised > 0 else 0.0
+        if kept > 0.02:
+            here = there
+        if kept > 0.6:
+            reach = min(2.0 * reach, _LARGEST_REACH)
+        elif kept < 0.2:
+            reach *= 0.35
+        if reach < _LEAST_REACH or promised < worth(here):
+            break
+    return here
