@@ -58,10 +58,13 @@ def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[E
     return equations.of(equations.with_angles(kept)), float(best)
 
 
-def _bounded(equations: Equations, values: Values, least: Array) -> Array:
-    """Return the least step to the arrival that leaves no limb bent too far. Shape (n,)."""
+def _bounded(equations: Equations, values: Values, least: Array, first: int = 0) -> Array:
+    """Return the least step to the arrival, from some free angle on, that leaves no limb bent too far. Shape (n,)."""
     room, slope = bend_rows(equations, values.shapes, least)
-    return bounded_step(values.derivative, values.residual, room, slope, _REACH_RAD, _least)
+    step = np.zeros(values.derivative.shape[1])
+    arrival = values.derivative[:, first:]
+    step[first:] = bounded_step(arrival, values.residual, room, slope[:, first:], _REACH_RAD, _least)
+    return step
 
 
 def _least(rows: Array, wanted: Array) -> Array:
@@ -92,11 +95,7 @@ def arrive(
     missing = equations.residual(angle)
     best, kept, left = float(np.max(np.abs(missing))), angle, missing
     while idle < _PATIENCE and best > _ENOUGH:
-        if first:
-            step = np.zeros_like(angle)
-            step[first:] = _least(slope.derivative[:, first:], -missing)
-        else:
-            step = _bounded(equations, Values(missing, slope.derivative, slope.shapes), least)
+        step = _bounded(equations, Values(missing, slope.derivative, slope.shapes), least, first)
         angle = rounded(angle + step)
         missing = equations.residual(angle)
         size = float(np.max(np.abs(missing)))
