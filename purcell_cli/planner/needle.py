@@ -117,25 +117,29 @@ def _looseness(arc: Array, fan: Fan) -> Array:
     return np.stack([loose_a, loose_b, loose_b], axis=-1).reshape(len(arc), 9)
 
 
-def settled(arc: Array, roll: float, displacement: Array) -> tuple[Array, float]:
+def settled(arc: Array, roll: float, displacement: Array) -> tuple[Array, float, float]:
     """Return arcs and roll changed, each about in proportion, until they make a displacement.
 
     Args:
         arc: Advance [L] and turns about y and z [rad] of each arc. Shape (m, 3).
         roll: The last roll [rad].
         displacement: Body displacement [L]. Shape (4, 4).
+
+    Returns:
+        Arcs, shape (m, 3), roll [rad], and by how much they miss the displacement [L, rad].
     """
     x = np.append(arc.ravel(), roll)[None]
     inverse = se3.inverse(displacement)[None]
     loose = np.append(np.repeat(np.abs(arc).sum(axis=1) + 0.05, 3), 1.0) ** 2
+    residual, jacobian = _equations(x, inverse)
     for _ in range(_SETTLING):
-        residual, jacobian = _equations(x, inverse)
         if np.max(np.abs(residual)) < _THERE:
             break
         lever = jacobian[0] * loose
         step = lever.T @ np.linalg.lstsq(lever @ jacobian[0].T, -residual[0], rcond=1e-12)[0]
         x = x + step * min(1.0, _LONGEST_TURN / max(float(np.max(np.abs(step))), 1e-300))
-    return x[0, :-1].reshape(-1, 3), float(x[0, -1])
+        residual, jacobian = _equations(x, inverse)
+    return x[0, :-1].reshape(-1, 3), float(x[0, -1]), float(np.max(np.abs(residual)))
 
 
 def _equations(x: Array, inverse: Array) -> tuple[Array, Array]:

@@ -42,6 +42,8 @@ _SHORT_RAD = 40.0
 _NEGLIGIBLE = 1e-12
 _SLIGHT_RAD, _SAME = 0.3, 1e-4
 """Arcs of less joint travel are left out; neighbours are one if that costs them no more than so much."""
+_FAR_OFF = 0.3
+"""Arcs that miss their displacement by more (L, rad) are too few."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -97,7 +99,9 @@ def candidates(
         for k in _distinct(travel):
             i, j = pairs[way.displacement[k]]
             made = missing[way.displacement[k]]
-            arcs, roll = settled(_swum(loops, way.arc[k]), float(way.roll[k]), made)
+            arcs, roll, off = settled(_swum(loops, _fewest(loops, way.arc[k])), float(way.roll[k]), made)
+            if off > _FAR_OFF:  # on a long way slight arcs count
+                arcs, roll, _ = settled(_swum(loops, way.arc[k]), float(way.roll[k]), made)
             inner = _arcs(swimmer, loops, cranks[0], arcs, roll)
             if inner:
                 words = f"{len(arcs)} arc{'s' * (len(arcs) != 1)} with rolls between"
@@ -163,8 +167,8 @@ def _pairs(
     return pairs, se3.normalised(np.stack([gone[i] @ done[j] for i, j in pairs]))
 
 
-def _swum(loops: Fan, arc: Array) -> Array:
-    """Return arcs as loops can swim them: none that hardly counts, neighbours of one direction one. Shape (n, 3)."""
+def _fewest(loops: Fan, arc: Array) -> Array:
+    """Return arcs without slight ones, neighbours of one direction made one. Shape (n, 3)."""
     out: list[Array] = []
     for one in arc:
         travel = _cost(loops, one)
@@ -174,8 +178,13 @@ def _swum(loops: Fan, arc: Array) -> Array:
             out[-1] = out[-1] + one
         else:
             out.append(one)
+    return np.array(out).reshape(-1, 3)
+
+
+def _swum(loops: Fan, arc: Array) -> Array:
+    """Return arcs as loops can swim them, those that are too tight in parts. Shape (n, 3)."""
     parts = []
-    for advance, p, q in out:
+    for advance, p, q in arc.tolist():
         turn = math.hypot(p, q)
         across = (p / turn, q / turn) if turn > 0.0 else (0.0, 1.0)
         parts += [(a, b * across[0], b * across[1]) for a, b in loops.ways(advance, turn)]
