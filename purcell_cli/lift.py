@@ -23,11 +23,10 @@ from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.moves import ControlSequence, MoveSequence
 from purcell_cli.primitives import PrimitiveSequence
-from purcell_cli.rotations import Array, as_vector, cross, hat, orthonormalised
+from purcell_cli.rotations import Array, as_vector, orthonormalised
 from purcell_cli.swimmer import Swimmer
-from purcell_cli.twist import TwistModel, twist_model
+from purcell_cli.twist import TwistModel, cross_rows, dot_rows, twist_model
 
-_I3 = np.eye(3)
 _SPIN_SHARE = 0.25
 """A limb's spin about its own axis counts for this much of a sweep in the length of steps."""
 _BATCH = 4096
@@ -69,12 +68,22 @@ def _collocation(stages: int) -> tuple[Array, Array, Array]:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class _Steps:
-    """The mesh: one row a step, each within one piece."""
+    """The mesh: steps, each within one piece; shapes last, as in `twist`.
+
+    Attributes:
+        piece: The piece each step is of, ascending. Shape (n,).
+        axes: The limbs' axes where it begins. Shape (3, 2, n).
+        rates: Rates of the limbs in base coordinates. Shape (3, 2, n).
+        duration: How long it lasts. Shape (n,).
+    """
 
     piece: NDArrayInt
     axes: Array
     rates: Array
     duration: Array
+
+    def __getitem__(self, part: slice) -> _Steps:
+        return _Steps(self.piece[part], self.axes[..., part], self.rates[..., part], self.duration[part])
 
 
 NDArrayInt = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -86,15 +95,22 @@ def _mesh(model: TwistModel, axes: Array, rates: Array, duration: Array, step: f
     The distance changes at most `steepness` times as fast as the limbs turn, so a step that is
     short enough at its middle is everywhere. A limb spinning about its own axis sweeps nothing, but
     turns the base; a piece of no duration needs no step.
+
+    Args:
+        model: The swimmer.
+        axes: The limbs' axes where the pieces begin. Shape (n, 2, 3).
+        rates: Rates of the limbs in base coordinates. Shape (n, 2, 3).
+        duration: How long the pieces last. Shape (n,).
+        step: Largest step, as a fraction of the distance.
     """
-    swept, spun = cross(rates, axes), _SPIN_SHARE * np.einsum("nli,nli->nl", rates, axes)
-    sweep = np.sqrt(np.einsum("nli,nli->n", swept, swept) + np.einsum("nl,nl->n", spun, spun))
+    axes, rates = (np.ascontiguousarray(np.moveaxis(x, 0, -1).swapaxes(0, 1)) for x in (axes, rates))
+    swept, spun = cross_rows(rates, axes), _SPIN_SHARE * dot_rows(rates, axes)
+    sweep = np.sqrt((dot_rows(swept, swept) + spun * spun).sum(axis=0))
     piece = np.flatnonzero(duration)
     start, length = np.zeros(len(piece)), duration[piece]
     done: list[tuple[NDArrayInt, Array, Array]] = [(piece[:0], start[:0], length[:0])]
     while len(piece):
-        middle = (start + 0.5 * length)[:, None, None]
-        turned = _rotate(rates[piece] * middle, axes[piece])
+        turned = _rotate(rates[..., piece] * (start + 0.5 * length), axes[..., piece])
         arc = sweep[piece] * length
         near = model.distance(turned)
         nearest = np.maximum(near - 0.5 * model.steepness * arc, model.sharpness)
@@ -110,62 +126,88 @@ def _mesh(model: TwistModel, axes: Array, rates: Array, duration: Array, step: f
     piece, start, length = (np.concatenate(column) for column in zip(*done, strict=True))
     order = np.lexsort((start, piece))
     piece, start, length = piece[order], start[order], length[order]
-    turned = _rotate(rates[piece] * start[:, None, None], axes[piece])
-    return _Steps(piece, turned, rates[piece], length)
+    turning = rates[..., piece]
+    return _Steps(piece, _rotate(turning * start, axes[..., piece]), turning, length)
 
 
 def _rotate(axis_angle: Array, vector: Array) -> Array:
-    """Return vectors turned by rotation vectors, both (..., 3)."""
-    angle = np.sqrt(np.einsum("...i,...i->...", axis_angle, axis_angle))
-    a = np.sinc(angle / np.pi)[..., None]
-    b = 0.5 * np.sinc(angle / (2 * np.pi))[..., None] ** 2
-    first = cross(axis_angle, vector)
-    return np.asarray(vector + a * first + b * cross(axis_angle, first))
+    """Return vectors turned by rotation vectors, both (3, ...)."""
+    angle = np.sqrt(dot_rows(axis_angle, axis_angle))
+    half = 0.5 * angle
+    small = angle < 1e-100
+    safe = np.where(small, 1.0, angle)
+    a = np.where(small, 1.0, np.sin(angle) / safe)
+    b = np.where(small, 0.5, 2.0 * (np.sin(half) / safe) ** 2)
+    first = cross_rows(axis_angle, vector)
+    return np.asarray(vector + a * first + b * cross_rows(axis_angle, first))
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class _Solution:
-    """The flow on every step, from the step's start; at its nodes too where a gradient is wanted."""
+    """The flow on every step, from the step's start; at its nodes too where a gradient is wanted.
+
+    Attributes:
+        step_pose: Displacements. Shape (n, 4, 4).
+        node_rotation: Orientations at the nodes. Shape (3, 3, m, n).
+        node_position: Positions at the nodes. Shape (3, m, n).
+        node_change: How turning a limb changes the twist, times the node's weight. Shape (6, 2, 3, m, n).
+    """
 
     step_pose: Array
-    node_pose: Array
+    node_rotation: Array
+    node_position: Array
     node_change: Array
 
 
 def _node_states(steps: _Steps, nodes: Array) -> tuple[Array, Array]:
-    times = steps.duration[:, None] * nodes
-    axes = _rotate(steps.rates[:, None] * times[..., None, None], steps.axes[:, None])
-    rates = np.broadcast_to(steps.rates[:, None], axes.shape)
-    return axes.reshape(-1, 2, 3), rates.reshape(-1, 2, 3)
+    """Return the limbs' axes and rates at the nodes of all steps. Shapes (3, 2, m n)."""
+    times = nodes[:, None] * steps.duration
+    rates = np.broadcast_to(steps.rates[:, :, None], (3, 2, *times.shape))
+    axes = _rotate(rates * times, steps.axes[:, :, None])
+    return axes.reshape(3, 2, -1), rates.reshape(3, 2, -1)
 
 
 def _solve(model: TwistModel, steps: _Steps, accuracy: Accuracy, gradient: bool) -> _Solution:
-    """Solve g' = g hat(xi) from the identity on every step by Gauss collocation."""
+    """Solve g' = g hat(xi) from the identity on every step by Gauss collocation, orientations as quaternions."""
     nodes, weights, to_node = _collocation(accuracy.stages)
     n, m = len(steps.duration), len(nodes)
     axes, rates = _node_states(steps, nodes)
+    change = np.empty(0)
     if gradient:
         xi, change = model.twist_and_change(axes, rates)
-        change = change.reshape(n, m, 6, 6) * (weights[:, None, None] * steps.duration[:, None, None, None])
+        change = change.reshape(6, 2, 3, m, n) * (weights[:, None] * steps.duration)
     else:
-        xi, change = model.twist(axes, rates), np.empty(0)
-    xi = xi.reshape(n, m, 6) * steps.duration[:, None, None]
-    omega = hat(xi[..., 3:])
-    rotation = np.broadcast_to(_I3, (n, m, 3, 3))
-    # Picard iteration: the error falls faster than any power, by |omega|^k / k!.
+        xi = model.twist(axes, rates)
+    xi = xi.reshape(6, m, n) * steps.duration
+    omega = 0.5 * xi[3:]
+    scalar, vector = np.ones((m, n)), to_node @ omega
+    # Picard iteration: the error falls faster than any power, by |omega / 2|^k / k!.
     for _ in range(100):
-        speed = (rotation @ omega).reshape(n, m, 9)
-        renewed = (to_node @ speed).reshape(n, m, 3, 3) + _I3
-        settled = bool(np.max(np.abs(renewed - rotation), initial=0.0) < 4e-16)
-        rotation = renewed
+        scalar = 1.0 - to_node @ dot_rows(vector, omega)
+        renewed = to_node @ (scalar * omega + cross_rows(vector, omega))
+        settled = bool(np.max(np.abs(renewed - vector), initial=0.0) < 2e-16)
+        vector = renewed
         if settled:
             break
-    speed = (rotation @ omega).reshape(n, m, 9)
-    velocity = (rotation @ xi[..., :3, None])[..., 0]
-    end = (weights @ speed).reshape(n, 3, 3) + _I3
-    step_pose = se3.pose(orthonormalised(end), weights @ velocity)
-    node_pose = se3.pose(rotation, to_node @ velocity) if gradient else np.empty(0)
-    return _Solution(step_pose, node_pose, change)
+    velocity = _turned(scalar, vector, xi[:3])
+    end = np.stack([1.0 + weights @ -dot_rows(vector, omega), *(weights @ (scalar * omega + cross_rows(vector, omega)))])
+    end /= np.sqrt(np.sum(end * end, axis=0))
+    step_pose = se3.pose(np.moveaxis(_matrix(end[0], end[1:]), -1, 0), (weights @ velocity).T)
+    if not gradient:
+        return _Solution(step_pose, change, change, change)
+    return _Solution(step_pose, _matrix(scalar, vector), to_node @ velocity, change)
+
+
+def _turned(scalar: Array, vector: Array, v: Array) -> Array:
+    """Return vectors (3, ...) turned by almost unit quaternions, given as scalar and vector parts."""
+    across = 2.0 * cross_rows(vector, v)
+    return np.asarray(v + scalar * across + cross_rows(vector, across))
+
+
+def _matrix(scalar: Array, vector: Array) -> Array:
+    """Return the matrices (3, 3, ...) of almost unit quaternions, given as scalar and vector parts."""
+    columns = [_turned(scalar, vector, e.reshape(3, *(1 for _ in scalar.shape))) for e in np.eye(3)]
+    return np.stack(columns, axis=1)
 
 
 def _reduce(poses: Array, piece: NDArrayInt, count: int) -> Array:
@@ -193,8 +235,7 @@ def _displacements(model: TwistModel, shapes: Array, rate: Array, duration: Arra
         poses = np.empty((len(mesh.piece), 4, 4))
         for first in range(0, len(poses), _BATCH):
             some = slice(first, first + _BATCH)
-            steps = _Steps(mesh.piece[some], mesh.axes[some], mesh.rates[some], mesh.duration[some])
-            poses[some] = _solve(model, steps, accuracy, gradient=False).step_pose
+            poses[some] = _solve(model, mesh[some], accuracy, gradient=False).step_pose
         out[part] = _reduce(poses, mesh.piece, len(duration[part]))
     return out
 
@@ -269,7 +310,7 @@ def piece_work(swimmer: Swimmer, shapes: Array, rate: Array, duration: Array) ->
     mesh = _mesh(model, shapes[:, :, :, 0], _base_rates(shapes, rate), duration, EXACT.step)
     nodes, weights, _ = _collocation(EXACT.stages)
     axes, rates = _node_states(mesh, nodes)
-    power = model.joint_power(axes, rates).reshape(-1, len(nodes)) @ weights * mesh.duration
+    power = weights @ model.joint_power(axes, rates).reshape(len(nodes), -1) * mesh.duration
     scale = swimmer.lateral_drag() * swimmer.length_m**3 * swimmer.joint_rate_rad_s
     return np.asarray(scale * np.bincount(mesh.piece, weights=power, minlength=len(duration)), dtype=np.float64)
 
@@ -321,6 +362,31 @@ class _Chain:
     end: Array
 
 
+def _carried_to_step(solved: _Solution, change: Array) -> Array:
+    """Return the sum over a step's nodes of changes of the twist, seen from the step's beginning.
+
+    Args:
+        solved: The flow on the steps.
+        change: Twists at the nodes. Shape (6, 2, 3, m, n).
+
+    Returns:
+        Twists. Shape (n, 6, 6).
+    """
+    _, _, _, m, n = change.shape
+    each = change.reshape(2, 3, 6, m, n)
+    seen = np.empty((2, 3, 6, n))
+    for i in range(3):
+        row = solved.node_rotation[i, :, None]
+        for part in (0, 1):
+            seen[part, i] = np.einsum("jkmn,jkmn->kn", np.broadcast_to(row, each[part].shape), each[part])
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        for sign, along, across in ((1.0, j, k), (-1.0, k, j)):
+            turned = (solved.node_rotation[across, :, None] * each[1]).sum(axis=0)
+            seen[0, i] += sign * (solved.node_position[along] * turned).sum(axis=1)
+    return np.ascontiguousarray(seen.reshape(6, 6, n).transpose(2, 0, 1))
+
+
 def _chained(mesh: _Steps, solved: _Solution, n: int, repeats: Sequence[Repeat]) -> _Chain:
     m = len(mesh.piece)
     stop_of = np.searchsorted(mesh.piece, np.arange(n), side="right")
@@ -337,9 +403,8 @@ def _chained(mesh: _Steps, solved: _Solution, n: int, repeats: Sequence[Repeat])
         inside[part.first : part.stop] = len(spread)
         spread.append(around @ _power_sum(cycle, part.cycles) @ se3.adjoint(se3.inverse(begins[first])))
     all_cycles = np.stack(spread)
-    nodes = begins[:-1, None] @ solved.node_pose
     carried = np.zeros((m + 1, 6, 6))
-    carried[:-1] = np.einsum("nmij,nmjk->nik", se3.adjoint(nodes), solved.node_change)
+    carried[:-1] = se3.adjoint(begins[:-1]) @ _carried_to_step(solved, solved.node_change)
     within = np.cumsum(carried[::-1], axis=0)[::-1]
     carried[:-1] = all_cycles[inside[mesh.piece]] @ carried[:-1]
     later = np.cumsum(carried[::-1], axis=0)[::-1][stop_of]
@@ -399,7 +464,7 @@ def flow_and_jacobian(
     limb, axis = sequence.control // 3, sequence.control % 3
     turned_about = shapes[np.arange(n), limb, :, axis]
     sign = np.where(sequence.angle < 0, -1.0, 1.0)
-    xi_end = sign[:, None] * model.twist(shapes[1:, :, :, 0], base_rates)
+    xi_end = sign[:, None] * model.twist(*(x.transpose(2, 1, 0) for x in (shapes[1:, :, :, 0], base_rates))).T
     seen_at_start = (chain.at_end @ xi_end[..., None])[..., 0]
     seen_at_start += (chain.later.reshape(n, 6, 2, 3)[np.arange(n), :, limb] @ turned_about[..., None])[..., 0]
     return _seen_at_end(model, chain, seen_at_start.T)
@@ -441,16 +506,14 @@ def flow_and_jacobian_of_moves(
     nodes, weights, _ = _collocation(accuracy.stages)
     m, k = len(mesh.piece), len(nodes)
     begun = np.cumsum(mesh.duration) - mesh.duration - mesh.piece
-    part = begun[:, None] + mesh.duration[:, None] * nodes
-    turned = part[..., None, None] * mesh.rates[:, None]  # (m, k, 2, 3)
-    per_rate = model.per_rate(_node_states(mesh, nodes)[0]).reshape(m, k, 6, 2, 3)
-    per_rate *= (weights * mesh.duration[:, None])[..., None, None, None]
+    part = begun + nodes[:, None] * mesh.duration
+    turned = np.moveaxis(part * mesh.rates[:, :, None], (0, 1), (-1, -2))  # (k, m, 2, 3)
+    per_rate = model.per_rate(_node_states(mesh, nodes)[0]).reshape(6, 2, 3, k, m)
     turning = part[..., None, None, None] * se3.left_jacobian(turned)
-    change = np.einsum("mkals,mklsj->mkalj", solved.node_change.reshape(m, k, 6, 2, 3), turning)
-    change += np.einsum("mkals,mklsj->mkalj", per_rate, se3.rotation(turned))
-    poses = se3.adjoint(chain.begins[:-1, None] @ solved.node_pose)
+    change = np.einsum("alskm,kmlsj->aljkm", solved.node_change, turning)
+    change += np.einsum("alskm,kmlsj->aljkm", per_rate * (weights[:, None] * mesh.duration), se3.rotation(turned))
     own = np.zeros((n, 6, 6))
-    np.add.at(own, mesh.piece, np.einsum("mkab,mkbc->mac", poses, change.reshape(m, k, 6, 6)))
+    np.add.at(own, mesh.piece, se3.adjoint(chain.begins[:-1]) @ _carried_to_step(solved, change))
     own = chain.all_cycles[chain.inside] @ own
     own += np.einsum("nals,nlsj->nalj", chain.later.reshape(n, 6, 2, 3), se3.left_jacobian(turns)).reshape(n, 6, 6)
     seen_at_start = np.einsum("nalj,nlji->anli", own.reshape(n, 6, 2, 3), shapes[:-1]).reshape(6, 6 * n)

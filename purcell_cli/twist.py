@@ -3,6 +3,9 @@
 Drag depends on a limb only through its axis a_i = A_i e_x. Rates are therefore kept in base
 coordinates here, u_i = A_i omega_i, and the twist is a function of (a_1, a_2, u_1, u_2) alone,
 linear in the rates. Conventions: `rotations`.
+
+Many shapes go through at once, and what is done for each is small. So arrays stand on their heads
+here: components first, shapes last, and every sum or product is one over long rows.
 """
 
 from __future__ import annotations
@@ -12,14 +15,50 @@ import math
 
 import numpy as np
 
-from purcell_cli.rotations import Array, cross, hat
+from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 
-_E_X = np.array([1.0, 0.0, 0.0])
-_I3 = np.eye(3)
-_SIDES = np.array([1.0, -1.0])
+_E_X = np.array([1.0, 0.0, 0.0])[:, None, None]
+_SIDES = np.array([1.0, -1.0])[:, None]
 _FARTHEST = 1.0
 """Distances from the straight line count up to here [rad]: A(r) varies with the bends themselves."""
+
+
+def cross_rows(a: Array, b: Array) -> Array:
+    """Return the cross product over the first axis. Shapes (3, ...)."""
+    out = np.empty((3, *np.broadcast_shapes(a.shape[1:], b.shape[1:])))
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        out[i] = a[j] * b[k] - a[k] * b[j]
+    return out
+
+
+def dot_rows(a: Array, b: Array) -> Array:
+    """Return the inner product over the first axis. Shapes (3, ...) to (...)."""
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def solved_rows(matrix: Array, wanted: Array) -> Array:
+    """Return the solutions of positive definite systems, by elimination without pivots.
+
+    Args:
+        matrix: Matrices. Shape (k, k, n). Overwritten.
+        wanted: Right sides. Shape (k, ..., n). Overwritten.
+
+    Returns:
+        Solutions. Shape (k, ..., n).
+    """
+    k = len(matrix)
+    many = wanted.reshape(k, math.prod(wanted.shape[1:-1]), matrix.shape[-1])
+    for j in range(k - 1):
+        factor = matrix[j + 1 :, j] / matrix[j, j]
+        matrix[j + 1 :, j + 1 :] -= factor[:, None] * matrix[j, j + 1 :]
+        many[j + 1 :] -= factor[:, None] * many[j]
+    for j in reversed(range(k)):
+        for i in range(j + 1, k):
+            many[j] -= matrix[j, i] * many[i]
+        many[j] /= matrix[j, j]
+    return many.reshape(wanted.shape)
 
 
 class TwistModel:
@@ -38,79 +77,87 @@ class TwistModel:
         self.steepness = math.sqrt(8.0 / 3.0 * self.limb**3 / self.straight_spread)
 
     def distance(self, axes: Array) -> Array:
-        """Return how far a shape is from a straight line, as a bend of one limb [rad]. Shape (n, 2, 3) to (n,).
+        """Return how far a shape is from a straight line, as a bend of one limb [rad]. Shape (3, 2, n) to (n,).
 
         The spread of the links about the line that fits them best resists roll about that line;
         spin drag resists it where there is no spread.
         """
         c = self.centres(axes)
+        first = 2.0 * self.limb * (c[:, 0] + c[:, 1])
         total = 2.0 * self.base + 4.0 * self.limb
-        second = 2.0 * self.limb * np.einsum("nli,nlj->nij", c, c)
-        second += 2.0 / 3.0 * self.limb**3 * np.einsum("nli,nlj->nij", axes, axes)
-        second[:, 0, 0] += 2.0 / 3.0 * self.base**3
-        first = 2.0 * self.limb * c.sum(axis=1)
-        second -= first[:, :, None] * first[:, None, :] / total
-        moments = np.linalg.eigvalsh(second)
-        spread = np.maximum(moments[:, 0] + moments[:, 1], 0.0)
+        second = 2.0 * self.limb * (c[:, None] * c).sum(axis=2)
+        second += 2.0 / 3.0 * self.limb**3 * (axes[:, None] * axes).sum(axis=2)
+        second[0, 0] += 2.0 / 3.0 * self.base**3
+        second -= first[:, None] * first / total
+        spread = np.maximum(_spread(second), 0.0)
         return np.asarray(np.minimum(np.sqrt(self.sharpness**2 + spread / self.straight_spread), _FARTHEST))
 
     def centres(self, axes: Array) -> Array:
-        """Return the limbs' centres in base coordinates. Shape (n, 2, 3)."""
-        return _SIDES[:, None] * (self.base * _E_X + self.limb * axes)
+        """Return the limbs' centres in base coordinates. Shape (3, 2, n)."""
+        return _SIDES * (self.base * _E_X + self.limb * axes)
 
     def resistance(self, axes: Array) -> Array:
-        """Return P about the base's centre, in closed form. Shape (n, 6, 6)."""
+        """Return P about the base's centre, in closed form. Shape (3, 2, n) to (6, 6, n)."""
         c = self.centres(axes)
-        moment = np.concatenate([axes, cross(c, axes)], axis=-1)
-        out = -self.lateral * self.longitudinal_defect * np.einsum("nli,nlj->nij", moment, moment)
+        moment = np.concatenate([axes, cross_rows(c, axes)])
+        out = (moment[:, None] * (-self.lateral * self.longitudinal_defect * moment)).sum(axis=2)
         # Torques: M - hat(c) D hat(c), with the part along the axis of D counted above.
-        out[:, 3:, 3:] += (self.spin - self.turn) * np.einsum("nli,nlj->nij", axes, axes)
-        out[:, 3:, 3:] -= self.lateral * np.einsum("nli,nlj->nij", c, c)
-        c2 = self.lateral * np.einsum("nli,nli->n", c, c)
-        total = c.sum(axis=1)
-        k = self.lateral * hat(total)
-        out[:, 3:, :3] += k
-        out[:, :3, 3:] -= k
-        out += self.base_drag
+        out[3:, 3:] += (axes[:, None] * ((self.spin - self.turn) * axes)).sum(axis=2)
+        out[3:, 3:] -= (c[:, None] * (self.lateral * c)).sum(axis=2)
+        square = self.lateral * dot_rows(c, c).sum(axis=0)
+        k = self.lateral * (c[:, 0] + c[:, 1])
         for i in range(3):
-            out[:, i, i] += 2.0 * self.lateral
-            out[:, 3 + i, 3 + i] += 2.0 * self.turn + c2
-        return np.asarray(out)
+            j, l = (i + 1) % 3, (i + 2) % 3
+            out[3 + l, j] += k[i]
+            out[3 + j, l] -= k[i]
+            out[j, 3 + l] += k[i]
+            out[l, 3 + j] -= k[i]
+            out[i, i] += 2.0 * self.lateral + self.base_drag[i, i]
+            out[3 + i, 3 + i] += 2.0 * self.turn + self.base_drag[3 + i, 3 + i] + square
+        return out
 
-    def limb_wrench(self, axes: Array, velocity: Array, rate: Array) -> tuple[Array, Array]:
+    def limb_wrench(self, axes: Array, velocity: Array | float, rate: Array) -> tuple[Array, Array]:
         """Return force and torque about the joint that move a limb with its joint's velocity.
 
         Args:
-            axes: Limb axes. Shape (..., 2, 3), broadcast against the others.
-            velocity: Velocities of the joints. Shape (..., 2, 3).
-            rate: Angular velocities of the limbs. Shape (..., 2, 3).
+            axes: Limb axes. Shape (3, ..., 2, n), broadcast against the others.
+            velocity: Velocities of the joints, or 0. Shape (3, ..., 2, n).
+            rate: Angular velocities of the limbs. Shape (3, ..., 2, n).
         """
-        arm = _SIDES[:, None] * self.limb * axes
-        at_centre = velocity + cross(rate, arm)
-        along = np.einsum("...i,...i->...", axes, at_centre)[..., None] * axes
+        arm = _SIDES * self.limb * axes
+        at_centre = velocity + cross_rows(rate, arm)
+        along = dot_rows(axes, at_centre) * axes
         force = self.lateral * (at_centre - self.longitudinal_defect * along)
-        spin = np.einsum("...i,...i->...", axes, rate)[..., None] * axes
-        torque = cross(arm, force) + self.turn * rate + (self.spin - self.turn) * spin
+        spin = dot_rows(axes, rate) * axes
+        torque = cross_rows(arm, force) + self.turn * rate + (self.spin - self.turn) * spin
         return force, torque
 
     def to_base(self, force: Array, torque: Array) -> Array:
-        """Return wrenches about the base's centre from those about the joints. Shape (..., 6)."""
-        joint = self.base * _SIDES[:, None] * _E_X
-        return np.concatenate([force, torque + cross(joint, force)], axis=-1)
-
-    def twist(self, axes: Array, rates: Array) -> Array:
-        """Return the base's twist xi = -P^-1 q for limb rates in base coordinates. Shape (n, 6)."""
-        wrench = self.to_base(*self.limb_wrench(axes, np.zeros(3), rates)).sum(axis=-2)
-        out: Array = -np.linalg.solve(self.resistance(axes), wrench[..., None])[..., 0]
+        """Return wrenches about the base's centre from those about the joints. Shape (6, ..., 2, n)."""
+        out = np.concatenate([force, torque])
+        arm = self.base * _SIDES
+        out[4] -= arm * force[2]
+        out[5] += arm * force[1]
         return out
 
+    def twist(self, axes: Array, rates: Array) -> Array:
+        """Return the base's twist xi = -P^-1 q for limb rates in base coordinates. Shapes (3, 2, n) to (6, n)."""
+        wrench = self.to_base(*self.limb_wrench(axes, 0.0, rates))
+        return solved_rows(self.resistance(axes), -wrench[:, 0] - wrench[:, 1])
+
+    def _seen_by_limbs(self, xi: Array) -> tuple[Array, Array]:
+        """Return the joints' velocities and the base's angular velocity. Shapes (3, 2, n) and (3, 1, n)."""
+        v, w = np.repeat(xi[:3, None], 2, axis=1), xi[3:, None]
+        arm = self.base * _SIDES
+        v[1] += arm * w[2]
+        v[2] -= arm * w[1]
+        return v, w
+
     def joint_power(self, axes: Array, rates: Array) -> Array:
-        """Return the power of both joints' torques. Shape (n,)."""
-        xi = self.twist(axes, rates)
-        v, w = xi[:, None, :3], xi[:, None, 3:]
-        v_joint = v + cross(w, self.base * _SIDES[:, None] * _E_X)
+        """Return the power of both joints' torques. Shapes (3, 2, n) to (n,)."""
+        v_joint, w = self._seen_by_limbs(self.twist(axes, rates))
         torque = self.limb_wrench(axes, v_joint, w + rates)[1]
-        return np.asarray(np.einsum("nli,nli->n", torque, rates))
+        return np.asarray(dot_rows(torque, rates).sum(axis=0))
 
     def twist_and_change(self, axes: Array, rates: Array) -> tuple[Array, Array]:
         """Return the twist and its derivative when a limb, with its rate, is turned in the base frame.
@@ -119,30 +166,38 @@ class TwistModel:
         only the base's motion stays. That gives the derivative without differentiating P.
 
         Returns:
-            Twists, shape (n, 6), and derivatives along eta = e_x, e_y, e_z for each limb, shape
-            (n, 6, 2, 3).
+            Twists, shape (6, n), and derivatives along eta = e_x, e_y, e_z for each limb, shape
+            (6, 2, 3, n).
         """
-        p_inverse = np.linalg.inv(self.resistance(axes))
-        wrench = self.to_base(*self.limb_wrench(axes, np.zeros(3), rates)).sum(axis=-2)
-        xi = -(p_inverse @ wrench[..., None])[..., 0]
-        v, w = xi[:, None, :3], xi[:, None, 3:]
-        v_joint = v + cross(w, self.base * _SIDES[:, None] * _E_X)
+        xi = self.twist(axes, rates)
+        v_joint, w = self._seen_by_limbs(xi)
         force, torque = self.limb_wrench(axes, v_joint, w + rates)
-        eta = _I3[:, None, None, :]  # (3, 1, 1, 3): broadcasts over nodes and limbs
-        turned = (cross(eta, force), cross(eta, torque))
-        seen = self.limb_wrench(axes, cross(eta, v_joint), cross(eta, w))
-        change = self.to_base(turned[0] - seen[0], turned[1] - seen[1])  # (3, n, 2, 6)
-        n = len(axes)
-        columns = change.transpose(1, 3, 2, 0).reshape(n, 6, 6)
-        return xi, -(p_inverse @ columns).reshape(n, 6, 2, 3)
+        eta = np.eye(3)[:, :, None, None]  # (3, 3, 1, 1): broadcasts over limbs and shapes
+        seen = self.limb_wrench(axes[:, None], cross_rows(eta, v_joint[:, None]), cross_rows(eta, w[:, None]))
+        change = self.to_base(seen[0] - cross_rows(eta, force[:, None]), seen[1] - cross_rows(eta, torque[:, None]))
+        columns = np.ascontiguousarray(change.transpose(0, 2, 1, 3))
+        return xi, solved_rows(self.resistance(axes), columns)
 
     def per_rate(self, axes: Array) -> Array:
-        """Return the twist for unit limb rates along e_x, e_y, e_z in base coordinates. Shape (n, 6, 2, 3)."""
-        each = np.broadcast_to(_I3[:, None, None, :], (3, *axes.shape))
-        wrench = self.to_base(*self.limb_wrench(axes, np.zeros(3), each))  # (3, n, 2, 6)
-        n = len(axes)
-        columns = wrench.transpose(1, 3, 2, 0).reshape(n, 6, 6)
-        return -np.asarray(np.linalg.solve(self.resistance(axes), columns)).reshape(n, 6, 2, 3)
+        """Return the twist for unit limb rates along e_x, e_y, e_z in base coordinates. Shape (6, 2, 3, n)."""
+        each = np.eye(3)[:, :, None, None]
+        wrench = self.to_base(*self.limb_wrench(axes[:, None], 0.0, each))  # (6, 3, 2, n)
+        return solved_rows(self.resistance(axes), -wrench.transpose(0, 2, 1, 3))
+
+
+def _spread(moments: Array) -> Array:
+    """Return the sum of the two smaller eigenvalues of symmetric matrices, in closed form. Shape (3, 3, n) to (n,).
+
+    The largest by the cosine of a third of an angle (Smith 1961, Comm. ACM 4, 168).
+    """
+    trace = moments[0, 0] + moments[1, 1] + moments[2, 2]
+    mean = trace / 3.0
+    d = [moments[i, i] - mean for i in range(3)]
+    a, b, c = moments[0, 1], moments[0, 2], moments[1, 2]
+    size = np.sqrt(np.maximum((d[0] ** 2 + d[1] ** 2 + d[2] ** 2 + 2.0 * (a**2 + b**2 + c**2)) / 6.0, 1e-300))
+    half_det = 0.5 * (d[0] * (d[1] * d[2] - c**2) - a * (a * d[2] - c * b) + b * (a * c - d[1] * b)) / size**3
+    largest = mean + 2.0 * size * np.cos(np.arccos(np.clip(half_det, -1.0, 1.0)) / 3.0)
+    return np.asarray(trace - largest)
 
 
 @functools.lru_cache(maxsize=64)

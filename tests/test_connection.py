@@ -468,13 +468,14 @@ def test_the_fast_twist_of_the_lift_is_the_connection(seed: int) -> None:
     rate = rng.normal(size=(len(shapes), 6))
     model = twist_model(swimmer)
     in_base = np.einsum("nlij,nlj->nli", shapes, rate.reshape(-1, 2, 3))
-    found = model.twist(shapes[..., 0], in_base)
+    axes = shapes[..., 0].T  # components first
+    found = model.twist(axes, in_base.T).T
     wanted = base_twist(swimmer, shapes, rate)
     size = np.linalg.norm(wanted, axis=-1, keepdims=True)
     assert_close(found[4:] / size[4:], wanted[4:] / size[4:], 1e-12)
     assert_close(found[:4] / size[:4], wanted[:4] / size[:4], 1e-11)
-    assert_close(model.resistance(shapes[..., 0]), resistance(swimmer, shapes), 1e-14, 50.0)
-    in_limb = model.twist(shapes[..., 0], rate.reshape(-1, 2, 3))
+    assert_close(model.resistance(axes).T, resistance(swimmer, shapes), 1e-14, 50.0)
+    in_limb = model.twist(axes, rate.reshape(-1, 2, 3).T).T
     assert not is_close(in_limb / size, wanted / size, 1e-3)
 
 
@@ -484,7 +485,7 @@ def test_joint_torques_do_the_work() -> None:
     rate = rng.normal(size=(len(shapes), 6))
     in_base = np.einsum("nlij,nlj->nli", shapes, rate.reshape(-1, 2, 3))
     wanted = power(swimmer, shapes, rate)
-    assert_close(twist_model(swimmer).joint_power(shapes[..., 0], in_base), wanted, 1e-13, float(wanted.max()))
+    assert_close(twist_model(swimmer).joint_power(shapes[..., 0].T, in_base.T), wanted, 1e-13, float(wanted.max()))
 
 
 # --- Batches and misuse --------------------------------------------------------------------------------------------
