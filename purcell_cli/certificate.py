@@ -14,8 +14,8 @@ import dataclasses
 import numpy as np
 
 from purcell_cli.configuration import Configuration, Deviation
-from purcell_cli.connection import base_twist, resistance
-from purcell_cli.rotations import Array
+from purcell_cli.connection import base_twist_rows, resistance
+from purcell_cli.rotations import Array, hat
 from purcell_cli.swimmer import Swimmer
 
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -28,8 +28,12 @@ TOLERANCE_RAD = 1e-9
 
 _RELATIVE, _ABSOLUTE = 1e-13, 1e-14
 _SAME_SHAPE_DIGITS = 11
-_PIECE_RAD, _PIECE = 0.2, 0.5
-"""Longest pieces: an angle, and a part of the distance from the straight line, where A(r) is sharp."""
+_COARSE_RAD = 0.2
+"""Longest pieces when it is looked how near the straight line they come [rad]."""
+_PIECE_RAD, _PIECE = 0.035, 0.09
+"""Longest pieces: an angle, and a part of the distance from the straight line, where A(r) is sharp.
+
+So short that DOP853 keeps its tolerance in one step or two: long rows in few steps cost the least."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -93,11 +97,11 @@ def replay(swimmer: Swimmer, start: Configuration, time_s: Array, rate_rad_s: Ar
     keys = np.concatenate(
         [np.round(shapes[:-1].reshape(len(rates), 18), _SAME_SHAPE_DIGITS) + 0.0, rates, durations[:, None]], axis=1
     )
-    _, first, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    first, which = _distinct(keys)
     moves = _integrate(swimmer, shapes[:-1][first], rates[first], durations[first])
     pose = np.empty((len(row), 4, 4))
     pose[0] = start.pose
-    for k, j in enumerate(which.ravel()):
+    for k, j in enumerate(which):
         pose[k + 1] = pose[k] @ moves[j]
     return Replay(row, pose, shapes, len(first))
 
@@ -134,37 +138,48 @@ def judged(found: Replay, goal: Configuration, tolerance_m: float, tolerance_rad
 
 
 def _shapes(start: Array, rates: Array, durations: Array) -> Array:
-    """Return the shapes at the ends of stretches, by scipy's rotations. Shape (m + 1, 2, 3, 3)."""
+    """Return the shapes at the ends of stretches, by running products of quaternions. Shape (m + 1, 2, 3, 3)."""
     from scipy.spatial.transform import Rotation
 
-    turns = [Rotation.from_rotvec(rates[:, 3 * i : 3 * i + 3] * durations[:, None]).as_quat() for i in (0, 1)]
     out = np.empty((len(rates) + 1, 2, 3, 3))
     for i in (0, 1):
-        quaternions = np.empty((len(rates) + 1, 4))
-        here = Rotation.from_matrix(start[i]).as_quat()
-        quaternions[0] = here
-        for k, turn in enumerate(turns[i]):
-            if turn[:3].any():
-                here = _hamilton(here, turn)
-            quaternions[k + 1] = here
-        out[:, i] = Rotation.from_quat(quaternions).as_matrix()
+        running = np.empty((len(rates) + 1, 4))
+        running[0] = Rotation.from_matrix(start[i]).as_quat()
+        running[1:] = Rotation.from_rotvec(rates[:, 3 * i : 3 * i + 3] * durations[:, None]).as_quat()
+        reach = 1
+        while reach < len(running):
+            running[reach:] = _hamilton(running[:-reach], running[reach:])
+            reach *= 2
+        out[:, i] = Rotation.from_quat(running).as_matrix()
     out[0] = start
     return out
 
 
 def _hamilton(p: Array, q: Array) -> Array:
-    """Return the product of two quaternions (x, y, z, w), normalised."""
-    ax, ay, az, aw = p.tolist()
-    bx, by, bz, bw = q.tolist()
-    out = np.array(
+    """Return the products of quaternions (x, y, z, w), normalised. Shape (n, 4)."""
+    ax, ay, az, aw = p.T
+    bx, by, bz, bw = q.T
+    out = np.stack(
         [
             aw * bx + ax * bw + ay * bz - az * by,
             aw * by - ax * bz + ay * bw + az * bx,
             aw * bz + ax * by - ay * bx + az * bw,
             aw * bw - ax * bx - ay * by - az * bz,
-        ]
+        ],
+        axis=1,
     )
-    return np.asarray(out / np.sqrt(out @ out))
+    return np.asarray(out / np.linalg.norm(out, axis=1, keepdims=True))
+
+
+def _distinct(keys: Array) -> tuple[Rows, Rows]:
+    """Return the first of every distinct row, and which of them each row is; rows are compared bit by bit."""
+    words = np.ascontiguousarray(keys).view(np.uint64)
+    mix = np.random.default_rng(0).integers(0, 2**64, words.shape[1], dtype=np.uint64) | np.uint64(1)
+    spread = (words ^ (words >> np.uint64(32))) * mix
+    _, first, which = np.unique(spread.sum(axis=1, dtype=np.uint64), return_index=True, return_inverse=True)
+    if not np.array_equal(words[first][which], words):  # two rows share a sum: compare them whole
+        _, first, which = np.unique(words, axis=0, return_index=True, return_inverse=True)
+    return first, which.ravel()
 
 
 def _cut(parts: Rows) -> tuple[Rows, Rows]:
@@ -173,18 +188,43 @@ def _cut(parts: Rows) -> tuple[Rows, Rows]:
     return owner, np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
 
 
-def _turned(shapes: Array, rates: Array, times: Array) -> Array:
-    """Return shapes after times at constant rates, by scipy's rotations. Shape (n, 2, 3, 3)."""
-    from scipy.spatial.transform import Rotation
-
-    turns = Rotation.from_rotvec((rates * times[:, None]).reshape(-1, 3)).as_matrix()
-    return np.asarray(shapes @ turns.reshape(-1, 2, 3, 3))
-
-
 def _distance(unit: Swimmer, shapes: Array) -> Array:
     """Return how far shapes are from where A(r) is sharp, as a bend [rad]: there P has a small eigenvalue."""
     least = np.linalg.eigvalsh(resistance(unit, shapes))[:, 0]
     return np.asarray(np.sqrt(np.maximum(least, 0.0) / (unit.lateral_drag() * unit.bend_spread())))
+
+
+class _Turning:
+    """Limbs that turn at constant rates, each about an axis that is fixed in the base: u = A omega.
+
+    Attributes:
+        rate: Their rates in base coordinates. Shape (2, 3, m).
+
+    Args:
+        shapes: Shapes at time 0. Shape (m, 2, 3, 3).
+        rates: Limb rates. Shape (m, 6).
+    """
+
+    def __init__(self, shapes: Array, rates: Array) -> None:
+        turn = (shapes @ rates.reshape(-1, 2, 3, 1))[..., 0]
+        speed = np.linalg.norm(turn, axis=-1, keepdims=True)
+        about, axes = hat(turn / np.where(speed > 0.0, speed, 1.0)), shapes[..., :1]
+        self._speed, self._shapes, self._about = speed, shapes, about
+        self.rate = np.ascontiguousarray(turn.transpose(1, 2, 0))
+        self._rows = [np.ascontiguousarray(x[..., 0].transpose(1, 2, 0)) for x in (axes, about @ axes)]
+        self._rows.append(np.ascontiguousarray((about @ about @ axes)[..., 0].transpose(1, 2, 0)))
+        self._speed_rows = np.ascontiguousarray(speed.transpose(1, 2, 0))
+
+    def axes(self, time: Array) -> Array:
+        """Return the limbs' axes at times. Shapes (m,) to (2, 3, m)."""
+        angle = self._speed_rows * time
+        return np.asarray(self._rows[0] + np.sin(angle) * self._rows[1] + (1.0 - np.cos(angle)) * self._rows[2])
+
+    def shapes(self, time: Array) -> Array:
+        """Return the shapes R A at times, R = 1 + sin(w t) hat(n) + (1 - cos(w t)) hat(n)^2. Shape (m, 2, 3, 3)."""
+        angle = (self._speed * time[:, None, None])[..., None]
+        turned = np.sin(angle) * self._about + (1.0 - np.cos(angle)) * (self._about @ self._about)
+        return np.asarray(self._shapes + turned @ self._shapes)
 
 
 def _integrate(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) -> Array:
@@ -198,32 +238,38 @@ def _integrate(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) 
         return np.empty((0, 4, 4))
     unit = swimmer.scaled()
     sweep = np.linalg.norm(rates, axis=1) * durations
-    parts = np.maximum(np.ceil(sweep / _PIECE_RAD), 1).astype(np.int64)
+    parts = np.maximum(np.ceil(sweep / _COARSE_RAD), 1).astype(np.int64)
     owner, index = _cut(parts)
     length = (durations / parts)[owner]
-    begun = _turned(shapes[owner], rates[owner], index * length)
+    turning = _Turning(shapes[owner], rates[owner])
+    ends = [turning.shapes(k * length) for k in (index, index + 1)]
     # Where a piece comes near the straight line it is cut again.
-    near = np.minimum(_distance(unit, begun), _distance(unit, _turned(begun, rates[owner], length)))
-    again = np.maximum(np.ceil((sweep / parts)[owner] / (_PIECE * near)), 1).astype(np.int64)
+    near = np.minimum(_distance(unit, ends[0]), _distance(unit, ends[1]))
+    longest = np.minimum(_PIECE * near, _PIECE_RAD)
+    again = np.maximum(np.ceil((sweep / parts)[owner] / longest), 1).astype(np.int64)
     whole, index = _cut(again)
     owner, length = owner[whole], (length / again)[whole]
-    begun = _turned(begun[whole], rates[owner], index * length)
+    begun = _Turning(ends[0][whole], rates[owner]).shapes(index * length)
     parts = np.bincount(owner, minlength=len(parts))
     n = len(owner)
+    turning = _Turning(begun, rates[owner])
 
     def plain_equation(part: float, state: Array) -> Array:
-        g = state.reshape(n, 3, 4)
-        xi = base_twist(unit, _turned(begun, rates[owner], part * length), rates[owner]) * length[:, None]
-        hat = np.zeros((n, 4, 4))
-        hat[:, 0, 1], hat[:, 0, 2], hat[:, 1, 2] = -xi[:, 5], xi[:, 4], -xi[:, 3]
-        hat[:, 1, 0], hat[:, 2, 0], hat[:, 2, 1] = xi[:, 5], -xi[:, 4], xi[:, 3]
-        hat[:, :3, 3] = xi[:, :3]
-        return np.asarray((g @ hat).ravel())
+        rotation, out = state.reshape(4, 3, n)[:3], np.empty((4, 3, n))  # column by column, then the position
+        xi = base_twist_rows(unit, turning.axes(part * length), turning.rate) * length
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            out[i] = xi[3 + k] * rotation[j] - xi[3 + j] * rotation[k]
+        out[3] = xi[0] * rotation[0] + xi[1] * rotation[1] + xi[2] * rotation[2]
+        return out.ravel()
 
-    rest = np.tile(np.eye(4)[:3].ravel(), n)
-    solved = solve_ivp(plain_equation, (0.0, 1.0), rest, method="DOP853", rtol=_RELATIVE, atol=_ABSOLUTE, t_eval=[1.0])
+    rest = np.zeros((4, 3, n))
+    for i in range(3):
+        rest[i, i] = 1.0
+    control = {"rtol": _RELATIVE, "atol": _ABSOLUTE, "first_step": 1.0}
+    solved = solve_ivp(plain_equation, (0.0, 1.0), rest.ravel(), method="DOP853", t_eval=[1.0], **control)
     pieces = np.tile(np.eye(4), (n, 1, 1))
-    pieces[:, :3] = solved.y[:, -1].reshape(n, 3, 4)
+    pieces[:, :3] = solved.y[:, -1].reshape(4, 3, n).transpose(2, 1, 0)
     out = np.tile(np.eye(4), (len(parts), 1, 1))
     for j in range(int(parts.max())):
         live = parts > j

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.rotations import Array, hat
+from purcell_cli.rows import cross_rows, dot_rows, solved_rows
 from purcell_cli.swimmer import Swimmer
 
 COLLINEAR: Array = np.stack([np.eye(3), np.eye(3)])
@@ -121,13 +122,52 @@ def connection(swimmer: Swimmer, shape: ArrayLike) -> Array:
 
 def base_twist(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike) -> Array:
     """Return the base's body twist xi = -A(r) omega for limb rates (..., 6) [rad/s]. Shape (..., 6)."""
-    omega = np.asarray(rate, dtype=np.float64)
+    r, omega = np.asarray(shape, dtype=np.float64), np.asarray(rate, dtype=np.float64)
     if omega.shape[-1:] != (6,):
         raise ParameterError(f"six limb rates (omega_1, omega_2) are wanted, found shape {omega.shape}")
-    p, q = resistance_and_coupling(swimmer.scaled(), shape)
-    xi = -np.linalg.solve(p, q @ omega[..., None])[..., 0]
-    xi[..., :3] *= swimmer.length_m
-    return np.asarray(xi, dtype=np.float64)
+    _limb(r, 1)
+    batch = np.broadcast_shapes(r.shape[:-3], omega.shape[:-1])
+    shapes = np.broadcast_to(r, (*batch, 2, 3, 3)).reshape(-1, 2, 3, 3)
+    turning = shapes @ np.broadcast_to(omega, (*batch, 6)).reshape(-1, 2, 3, 1)
+    xi = base_twist_rows(swimmer, shapes[..., 0].transpose(1, 2, 0), turning[..., 0].transpose(1, 2, 0))
+    return xi.T.reshape(*batch, 6)
+
+
+def base_twist_rows(swimmer: Swimmer, axis: Array, turning: Array) -> Array:
+    """Return the base's body twist for limb axes a = A e_x and rates u = A omega in base coordinates (see `rows`).
+
+    P xi + q = 0, set up link by link. Drag is the same all round a link, so A D A^T is
+    K = d_2 1 + (d_1 - d_2) a a^T, and likewise T for torques. A limb adds
+    [[K, -K hat(c)], [hat(c) K, T - hat(c) K hat(c)]] to P, and to q the wrench of its turning by u about its joint.
+
+    Args:
+        swimmer: The swimmer.
+        axis: The limbs' axes. Shape (2, 3, n).
+        turning: The limbs' rates in base coordinates [rad/s]. Shape (2, 3, n).
+
+    Returns:
+        Twists (v, omega) [m/s, rad/s]. Shape (6, n).
+    """
+    unit = swimmer.scaled()
+    half, drag = unit.limb_half_length_m, np.diag(unit.drag(1))
+    p, q = np.empty((6, 6, axis.shape[-1])), np.zeros((6, axis.shape[-1]))
+    p[...] = unit.drag(0)[..., None]
+    for limb, side in _SIDE.items():
+        a, u = axis[limb - 1], turning[limb - 1]
+        c = side * half * a
+        c[0] += side * unit.base_half_length_m
+        k, torque = ((d[0] - d[1]) * a[:, None] * a + (d[1] * np.eye(3))[..., None] for d in (drag[:3], drag[3:]))
+        arm = cross_rows(c[:, None], k)  # hat(c) K
+        p[:3, :3] += k
+        p[3:, :3] += arm
+        p[:3, 3:] += arm.swapaxes(0, 1)
+        p[3:, 3:] += torque + cross_rows(c[:, None], arm.swapaxes(0, 1))
+        push = (side * half * drag[1]) * cross_rows(u, a)
+        q[:3] += push
+        q[3:] += drag[4] * u + ((drag[3] - drag[4]) * dot_rows(a, u)) * a + cross_rows(c, push)
+    xi = solved_rows(p, -q)
+    xi[:3] *= swimmer.length_m
+    return xi
 
 
 def link_twist(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike, xi_base: Array, link: int) -> Array:

@@ -213,6 +213,8 @@ def _composed(text: str, file: str) -> yaml.Node | None:
         mark = error.problem_mark or error.context_mark
         fault = schema.shortened(", ".join(filter(None, (error.context, error.problem))), 120)
         line = mark.line + 1 if mark else 1
+        if "nesting depth" in str(error.problem):  # a limit of PyYAML's own, from 6.0.4 on, met before ours
+            raise schema.message(file, line, keys[-1], f"at most {MOST_LEVELS} levels of nesting", "more") from error
         raise schema.message(file, line, keys[-1], "one YAML document", f"a fault ({fault})") from error
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
         raise schema.message(file, 1, keys[-1], "one YAML document", "one that cannot be read") from error

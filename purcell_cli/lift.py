@@ -24,8 +24,9 @@ from purcell_cli.connection import COLLINEAR
 from purcell_cli.moves import ControlSequence, MoveSequence
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array, as_vector, orthonormalised
+from purcell_cli.rows import cross_rows, dot_rows
 from purcell_cli.swimmer import Swimmer
-from purcell_cli.twist import TwistModel, cross_rows, dot_rows, twist_model
+from purcell_cli.twist import TwistModel, twist_model
 
 _SPIN_SHARE = 0.25
 """A limb's spin about its own axis counts for this much of a sweep in the length of steps."""
@@ -190,7 +191,9 @@ def _solve(model: TwistModel, steps: _Steps, accuracy: Accuracy, gradient: bool)
         if settled:
             break
     velocity = _turned(scalar, vector, xi[:3])
-    end = np.stack([1.0 + weights @ -dot_rows(vector, omega), *(weights @ (scalar * omega + cross_rows(vector, omega)))])
+    end = np.stack(
+        [1.0 + weights @ -dot_rows(vector, omega), *(weights @ (scalar * omega + cross_rows(vector, omega)))]
+    )
     end /= np.sqrt(np.sum(end * end, axis=0))
     step_pose = se3.pose(np.moveaxis(_matrix(end[0], end[1:]), -1, 0), (weights @ velocity).T)
     if not gradient:

@@ -331,7 +331,7 @@ def show_gait(console: Console, document: Document) -> None:
     for name in d:
         motion, unit = name.split("_")
         moved.add_column(f"{motion} \\[{unit}]", justify="right")
-    moved.add_row(*(f"{v:.9g}" if abs(v) > 1e-14 else "0" for v in d.values()))
+    moved.add_row(*(f"{v:.9g}" if abs(v) > 1e-12 else "0" for v in d.values()))
     console.print(moved)
     cross = document["cross_talk"]
     told = "" if cross is None else f"cross-talk {cross:.1e} (L, rad), "

@@ -4,8 +4,7 @@ Drag depends on a limb only through its axis a_i = A_i e_x. Rates are therefore 
 coordinates here, u_i = A_i omega_i, and the twist is a function of (a_1, a_2, u_1, u_2) alone,
 linear in the rates. Conventions: `rotations`.
 
-Many shapes go through at once, and what is done for each is small. So arrays stand on their heads
-here: components first, shapes last, and every sum or product is one over long rows.
+Arrays have components first and shapes last: see `rows`.
 """
 
 from __future__ import annotations
@@ -16,49 +15,13 @@ import math
 import numpy as np
 
 from purcell_cli.rotations import Array
+from purcell_cli.rows import cross_rows, dot_rows, solved_rows
 from purcell_cli.swimmer import Swimmer
 
 _E_X = np.array([1.0, 0.0, 0.0])[:, None, None]
 _SIDES = np.array([1.0, -1.0])[:, None]
 _FARTHEST = 1.0
 """Distances from the straight line count up to here [rad]: A(r) varies with the bends themselves."""
-
-
-def cross_rows(a: Array, b: Array) -> Array:
-    """Return the cross product over the first axis. Shapes (3, ...)."""
-    out = np.empty((3, *np.broadcast_shapes(a.shape[1:], b.shape[1:])))
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        out[i] = a[j] * b[k] - a[k] * b[j]
-    return out
-
-
-def dot_rows(a: Array, b: Array) -> Array:
-    """Return the inner product over the first axis. Shapes (3, ...) to (...)."""
-    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
-
-
-def solved_rows(matrix: Array, wanted: Array) -> Array:
-    """Return the solutions of positive definite systems, by elimination without pivots.
-
-    Args:
-        matrix: Matrices. Shape (k, k, n). Overwritten.
-        wanted: Right sides. Shape (k, ..., n). Overwritten.
-
-    Returns:
-        Solutions. Shape (k, ..., n).
-    """
-    k = len(matrix)
-    many = wanted.reshape(k, math.prod(wanted.shape[1:-1]), matrix.shape[-1])
-    for j in range(k - 1):
-        factor = matrix[j + 1 :, j] / matrix[j, j]
-        matrix[j + 1 :, j + 1 :] -= factor[:, None] * matrix[j, j + 1 :]
-        many[j + 1 :] -= factor[:, None] * many[j]
-    for j in reversed(range(k)):
-        for i in range(j + 1, k):
-            many[j] -= matrix[j, i] * many[i]
-        many[j] /= matrix[j, j]
-    return many.reshape(wanted.shape)
 
 
 class TwistModel:
@@ -100,7 +63,7 @@ class TwistModel:
         """Return P about the base's centre, in closed form. Shape (3, 2, n) to (6, 6, n)."""
         c = self.centres(axes)
         moment = np.concatenate([axes, cross_rows(c, axes)])
-        out = (moment[:, None] * (-self.lateral * self.longitudinal_defect * moment)).sum(axis=2)
+        out: Array = (moment[:, None] * (-self.lateral * self.longitudinal_defect * moment)).sum(axis=2)
         # Torques: M - hat(c) D hat(c), with the part along the axis of D counted above.
         out[3:, 3:] += (axes[:, None] * ((self.spin - self.turn) * axes)).sum(axis=2)
         out[3:, 3:] -= (c[:, None] * (self.lateral * c)).sum(axis=2)

@@ -15,6 +15,7 @@ FLOORS = [
     "rotations",
     "se3",
     "swimmer",
+    "rows",
     "connection",
     "sweeps",
     "clearance",
