@@ -10,6 +10,7 @@ again unless one with the same rates, the same duration to the bit and the same 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 
 import numpy as np
 
@@ -99,10 +100,7 @@ def replay(swimmer: Swimmer, start: Configuration, time_s: Array, rate_rad_s: Ar
     )
     first, which = _distinct(keys)
     moves = _integrate(swimmer, shapes[:-1][first], rates[first], durations[first])
-    pose = np.empty((len(row), 4, 4))
-    pose[0] = start.pose
-    for k, j in enumerate(which):
-        pose[k + 1] = pose[k] @ moves[j]
+    pose = np.array([*itertools.accumulate(moves[which], np.matmul, initial=start.pose)])
     return Replay(row, pose, shapes, len(first))
 
 

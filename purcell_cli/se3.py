@@ -144,16 +144,35 @@ def power(pose: Array, exponent: ArrayLike) -> Array:
     """Return pose^n along its one-parameter subgroup: n equal displacements one after the other.
 
     Args:
-        pose: One pose. Shape (4, 4).
-        exponent: Powers. Shape (...).
+        pose: Poses. Shape (..., 4, 4).
+        exponent: Powers, broadcast against the poses; the first power is the pose to the bit. Shape (...).
 
     Returns:
         Poses. Shape (..., 4, 4).
     """
     n = np.asarray(exponent, dtype=np.float64)
-    if n.ndim == 0 and n == 1.0:
-        return pose.copy()  # to the bit
-    return exp(n[..., None] * log(pose))
+    if np.all(n == 1.0):
+        return np.array(np.broadcast_to(pose, (*np.broadcast_shapes(n.shape, pose.shape[:-2]), 4, 4)))
+    return np.where((n == 1.0)[..., None, None], pose, exp(n[..., None] * log(pose)))
+
+
+def products(poses: Array, counts: ArrayLike) -> Array:
+    """Return the products of consecutive runs of displacements.
+
+    Args:
+        poses: Displacements. Shape (n, 4, 4).
+        counts: How many each run has, in order; n together. Shape (k,).
+
+    Returns:
+        Poses, the identity for an empty run. Shape (k, 4, 4).
+    """
+    length = np.asarray(counts, dtype=np.int64)
+    first = np.cumsum(length) - length
+    out = np.tile(np.eye(4), (len(length), 1, 1))
+    for k in range(int(length.max(initial=0))):
+        live = np.flatnonzero(length > k)
+        out[live] = out[live] @ poses[first[live] + k]
+    return normalised(out)
 
 
 def prefix_products(poses: Array) -> Array:

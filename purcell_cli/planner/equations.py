@@ -241,11 +241,9 @@ class Equations:
         sequence = self.sequence_at(angle)
         shapes = sequence.shapes(self.start)
         moves = piece_displacements(self.swimmer, shapes[:-1], sequence.rates(), sequence.duration, self.accuracy)
-        g, done = np.eye(4), 0
-        for part in (*self.repeats, Repeat(len(sequence), len(sequence), 0)):
-            g = g @ se3.prefix_products(moves[done : part.first])[-1]
-            g = g @ se3.power(se3.prefix_products(moves[part.first : part.stop])[-1], part.cycles)
-            done = part.stop
+        parts = [len(s.sequence) for s in self.stretches]
+        once = se3.products(moves, parts)
+        g = functools.reduce(np.matmul, se3.power(once, [s.cycles for s in self.stretches]), np.eye(4))
         gaps = [shape_gap(sequence[:stop], shapes[: stop + 1], shape)[0] for stop, shape in self._targets]
         return np.concatenate([se3.log(se3.normalised(self._wanted_inverse @ g)), *gaps])
 

@@ -21,7 +21,7 @@ from purcell_cli.configuration import Configuration, Deviation, displacement_bet
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits import Gait
 from purcell_cli.lift import EXACT, SEARCHING
-from purcell_cli.limits import Limits, check
+from purcell_cli.limits import Limits, LimitsReport, check
 from purcell_cli.planner.equations import Equations, stretches_of
 from purcell_cli.planner.finish import approach, arrive
 from purcell_cli.planner.measures import cost, known_measure
@@ -56,6 +56,7 @@ class Plan:
         goal: The goal configuration.
         blocks: The strokes of all three phases.
         structures: The structures that were weighed, best first; the first one was taken.
+        limits: How near it comes to its limits, where the planner looked.
     """
 
     swimmer: Swimmer
@@ -63,6 +64,7 @@ class Plan:
     goal: Configuration
     blocks: tuple[Block, ...]
     structures: tuple[Structure, ...] = ()
+    limits: LimitsReport | None = None
 
     @property
     def joint_travel_rad(self) -> float:
@@ -128,6 +130,7 @@ class _Best:
         self.swimmer, self.start, self.limits, self.measure = swimmer, start, limits, measure
         self.bend = swimmer.max_bend_rad - _MARGIN_RAD
         self.motion: Equations | None = None
+        self.report: LimitsReport | None = None
         self.weighed: dict[str, float] = {}
         self.words = ""
         self._off, self._excess, self._cost = math.inf, math.inf, math.inf
@@ -153,8 +156,10 @@ class _Best:
             self.weighed[words] = min(near.joint_travel_rad, self.weighed.get(words, math.inf))
         if off < _CLOSE and not (self.good and self._cost_of(near) >= self._cost):
             exact, off = _exact(self.swimmer, near)
-            excess, spent = self._excess_of(exact), self._cost_of(exact)
+            report, spent = check(self.swimmer, self.start, played(exact), self.limits), self._cost_of(exact)
+            excess = self._excess_of(report)
             if (off >= _ARRIVED, excess, spent) < (self._off >= _ARRIVED, self._excess, self._cost):
+                self.report = report
                 self.motion, self._off, self._excess, self._cost, self.words = exact, off, excess, spent, words
         elif self.motion is None:
             self.motion, self._off = near, off
@@ -163,9 +168,8 @@ class _Best:
     def _cost_of(self, motion: Equations) -> float:
         return cost(self.measure, motion.swimmer, motion.blocks(), motion.start)
 
-    def _excess_of(self, motion: Equations) -> float:
-        broken = check(self.swimmer, self.start, motion.blocks(), self.limits).violations
-        return sum(v.excess / (self.swimmer.length_m if v.unit == "m" else 1.0) for v in broken)
+    def _excess_of(self, report: LimitsReport) -> float:
+        return sum(v.excess / (self.swimmer.length_m if v.unit == "m" else 1.0) for v in report.violations)
 
     def explore(self, found: Sequence[Candidate], rough: Equations, how: Effort, progress: Progress) -> None:
         """Carry on with candidates, and with random words for small displacements."""
@@ -251,9 +255,13 @@ def reconfigure(
     except KeyboardInterrupt:
         if not best.good or not how.words:
             raise
-    blocks = best.motion.blocks() if best.motion is not None else []
-    kept = tuple(b for b in blocks if np.any(b.sequence.duration))
-    return Plan(swimmer, start, goal, kept, best.structures(found))
+    blocks = () if best.motion is None else played(best.motion)
+    return Plan(swimmer, start, goal, blocks, best.structures(found), best.report)
+
+
+def played(motion: Equations) -> tuple[Block, ...]:
+    """Return a motion's blocks, those left out in which nothing turns."""
+    return tuple(b for b in motion.blocks() if np.any(b.sequence.duration))
 
 
 def _apart(motion: Equations, most: int) -> list[Block]:
