@@ -31,7 +31,7 @@ _RELATIVE, _ABSOLUTE = 1e-13, 1e-14
 _SAME_SHAPE_DIGITS = 11
 _COARSE_RAD = 0.2
 """Longest pieces when it is looked how near the straight line they come [rad]."""
-_PIECE_RAD, _PIECE = 0.035, 0.09
+_PIECE_RAD, _PIECE = 0.05, 0.09
 """Longest pieces: an angle, and a part of the distance from the straight line, where A(r) is sharp.
 
 So short that DOP853 keeps its tolerance in one step or two: long rows in few steps cost the least."""

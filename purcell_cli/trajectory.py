@@ -97,7 +97,7 @@ class Pieces:
 def starting_shapes(blocks: Sequence[Block], start: ArrayLike) -> Array:
     """Return the shape before each block, and after the last. Shape (k + 1, 2, 3, 3)."""
     pieces = Pieces.of(blocks, start)
-    return pieces.shapes[np.cumsum([0, *pieces.counts])]
+    return np.asarray(pieces.shapes[np.cumsum([0, *pieces.counts])])
 
 
 def block_displacements(

@@ -11,7 +11,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from purcell_cli.lift import Accuracy
 from purcell_cli.planner.equations import Equations, Values
 from purcell_cli.planner.limits import bend_rows, least_cosines
 from purcell_cli.planner.steps import bounded_step
@@ -27,7 +26,7 @@ _SHORTER = (1.0, 0.4, 0.15, 0.05)
 """What is tried of a step until it gains something."""
 
 
-def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[Equations, float]:
+def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[Equations, Values, float]:
     """Return the motion with its angles changed to arrive, by short steps within the bend limit.
 
     Args:
@@ -36,17 +35,17 @@ def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[E
         close: Residual that is close enough [L, rad].
 
     Returns:
-        The motion, and the largest residual left [L, rad].
+        The motion, its equations' values, and the largest residual left [L, rad].
     """
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
     angle = equations.angles
     values = equations.at(angle)
-    best, kept = np.inf, angle
+    best, kept, known = np.inf, angle, values
     for _ in range(_ROUNDS):
         room, _ = bend_rows(equations, values.shapes, least)
         off = max(values.size, float(-np.min(room, initial=0.0)))
         if off < best:
-            best, kept = off, angle
+            best, kept, known = off, angle, values
         if best < close:
             break
         step = _bounded(equations, values, least)
@@ -55,7 +54,7 @@ def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[E
             if there.size < values.size:
                 break
         angle, values = angle + shorter * step, there
-    return equations.of(equations.with_angles(kept)), float(best)
+    return equations.of(equations.with_angles(kept)), known, float(best)
 
 
 def _bounded(equations: Equations, values: Values, least: Array, first: int = 0) -> Array:
@@ -73,16 +72,16 @@ def _least(rows: Array, wanted: Array) -> Array:
 
 
 def arrive(
-    equations: Equations, rough: Accuracy, max_bend_rad: float, rounded: Callable[[Array], Array]
+    equations: Equations, rough: Values, max_bend_rad: float, rounded: Callable[[Array], Array]
 ) -> tuple[Equations, float]:
     """Return the motion with its angles changed, by the least amount, to end exactly at the goal.
 
-    The derivative is taken once, at a rough accuracy: what is missing is small, and shrinks by the
-    derivative's own accuracy in each round.
+    A rough derivative will do: what is missing is small, and shrinks by the derivative's own
+    accuracy in each round.
 
     Args:
         equations: The equations of a motion that almost arrives.
-        rough: Accuracy of the derivative.
+        rough: The equations' values, at a rough accuracy.
         max_bend_rad: How far a limb may bend in phase 2 [rad].
         rounded: Rounds angles to what the clock can tell [rad].
 
@@ -91,11 +90,10 @@ def arrive(
     """
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
     angle, first, idle = rounded(equations.angles), 0, 0
-    slope = equations.at_accuracy(rough).at(angle)
     missing = equations.residual(angle)
     best, kept, left = float(np.max(np.abs(missing))), angle, missing
     while idle < _PATIENCE and best > _ENOUGH:
-        step = _bounded(equations, Values(missing, slope.derivative, slope.shapes), least, first)
+        step = _bounded(equations, Values(missing, rough.derivative, rough.shapes), least, first)
         angle = rounded(angle + step)
         missing = equations.residual(angle)
         size = float(np.max(np.abs(missing)))

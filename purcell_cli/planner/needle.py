@@ -19,13 +19,12 @@ from numpy.typing import NDArray
 
 from purcell_cli import se3
 from purcell_cli.planner.arcs import Fan
-from purcell_cli.rotations import Array, hat
+from purcell_cli.rotations import Array, about_axis, hat
 
 _ARCS = 3
 _ROUNDS = 20
 _SETTLING = 6
-_SERIES = 20
-_FREE = (0, 4, 5)
+_SMALL_RAD = 1e-3
 _E_ROLL = np.eye(6)[3]
 _ROLL_PRICE = 0.1
 _LEAST = 1e-2  # rad
@@ -46,24 +45,6 @@ class Arcs:
     arc: Array
     roll: Array
     displacement: NDArray[np.int64]
-
-
-def _twist(arc: Array) -> Array:
-    out = np.zeros((*arc.shape[:-1], 6))
-    out[..., _FREE] = arc
-    return out
-
-
-def _right_jacobian(twist: Array) -> Array:
-    """Return J with exp(xi + d xi) = exp(xi) exp(J d xi), by its series. Shape (..., 6, 6)."""
-    ad = np.zeros((*twist.shape[:-1], 6, 6))
-    ad[..., :3, :3] = ad[..., 3:, 3:] = hat(twist[..., 3:])
-    ad[..., :3, 3:] = hat(twist[..., :3])
-    out = term = np.broadcast_to(np.eye(6), ad.shape)
-    for k in range(1, _SERIES):
-        term = -(term @ ad) / (k + 1)
-        out = out + term
-    return out
 
 
 def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
@@ -110,10 +91,9 @@ def _looseness(arc: Array, fan: Fan) -> Array:
     a, b = np.abs(arc[..., 0]), np.hypot(arc[..., 1], arc[..., 2])
     here = np.maximum(fan.cost(a, b), _LEAST)
     a, b = np.maximum(a, 0.05 * fan.straight * here), np.maximum(b, 0.05 * fan.tight * here)
-    here = fan.cost(a, b)
-    by_a, by_b = fan.cost(1.01 * a, b) / here - 1.0, fan.cost(a, 1.01 * b) / here - 1.0
-    loose_a = a**2 / (here * np.maximum(100.0 * by_a, 0.05))
-    loose_b = b**2 / (here * np.maximum(100.0 * by_b, 0.05))
+    here, more_a, more_b = fan.cost(np.stack([a, 1.01 * a, a]), np.stack([b, b, 1.01 * b]))
+    loose_a = a**2 / (here * np.maximum(100.0 * (more_a / here - 1.0), 0.05))
+    loose_b = b**2 / (here * np.maximum(100.0 * (more_b / here - 1.0), 0.05))
     return np.stack([loose_a, loose_b, loose_b], axis=-1).reshape(len(arc), 9)
 
 
@@ -142,15 +122,56 @@ def settled(arc: Array, roll: float, displacement: Array) -> tuple[Array, float,
     return x[0, :-1].reshape(-1, 3), float(x[0, -1]), float(np.max(np.abs(residual)))
 
 
+def _swum(arc: Array) -> tuple[Array, Array, Array]:
+    """Return the displacements exp(a, 0, 0; 0, p, q) of arcs, and the body twists of changes of a, p and q.
+
+    The exponential's series have only even powers of the turn, so their closed forms (Murray, Li
+    and Sastry 1994, A mathematical introduction to robotic manipulation, section 2.3) need no root.
+
+    Args:
+        arc: Advance [L] and turns about y and z [rad]. Shape (n, 3).
+
+    Returns:
+        Rotations, shape (n, 3, 3), positions, shape (n, 3), and twists, shape (n, 6, 3).
+    """
+    a, p, q = arc.T
+    tt = p * p + q * q
+    sine, cosine, rest = se3.exp_coefficients(tt)
+    sine_slope = rest - cosine  # (d/dt sin t / t) / t, and the same of (1 - cos t) / t^2
+    small = tt < _SMALL_RAD**2
+    cosine_slope = np.where(small, tt / 180.0 - 1.0 / 12.0, (sine - 2.0 * cosine) / np.where(small, 1.0, tt))
+    zero, one = np.zeros_like(a), np.ones_like(a)
+    rotation = np.empty((len(a), 3, 3))
+    rotation[:, 0] = np.stack([1.0 - cosine * tt, -sine * q, sine * p], axis=-1)
+    rotation[:, 1] = np.stack([sine * q, 1.0 - cosine * q * q, cosine * p * q], axis=-1)
+    rotation[:, 2] = np.stack([-sine * p, cosine * p * q, 1.0 - cosine * p * p], axis=-1)
+    unit = np.stack([sine, cosine * q, -cosine * p], axis=-1)
+    slope = np.empty((len(a), 3, 3))
+    slope[:, :, 0] = unit
+    for k, (w, across) in enumerate(((p, (zero, zero, -cosine)), (q, (zero, cosine, zero))), 1):
+        parts = (sine_slope * w, cosine_slope * w * q + across[1], -cosine_slope * w * p + across[2])
+        slope[:, :, k] = a[:, None] * np.stack(parts, axis=-1)
+    twist = np.zeros((len(a), 6, 3))
+    twist[:, :3] = np.swapaxes(rotation, 1, 2) @ slope
+    # The right Jacobian 1 - (1 - cos t) / t^2 hat(w) + (t - sin t) / t^3 hat(w)^2 on the axes y and z.
+    twist[:, 3:, 1] = np.stack([cosine * q, one - rest * q * q, rest * p * q], axis=-1)
+    twist[:, 3:, 2] = np.stack([-cosine * p, rest * p * q, one - rest * p * p], axis=-1)
+    return rotation, a[:, None] * unit, twist
+
+
 def _equations(x: Array, inverse: Array) -> tuple[Array, Array]:
     """Return log(D^-1 exp .. exp) and its derivative. Shapes (n, 6) and (n, 6, 3 m + 1)."""
     n, m = len(x), x.shape[1] // 3
-    twist = _twist(x[:, :-1].reshape(n, m, 3))
-    moves, slopes = se3.exp(twist), _right_jacobian(twist)[..., _FREE]
+    moves = _swum(x[:, :-1].reshape(n * m, 3))
+    rotation, position, twist = (part.reshape(n, m, *part.shape[1:]) for part in moves)
     jacobian = np.empty((n, 6, 3 * m + 1))
     jacobian[:, :, -1] = _E_ROLL
-    after = se3.exp(x[:, -1:] * _E_ROLL)
+    turned, moved = about_axis(0, x[:, -1]), np.zeros((n, 3))
     for k in reversed(range(m)):
-        jacobian[:, :, 3 * k : 3 * k + 3] = se3.adjoint(se3.inverse(after)) @ slopes[:, k]
-        after = moves[:, k] @ after
-    return se3.log(se3.normalised(inverse @ after)), jacobian
+        back = np.swapaxes(turned, 1, 2)
+        speed, spin = twist[:, k, :3], twist[:, k, 3:]
+        jacobian[:, :3, 3 * k : 3 * k + 3] = back @ (speed - hat(moved) @ spin)
+        jacobian[:, 3:, 3 * k : 3 * k + 3] = back @ spin
+        moved = (rotation[:, k] @ moved[..., None])[..., 0] + position[:, k]
+        turned = rotation[:, k] @ turned
+    return se3.log(se3.normalised(inverse @ se3.pose(turned, moved))), jacobian

@@ -22,7 +22,7 @@ from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits import Gait
 from purcell_cli.lift import EXACT, SEARCHING
 from purcell_cli.limits import Limits, LimitsReport, check
-from purcell_cli.planner.equations import Equations, stretches_of
+from purcell_cli.planner.equations import Equations, Values, stretches_of
 from purcell_cli.planner.finish import approach, arrive
 from purcell_cli.planner.measures import cost, known_measure
 from purcell_cli.planner.search import Candidate, candidates
@@ -151,11 +151,11 @@ class _Best:
             motion: The motion.
             words: What it is made of.
         """
-        near, off = approach(motion, self.bend, _CLOSE)
+        near, values, off = approach(motion, self.bend, _CLOSE)
         if off < _CLOSE:
             self.weighed[words] = min(near.joint_travel_rad, self.weighed.get(words, math.inf))
         if off < _CLOSE and not (self.good and self._cost_of(near) >= self._cost):
-            exact, off = _exact(self.swimmer, near)
+            exact, off = _exact(self.swimmer, near, values)
             report, spent = check(self.swimmer, self.start, played(exact), self.limits), self._cost_of(exact)
             excess = self._excess_of(report)
             if (off >= _ARRIVED, excess, spent) < (self._off >= _ARRIVED, self._excess, self._cost):
@@ -200,7 +200,7 @@ class _Best:
         inner = self.joint_travel_rad - sum(s.joint_travel_rad for s in outer)
         for k, word in enumerate(random_words(how.words if inner < _WORD_RAD else 0)):
             parts = [s for s in outer if s.phase == 1] + [word] + [s for s in outer if s.phase == 3]
-            near, off = approach(rough.of(parts), self.bend, _CLOSE)
+            near, _, off = approach(rough.of(parts), self.bend, _CLOSE)
             if off < 1e-3:
                 first = tightened(near, self.bend, how.pace)
                 if first.joint_travel_rad < _PROMISING * self.joint_travel_rad:
@@ -279,7 +279,7 @@ def _apart(motion: Equations, most: int) -> list[Block]:
     return out[::-1]
 
 
-def _exact(swimmer: Swimmer, motion: Equations) -> tuple[Equations, float]:
+def _exact(swimmer: Swimmer, motion: Equations, values: Values) -> tuple[Equations, float]:
     """Return a motion that arrives exactly, its durations on the clock, and what it misses by [L, rad]."""
     step = clock_step(1.01 * motion.joint_travel_rad / swimmer.joint_rate_rad_s)
 
@@ -290,4 +290,4 @@ def _exact(swimmer: Swimmer, motion: Equations) -> tuple[Equations, float]:
         s if s.free else dataclasses.replace(s, sequence=s.sequence.with_angles(on_the_clock(s.sequence.angle)))
         for s in motion.stretches
     ]
-    return arrive(motion.at_accuracy(EXACT).of(timed), SEARCHING, swimmer.max_bend_rad, on_the_clock)
+    return arrive(motion.at_accuracy(EXACT).of(timed), values, swimmer.max_bend_rad, on_the_clock)
