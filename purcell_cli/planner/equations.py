@@ -12,7 +12,7 @@ import dataclasses
 import functools
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import cast
 
 import numpy as np
@@ -65,14 +65,21 @@ class Stretch:
         """Return the stretch with other primitives, all of one stroke."""
         return dataclasses.replace(self, sequence=sequence, strokes=((name, math.nan, len(sequence)),))
 
+    def changed(self, change: Callable[[PrimitiveSequence], PrimitiveSequence]) -> Stretch:
+        """Return the stretch with the primitives of each of its strokes changed."""
+        parts = [(name, amplitude, change(part)) for (name, amplitude, _), part in self._parts()]
+        strokes = tuple((name, amplitude, len(part)) for name, amplitude, part in parts)
+        return dataclasses.replace(self, strokes=strokes, sequence=joined([part for _, _, part in parts]))
+
+    def _parts(self) -> Iterator[tuple[tuple[str, float, int], PrimitiveSequence]]:
+        position = 0
+        for stroke in self.strokes:
+            yield stroke, self.sequence[position : position + stroke[2]]
+            position += stroke[2]
+
     def blocks(self) -> list[Block]:
         """Return its strokes as blocks."""
-        out, position = [], 0
-        for name, amplitude, count in self.strokes:
-            part = self.sequence[position : position + count]
-            out.append(Block(self.phase, name, part, self.cycles, amplitude))
-            position += count
-        return out
+        return [Block(self.phase, name, part, self.cycles, a) for (name, a, _), part in self._parts()]
 
 
 def stretches_of(blocks: Sequence[Block]) -> list[Stretch]:

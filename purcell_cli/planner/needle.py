@@ -30,6 +30,7 @@ _ROLL_PRICE = 0.1
 _LEAST = 1e-2  # rad
 _LONGEST_TURN = 0.5
 _THERE = 1e-7
+_WAYS = (1.0, -1.0)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -64,7 +65,9 @@ def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
     spread = rng.standard_normal((k, starts, _ARCS, 3)) * [1.0, 0.8, 0.8]
     far = np.linalg.norm(displacement[:, :3, 3], axis=1)[:, None, None, None]
     spread[..., :1] *= 0.5 * far + 0.5
-    x = np.concatenate([spread.reshape(n, 9), rng.uniform(-np.pi, np.pi, (n, 1))], axis=1)
+    begun = np.concatenate([spread.reshape(k, starts, 9), rng.uniform(-np.pi, np.pi, (k, starts, 1))], axis=2)
+    begun[:, : len(_WAYS)] = _straight(displacement)[:, :starts]
+    x = begun.reshape(n, 10)
     loose = np.empty((n, 10))
     for k_round in range(_ROUNDS):
         residual, jacobian = _equations(x, inverse)
@@ -84,6 +87,30 @@ def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
     residual, _ = _equations(x, inverse)
     good = np.flatnonzero(np.max(np.abs(residual), axis=1) < 1e-3)
     return Arcs(x[good, :9].reshape(-1, 3, 3), x[good, 9], np.repeat(np.arange(k), starts)[good])
+
+
+def _straight(displacement: Array) -> Array:
+    """Return the ways to turn on the spot, go straight, forwards or backwards, and turn again. Shape (k, 2, 10)."""
+    position, rotation = displacement[:, :3, 3], displacement[:, :3, :3]
+    far = np.linalg.norm(position, axis=1)
+    out = np.zeros((len(far), len(_WAYS), 10))
+    for k, sign in enumerate(_WAYS):
+        along = sign * position / np.where(far > 0.0, far, 1.0)[:, None]
+        first = _turn_to(along)
+        rest = np.swapaxes(se3.rotation(first), 1, 2) @ rotation
+        last = _turn_to(rest[:, :, 0])
+        left = np.swapaxes(se3.rotation(last), 1, 2) @ rest
+        out[:, k, 1:3], out[:, k, 3], out[:, k, 7:9] = first[:, 1:], sign * far, last[:, 1:]
+        out[:, k, 9] = np.arctan2(left[:, 2, 1], left[:, 1, 1])
+    return out
+
+
+def _turn_to(axis: Array) -> Array:
+    """Return the shortest rotation vectors that turn the x axis to unit vectors. Shape (n, 3)."""
+    across = np.stack([np.zeros(len(axis)), -axis[:, 2], axis[:, 1]], axis=1)
+    sine = np.linalg.norm(across, axis=1, keepdims=True)
+    unit = np.where(sine > 1e-12, across / np.where(sine > 0.0, sine, 1.0), [0.0, 0.0, 1.0])
+    return np.asarray(unit * np.arctan2(sine, axis[:, :1]))
 
 
 def _looseness(arc: Array, fan: Fan) -> Array:

@@ -25,7 +25,7 @@ from purcell_cli.limits import Limits, LimitsReport, check
 from purcell_cli.planner.equations import Equations, Values, stretches_of
 from purcell_cli.planner.finish import approach, arrive
 from purcell_cli.planner.measures import cost, known_measure
-from purcell_cli.planner.search import Candidate, candidates
+from purcell_cli.planner.search import Breadth, Candidate, candidates
 from purcell_cli.planner.shorten import Pace, shorten, tightened
 from purcell_cli.planner.words import random_words
 from purcell_cli.rotations import Array
@@ -100,6 +100,7 @@ class Effort:
         most: Cycles are told apart, each free to change, up to so many primitives.
         longest_rad: Motions of more joint travel are not optimised [rad].
         words: How many random words are tried too, for a phase 2 of little joint travel.
+        breadth: How widely motions are searched for.
     """
 
     candidates: int
@@ -107,12 +108,13 @@ class Effort:
     most: int = 0
     longest_rad: float = math.inf
     words: int = 0
+    breadth: Breadth = Breadth()
 
 
 EFFORTS: Mapping[str, Effort] = {
     "quick": Effort(1),
     "standard": Effort(1, Pace(rounds=3, steps=20), most=24, longest_rad=16.0),
-    "thorough": Effort(4, Pace(rounds=5, steps=40, price=300.0), most=60, words=64),
+    "thorough": Effort(4, Pace(rounds=5, steps=40, price=300.0), most=60, words=64, breadth=Breadth(48, 1152)),
 }
 
 _WORD_RAD = 25.0
@@ -247,7 +249,9 @@ def reconfigure(
     kept_to = limits or Limits()
     apart = kept_to.clearance_m / swimmer.length_m
     measures = dict.fromkeys(("travel", minimize))
-    found = [c for m in measures for c in candidates(unit, start.shape, goal.shape, wanted, gaits, m, apart)]
+    found = [
+        c for m in measures for c in candidates(unit, start.shape, goal.shape, wanted, gaits, m, apart, how.breadth)
+    ]
     found.sort(key=lambda c: float(f"{cost(minimize, unit, c.blocks, start.shape):.9e}"))
     best = _Best(swimmer, start, kept_to, minimize)
     try:
