@@ -26,6 +26,8 @@ _PATIENCE = 2
 _WEAKEST = 1e-9
 _REACH_RAD = 0.25
 _ROUNDS = 20
+_LOST = 6
+"""Rounds in which the residual does not even halve before the approach is given up."""
 _SHORTER = (1.0, 0.4, 0.15, 0.05)
 """What is tried of a step until it gains something."""
 
@@ -44,13 +46,14 @@ def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[E
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
     angle = equations.angles
     values = equations.at(angle)
-    best, kept, known = np.inf, angle, values
+    best, kept, known, idle, halved = np.inf, angle, values, 0, np.inf
     for _ in range(_ROUNDS):
         room, _ = bend_rows(equations, values.shapes, least)
         off = max(values.size, float(-np.min(room, initial=0.0)))
         if off < best:
             best, kept, known = off, angle, values
-        if best < close:
+        idle, halved = (0, best) if best < 0.5 * halved else (idle + 1, halved)
+        if best < close or idle > _LOST:
             break
         step = _bounded(equations, values, least)
         for shorter in _SHORTER:

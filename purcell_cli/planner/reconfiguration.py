@@ -114,7 +114,9 @@ class Effort:
 EFFORTS: Mapping[str, Effort] = {
     "quick": Effort(1),
     "standard": Effort(1, Pace(rounds=3, steps=20), most=24, longest_rad=16.0),
-    "thorough": Effort(4, Pace(rounds=5, steps=40, price=300.0), most=60, words=64, breadth=Breadth(48, 1152)),
+    "thorough": Effort(
+        4, Pace(rounds=5, steps=40, price=300.0), most=60, words=64, breadth=Breadth(48, 1152, both=True)
+    ),
 }
 
 _WORD_RAD = 25.0

@@ -39,6 +39,8 @@ _SHORT_RAD = 40.0
 _NEGLIGIBLE = 1e-12
 _SLIGHT_RAD, _SAME = 0.3, 1e-4
 """Arcs of less joint travel are left out; neighbours are one if that costs them no more than so much."""
+_FAR_L = 3.0
+"""From this distance on loops with offsets across their plane are tried too: their ways in and out pay there."""
 _FAR_OFF = 0.3
 """Arcs that miss their displacement by more (L, rad) are too few."""
 
@@ -50,10 +52,12 @@ class Breadth:
     Attributes:
         pairs: Pairs of ways to straighten and to bend that are steered for.
         starts: Starts of the needle, for all pairs together.
+        both: Whether both fans of loops are tried on short ways too.
     """
 
     pairs: int = 12
     starts: int = 96
+    both: bool = False
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -99,13 +103,16 @@ def candidates(
     Raises:
         GaitError: No stored gait for a motion that is needed.
     """
-    loops = fan(swimmer, measure)
     first, last = (straightenings(swimmer, shape, clearance) for shape in (start, goal))
-    pairs, missing = _pairs(first, last, wanted, loops, breadth.pairs)
     found: list[Candidate] = []
-    way = steer(missing, loops, math.ceil(breadth.starts / len(pairs)))
+    far = float(np.linalg.norm(wanted[:3, 3])) >= _FAR_L
     cranks = [g for g in gaits.values() if g.moves == "roll" and g.amplitude_is_displacement]
-    if cranks and len(way.roll):
+    for across in (True, False) if far or breadth.both else (False,):
+        loops = fan(swimmer, measure, across)
+        pairs, missing = _pairs(first, last, wanted, loops, breadth.pairs)
+        way = steer(missing, loops, math.ceil(breadth.starts / len(pairs)))
+        if not cranks or not len(way.roll):
+            continue
         travel = loops.cost(way.arc[..., 0], np.hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1)
         travel += np.array([first.joint_travel_rad[i] + last.joint_travel_rad[j] for i, j in pairs])[way.displacement]
         for k in _distinct(travel):
@@ -214,7 +221,8 @@ def _arcs(swimmer: Swimmer, loops: Fan, crank: Gait, arc: Array, roll: float) ->
     for advance, p, q in arc.tolist():
         turn = math.hypot(p, q)
         if turn > _NEGLIGIBLE:
-            change = math.remainder(math.atan2(-p, q) - plane, 2.0 * math.pi)
+            tilt = loops.at(loops.knot(advance, turn), loops.tilt)
+            change = math.remainder(math.atan2(-p, q) - tilt - plane, 2.0 * math.pi)
             if abs(change) > 0.5 * math.pi:
                 change, turn = math.remainder(change + math.pi, 2.0 * math.pi), -turn
             out += _rolls(swimmer, crank, change)
