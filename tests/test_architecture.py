@@ -35,12 +35,14 @@ FLOORS = [
     "files",
     "stored",
     "export",
+    "formats",
     "documents",
     "solution",
     "explanation",
     "verification",
     "report",
     "report_explanation",
+    "terminal",
     "cli",
 ]
 """From the bottom. All of the package `planner` is one floor, without cycles inside."""
