@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from purcell_cli import __version__
+from purcell_cli import __version__, commands_pictures
 from purcell_cli.terminal import GaitFolder, Json, SwimmerFile
 from purcell_cli.terminal import busy as _busy
 from purcell_cli.terminal import show as _show
@@ -305,6 +305,10 @@ def verify(
     _show(report.verify_document(found, query.swimmer), json, report.show_verify)
     if not found.holds:
         raise _UnsuccessfulError(NOT_REACHED)
+
+
+app.command(epilog="Example: purcell plot swim.csv --out swim.svg, or purcell plot x-motion")(commands_pictures.plot)
+app.command(epilog="Example: purcell figures --out figures")(commands_pictures.figures)
 
 
 def main() -> None:

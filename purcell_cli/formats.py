@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from purcell_cli.errors import UnknownNameError
-from purcell_cli.export import COLUMNS, whole_file, write_csv
+from purcell_cli.export import COLUMNS, Table, whole_file, write_csv
 from purcell_cli.rotations import as_euler
 from purcell_cli.trajectory import Trajectory
 
@@ -35,16 +35,27 @@ def chosen_format(name: str | None, path: Path | None) -> str:
     return name
 
 
-def columns(trajectory: Trajectory) -> dict[str, Any]:
-    """Return all columns of a trajectory by name, in the order of the CSV file. Each of shape (n,)."""
-    numbers = [trajectory.pose[:, :3, 3]]
+def as_table(trajectory: Trajectory) -> Table:
+    """Return what the file of a trajectory would say."""
     rotations = [trajectory.pose[:, :3, :3], trajectory.shape[:, 0], trajectory.shape[:, 1]]
-    limbs = trajectory.limb_quaternion
-    for rotation, quaternion in zip(rotations, [trajectory.base_quaternion, limbs[:, 0], limbs[:, 1]], strict=True):
-        numbers += [quaternion, as_euler(rotation)]
-    values = np.concatenate([*numbers, trajectory.rate_rad_s], axis=1) + 0.0  # no zero with a sign
-    named = {"t_s": trajectory.time_s, "phase": trajectory.phase}
-    named["gait"] = np.array(trajectory.gaits)[trajectory.gait]
+    return Table(
+        trajectory.time_s,
+        trajectory.phase.astype(np.float64),
+        np.array(trajectory.gaits)[trajectory.gait],
+        trajectory.pose[:, :3, 3],
+        trajectory.base_quaternion,
+        trajectory.limb_quaternion,
+        np.stack([as_euler(r) for r in rotations], axis=1),
+        trajectory.rate_rad_s,
+    )
+
+
+def columns(table: Table) -> dict[str, Any]:
+    """Return all columns of a trajectory by name, in the order of the CSV file. Each of shape (n,)."""
+    quaternions = [table.base, table.limbs[:, 0], table.limbs[:, 1]]
+    turns = [part for k, q in enumerate(quaternions) for part in (q, table.euler_rad[:, k])]
+    values = np.concatenate([table.position_m, *turns, table.rate_rad_s], axis=1) + 0.0  # no zero with a sign
+    named = {"t_s": table.time_s, "phase": table.phase.astype(np.int64), "gait": table.gait}
     return named | {name: np.ascontiguousarray(values[:, k]) for k, name in enumerate(COLUMNS[3:])}
 
 
@@ -64,15 +75,15 @@ def write_trajectory(trajectory: Trajectory, path: Path | str, form: str = "csv"
     if form == "csv":
         write_csv(trajectory, path)
         return
-    table = columns(trajectory)
+    named = columns(as_table(trajectory))
     with whole_file(path) as stream:
         if form == "npz":
-            np.savez(stream, **table)
+            np.savez(stream, **named)
             return
         import polars as pl  # slow to import
 
         if form == "parquet":
-            pl.DataFrame(table).write_parquet(stream)
+            pl.DataFrame(named).write_parquet(stream)
         else:
             names = ("t_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw")
-            pl.DataFrame({name: table[name] for name in names}).write_csv(stream, separator=" ", include_header=False)
+            pl.DataFrame({name: named[name] for name in names}).write_csv(stream, separator=" ", include_header=False)

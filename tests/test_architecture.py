@@ -17,6 +17,7 @@ FLOORS = [
     "swimmer",
     "rows",
     "connection",
+    "planar",
     "sweeps",
     "clearance",
     "primitives",
@@ -42,7 +43,10 @@ FLOORS = [
     "verification",
     "report",
     "report_explanation",
+    "plot",
+    "plot_stroke",
     "terminal",
+    "commands_pictures",
     "cli",
 ]
 """From the bottom. All of the package `planner` is one floor, without cycles inside."""

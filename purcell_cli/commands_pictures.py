@@ -1,0 +1,101 @@
+"""The commands that draw: plot, figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from purcell_cli.terminal import GaitFolder, Json, SwimmerFile, busy, show, swimmer_of
+
+PAPER_MOTIONS = ("x-motion", "y-motion", "z-motion", "z-rotation", "y-rotation", "x-rotation")
+"""The gaits of the six motions that the paper draws, in its order: x, y, z, psi, theta, phi."""
+PRINTED = tuple(f"printed-{name}" for name in ("x", "y", "z", "psi", "theta", "phi"))
+"""The same motions by the sequences as printed."""
+
+_SMOOTH = 0.01
+"""Longest time between rows of a stroke that is drawn, for a joint rate of 1 rad/s [s]."""
+
+
+def plot(
+    what: Annotated[str, typer.Argument(metavar="WHAT", help="A trajectory's CSV file, or the name of a stored gait.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="The picture: png, svg or pdf; default: NAME.png.")
+    ] = None,
+    amplitude: Annotated[
+        float | None, typer.Option("--amplitude", metavar="RAD", help="The gait's amplitude; default: its own.")
+    ] = None,
+    swimmer: SwimmerFile = None,
+    gaits: GaitFolder = None,
+    json: Json = False,
+) -> None:
+    """Draw a trajectory against time, or a gait over the curvature of its shapes."""
+    from purcell_cli.export import read_csv, writable
+    from purcell_cli.plot import picture_format, save_figure, time_figure
+
+    path = Path(what)
+    is_file = path.suffix == ".csv" or path.is_file()
+    file = out or Path(f"{path.stem if is_file else what}.png")
+    picture_format(file)
+    writable(file)
+    with busy("drawing"):
+        if is_file:
+            save_figure(time_figure(read_csv(path), path.name), file)
+        else:
+            save_figure(_stroke_figures(what, amplitude, swimmer, gaits)["stroke"], file)
+    kind = "trajectory" if is_file else "gait"
+    document = {"schema": "purcell/plot/1", "verdict": "done", "of": what, "kind": kind, "picture": str(file)}
+    show(document, json, _show_plot)
+
+
+def figures(
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder; it is made if need be.")] = Path(
+        "figures"
+    ),
+    form: Annotated[str, typer.Option("--format", metavar="NAME", help="svg, png or pdf.")] = "svg",
+    swimmer: SwimmerFile = None,
+    json: Json = False,
+) -> None:
+    """Draw the paper's figures anew: its six motions, and what its printed sequences do."""
+    from purcell_cli.plot import make_folder, picture_format, save_figure
+
+    picture_format(Path(f"figure.{form}"))
+    make_folder(out)
+    files = []
+    with busy("drawing") as progress:
+        for name in (*PAPER_MOTIONS, *PRINTED):
+            progress(name)
+            for kind, figure in _stroke_figures(name, None, swimmer, None).items():
+                file = out / f"{name}-{kind}.{form}"
+                save_figure(figure, file)
+                files.append(str(file))
+    show({"schema": "purcell/figures/1", "verdict": "done", "pictures": files}, json, _show_figures)
+
+
+def _stroke_figures(name: str, amplitude: float | None, swimmer: Path | None, gaits: Path | None) -> dict[str, Any]:
+    """Return a gait's pictures: its stroke in shape space, and one cycle against time."""
+    from purcell_cli.configuration import Configuration
+    from purcell_cli.formats import as_table
+    from purcell_cli.gaits import find, realise
+    from purcell_cli.plot import time_figure
+    from purcell_cli.plot_stroke import net_displacement, stroke_figure
+    from purcell_cli.stored import stored_gaits
+    from purcell_cli.trajectory import sample_stroke
+
+    body = swimmer_of(swimmer)
+    gait = find(stored_gaits(gaits), name)
+    stroke = realise(gait, body, amplitude)
+    trajectory = sample_stroke(body, Configuration(), stroke, 1, _SMOOTH / body.joint_rate_rad_s)
+    title = f"{gait.name}, amplitude {stroke.amplitude_rad:g} rad"
+    told = f"{title}; {net_displacement(body, trajectory)}"
+    return {"stroke": stroke_figure(body, trajectory, title), "time": time_figure(as_table(trajectory), told)}
+
+
+def _show_plot(console: Any, document: dict[str, Any]) -> None:
+    console.print(f"picture in {document['picture']}", soft_wrap=True)
+
+
+def _show_figures(console: Any, document: dict[str, Any]) -> None:
+    for file in document["pictures"]:
+        console.print(file, soft_wrap=True)
