@@ -309,6 +309,7 @@ def verify(
 
 app.command(epilog="Example: purcell plot swim.csv --out swim.svg, or purcell plot x-motion")(commands_pictures.plot)
 app.command(epilog="Example: purcell figures --out figures")(commands_pictures.figures)
+app.command(epilog="Example: purcell view swim.csv --out swim.html")(commands_pictures.view)
 
 
 def main() -> None:

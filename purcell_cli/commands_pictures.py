@@ -1,4 +1,4 @@
-"""The commands that draw: plot, figures."""
+"""The commands that draw: plot, figures and view."""
 
 from __future__ import annotations
 
@@ -73,6 +73,27 @@ def figures(
     show({"schema": "purcell/figures/1", "verdict": "done", "pictures": files}, json, _show_figures)
 
 
+def view(
+    trajectory: Annotated[Path, typer.Argument(metavar="TRAJECTORY", help="A trajectory's CSV file.")],
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="The page; default: NAME.html.")] = None,
+    swimmer: SwimmerFile = None,
+    json: Json = False,
+) -> None:
+    """Make one page of HTML that plays a trajectory in any browser, without a network."""
+    from purcell_cli.export import read_csv, writable
+    from purcell_cli.view import shown_rows, write_page
+
+    file = out or Path(f"{trajectory.stem}.html")
+    writable(file)
+    body = swimmer_of(swimmer)
+    table = read_csv(trajectory)
+    with busy("drawing"):
+        size = write_page(table, body, trajectory.name, file)
+    document = {"schema": "purcell/view/1", "verdict": "done", "trajectory": str(trajectory), "page": str(file)}
+    rows = {"rows": len(table.time_s), "frames": len(shown_rows(table)), "bytes": size}
+    show({**document, **rows}, json, _show_view)
+
+
 def _stroke_figures(name: str, amplitude: float | None, swimmer: Path | None, gaits: Path | None) -> dict[str, Any]:
     """Return a gait's pictures: its stroke in shape space, and one cycle against time."""
     from purcell_cli.configuration import Configuration
@@ -99,3 +120,8 @@ def _show_plot(console: Any, document: dict[str, Any]) -> None:
 def _show_figures(console: Any, document: dict[str, Any]) -> None:
     for file in document["pictures"]:
         console.print(file, soft_wrap=True)
+
+
+def _show_view(console: Any, document: dict[str, Any]) -> None:
+    told = f"{document['frames']} of {document['rows']} rows" if document["frames"] < document["rows"] else "all rows"
+    console.print(f"page in {document['page']}: {told}, {document['bytes'] / 1e6:.2f} MB", soft_wrap=True)

@@ -17,6 +17,7 @@ from purcell_cli.errors import InputError, MissingPackageError
 from purcell_cli.export import Table, whole_file
 from purcell_cli.planner.search import PHASES
 from purcell_cli.rotations import Array
+from purcell_cli.units import length_unit
 
 try:
     import matplotlib as mpl
@@ -101,14 +102,6 @@ def make_folder(path: Path) -> None:
         raise InputError(
             f"{path}: wanted a folder to write to, found none that can be made ({error.strerror})"
         ) from None
-
-
-def length_unit(largest_m: float) -> tuple[float, str]:
-    """Return the factor from metres to a unit that suits a length, and the unit."""
-    for factor, unit in ((1.0, "m"), (1e3, "mm"), (1e6, "µm"), (1e9, "nm")):
-        if largest_m * factor >= 1.0:
-            return factor, unit
-    return (1e9, "nm") if largest_m > 0.0 else (1e3, "mm")
 
 
 def time_figure(table: Table, title: str) -> Figure:

@@ -146,11 +146,12 @@ def _on_the_sphere(trajectory: Trajectory) -> Figure:
     chart.set_title("the same, unrolled: distance from the middle is bend")
     chart.set_xlabel("bend towards y [rad]")
     chart.set_ylabel("bend towards z [rad]")
-    chart.set_aspect("equal", "datalim")
     chart.axhline(0.0, color=GREY, linewidth=0.5)
     chart.axvline(0.0, color=GREY, linewidth=0.5)
     chart.margins(0.15)
-    if np.allclose(trajectory.shape[..., 0, 0], 1.0, rtol=0.0, atol=_STRAIGHT**2):
+    straight = np.allclose(trajectory.shape[..., 0, 0], 1.0, rtol=0.0, atol=1e-15)
+    chart.set_aspect("equal", "box" if straight else "datalim")
+    if straight:
         chart.set(xlim=(-0.1, 0.1), ylim=(-0.1, 0.1))
     chart.legend(loc="best")
     return figure

@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "purcell_cli"
 
 FLOORS = [
     "errors",
+    "units",
     "rotations",
     "se3",
     "swimmer",
@@ -45,6 +46,7 @@ FLOORS = [
     "report_explanation",
     "plot",
     "plot_stroke",
+    "view",
     "terminal",
     "commands_pictures",
     "cli",
