@@ -12,11 +12,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from purcell_cli import Configuration, Swimmer, plan
+from purcell_cli import Configuration, plan
 from purcell_cli.plot import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, save_figure, styled
-from purcell_cli.rotations import Array
+from purcell_cli.plot_poses import draw_links, link_points
 from purcell_cli.solution import Solution, stroke_cycles
-from purcell_cli.trajectory import Trajectory
 
 PICTURE = Path(__file__).resolve().parent / "planner.svg"
 START = Configuration.from_angles(limb1_euler_deg=(45, 20, 0), limb2_euler_deg=(30, -20, 0))
@@ -31,21 +30,6 @@ _VIEW = np.array(
     ]
 )
 """Onto the picture, as seen from the side and above."""
-
-
-def links(swimmer: Swimmer, trajectory: Trajectory, row: int) -> Array:
-    """Return the four joints and tips of the swimmer from limb 2's tip to limb 1's, in units of L. Shape (4, 3)."""
-    pose, shape = trajectory.pose[row], trajectory.shape[row]
-    base, limb = swimmer.base_half_length_m * np.eye(3)[0], 2.0 * swimmer.limb_half_length_m * np.eye(3)[0]
-    points = np.stack([-base - shape[1] @ limb, -base, base, base + shape[0] @ limb])
-    return (points @ pose[:3, :3].T + pose[:3, 3]) / swimmer.length_m
-
-
-def draw_swimmer(axes: Axes, points: Array, alpha: float = 1.0) -> None:
-    """Draw the three links, as seen by `_VIEW`."""
-    flat = points @ _VIEW.T
-    for k, colour in enumerate((ORANGE, BLACK, BLUE)):
-        axes.plot(*flat[k : k + 2].T, color=colour, linewidth=2.2, alpha=alpha, zorder=4, solid_capstyle="round")
 
 
 def stroke_rows(solution: Solution) -> list[tuple[slice, int, int]]:
@@ -81,10 +65,10 @@ def draw_way(axes: Axes, solution: Solution) -> None:
                 text, way[(low + high) // 2], away, textcoords="offset points", color=colour, arrowprops=style, zorder=6
             )
         if block.phase == 2 and high < len(trajectory) - 1:
-            draw_swimmer(axes, links(swimmer, trajectory, high), 0.4)
+            draw_links(axes, link_points(swimmer, trajectory, high) @ _VIEW.T, 0.4)
     for row, name, away in ((0, "start", (-14, -22)), (-1, "goal", (-34, 0))):
-        points = links(swimmer, trajectory, row)
-        draw_swimmer(axes, points)
+        points = link_points(swimmer, trajectory, row)
+        draw_links(axes, points @ _VIEW.T)
         axes.annotate(name, (points @ _VIEW.T)[0 if row == 0 else 3], away, textcoords="offset points", weight="bold")
     left, low_down = way[0, 0] - 2.5, np.min(shadow[:, 1]) - 0.4
     axes.plot([left, left + 1.0], [low_down, low_down], color=BLACK, linewidth=1.5)
@@ -99,7 +83,7 @@ def draw_phase(axes: Axes, solution: Solution, phase: int, title: str) -> None:
     rows = np.flatnonzero(trajectory.phase == phase)
     low, high = int(rows[0]), min(int(rows[-1]) + 1, len(trajectory) - 1)
     for k, row in enumerate(np.linspace(low, high, 5).round().astype(int)):
-        draw_swimmer(axes, links(solution.plan.swimmer, trajectory, row), 0.15 + 0.85 * k / 4.0)
+        draw_links(axes, link_points(solution.plan.swimmer, trajectory, row) @ _VIEW.T, 0.15 + 0.85 * k / 4.0)
     axes.set_title(title)
     axes.set_aspect("equal", "datalim")
     axes.margins(0.1)

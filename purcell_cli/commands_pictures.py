@@ -95,11 +95,12 @@ def view(
 
 
 def _stroke_figures(name: str, amplitude: float | None, swimmer: Path | None, gaits: Path | None) -> dict[str, Any]:
-    """Return a gait's pictures: its stroke in shape space, and one cycle against time."""
+    """Return a gait's pictures: its stroke in shape space, its poses, and one cycle against time."""
     from purcell_cli.configuration import Configuration
     from purcell_cli.formats import as_table
     from purcell_cli.gaits import find, realise
     from purcell_cli.plot import time_figure
+    from purcell_cli.plot_poses import poses_figure
     from purcell_cli.plot_stroke import net_displacement, stroke_figure
     from purcell_cli.stored import stored_gaits
     from purcell_cli.trajectory import sample_stroke
@@ -110,7 +111,11 @@ def _stroke_figures(name: str, amplitude: float | None, swimmer: Path | None, ga
     trajectory = sample_stroke(body, Configuration(), stroke, 1, _SMOOTH / body.joint_rate_rad_s)
     title = f"{gait.name}, amplitude {stroke.amplitude_rad:g} rad"
     told = f"{title}; {net_displacement(body, trajectory)}"
-    return {"stroke": stroke_figure(body, trajectory, title), "time": time_figure(as_table(trajectory), told)}
+    return {
+        "stroke": stroke_figure(body, trajectory, title),
+        "poses": poses_figure(body, trajectory, title),
+        "time": time_figure(as_table(trajectory), told),
+    }
 
 
 def _show_plot(console: Any, document: dict[str, Any]) -> None:

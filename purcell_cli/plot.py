@@ -104,6 +104,12 @@ def make_folder(path: Path) -> None:
         ) from None
 
 
+def control_legs(rate: Array) -> list[tuple[int, int]]:
+    """Return the first row of each stretch of the same controls, and the row that ends it."""
+    switch = np.flatnonzero(np.any(rate[1:] != rate[:-1], axis=1)) + 1
+    return list(zip([0, *switch[:-1]], switch, strict=True)) if len(switch) else []
+
+
 def time_figure(table: Table, title: str) -> Figure:
     """Return the angles of both limbs, and the base's position and angles, against time.
 

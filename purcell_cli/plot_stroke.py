@@ -16,12 +16,12 @@ from matplotlib.patheffects import withStroke
 
 from purcell_cli import se3
 from purcell_cli.planar import Plane, angles_in, planar_curvature, plane_of
-from purcell_cli.plot import BLACK, BLUE, GREY, ORANGE, styled
+from purcell_cli.plot import BLACK, BLUE, GREY, ORANGE, control_legs, styled
 from purcell_cli.rotations import Array, as_euler
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Trajectory
 
-_GRID = 121
+_GRID = 101
 _STRAIGHT = 1e-9
 """A bend that is none [rad]."""
 _MOST_NUMBERS = 16
@@ -89,7 +89,7 @@ def _over_curvature(swimmer: Swimmer, plane: Plane, trajectory: Trajectory) -> F
 def _draw_path(axes: Axes, path: Array, rate: Array) -> None:
     """Draw a stroke with arrows, its legs numbered in the order in which they are played."""
     axes.plot(path[:, 0], path[:, 1], color=BLACK, linewidth=1.8, path_effects=_HALO, zorder=4)
-    legs = _legs(rate)
+    legs = control_legs(rate)
     span = float(np.ptp(np.asarray(axes.get_xlim())))
     seen: set[tuple[float, ...]] = set()
     for number, (low, high) in enumerate(legs, start=1):
@@ -114,12 +114,6 @@ def _arrow(axes: Axes, where: Array, along: Array, colour: str) -> None:
     axes.annotate("", (tip[0], tip[1]), (tail[0], tail[1]), arrowprops=style, zorder=5)
 
 
-def _legs(rate: Array) -> list[tuple[int, int]]:
-    """Return the rows between which the controls stay the same."""
-    switch = np.flatnonzero(np.any(rate[1:] != rate[:-1], axis=1)) + 1
-    return list(zip([0, *switch[:-1]], switch, strict=True)) if len(switch) else []
-
-
 def _on_the_sphere(trajectory: Trajectory) -> Figure:
     """Return the paths of the limbs' axes A_i e_x on the sphere, and the same as a map of bends."""
     figure = Figure(figsize=(9.5, 4.8))
@@ -132,7 +126,7 @@ def _on_the_sphere(trajectory: Trajectory) -> Figure:
         label = name if bends else f"{name} does not bend"
         sphere.plot(seen[:, 0], seen[:, 1], color=colour, path_effects=_HALO)
         chart.plot(flat[:, 0], flat[:, 1], color=colour, label=label, path_effects=_HALO)
-        for low, high in _legs(trajectory.rate_rad_s):
+        for low, high in control_legs(trajectory.rate_rad_s):
             middle = (low + high) // 2
             step = flat[min(middle + 1, high)] - flat[max(middle - 1, low)]
             if np.hypot(*step) > _STRAIGHT:

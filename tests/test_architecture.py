@@ -46,6 +46,7 @@ FLOORS = [
     "report_explanation",
     "plot",
     "plot_stroke",
+    "plot_poses",
     "view",
     "terminal",
     "commands_pictures",

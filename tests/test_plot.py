@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers import assert_close
+from helpers import assert_close, is_close
 from matplotlib.image import AxesImage
 
 from purcell_cli import Configuration, Swimmer, plan, realise, stored_gaits
@@ -21,7 +21,9 @@ from purcell_cli.export import Table
 from purcell_cli.formats import as_table
 from purcell_cli.planar import PLANES, planar_curvature
 from purcell_cli.plot import save_figure, time_figure
+from purcell_cli.plot_poses import poses_figure
 from purcell_cli.plot_stroke import stroke_figure
+from purcell_cli.rotations import as_euler
 from purcell_cli.trajectory import Trajectory, sample_stroke
 from purcell_cli.units import length_unit
 
@@ -132,6 +134,28 @@ def test_a_spatial_stroke_is_drawn_on_the_sphere_and_unrolled_to_its_bends() -> 
     assert np.all(np.hypot(*on_it[0].T) <= 1.0)
 
 
+def test_poses_are_those_where_controls_switch() -> None:
+    """The joints of each pose, by scipy's rotations; limbs exchanged are the foil."""
+    trajectory = cycle("z-motion")
+    figure = poses_figure(PAPER, trajectory, "z-motion")
+    cells = [axes for axes in figure.axes if axes.get_lines()]
+    titles = [
+        "start",
+        "limb1 pitch +1.00 rad",
+        "limb2 pitch +1.00 rad",
+        "limb1 pitch -1.00 rad",
+        "limb2 pitch -2.00 rad",
+    ]
+    assert [axes.get_title() for axes in cells][:5] == titles
+    assert len(cells) == 8
+    row = int(np.searchsorted(trajectory.time_s, 2.0 - 1e-9))
+    pitch = -as_euler(trajectory.pose[row, :3, :3])[1]
+    for sign, same in ((1.0, True), (-1.0, False)):
+        tip = trajectory.pose[row, [0, 2], 3] / 0.1
+        tip = tip + sign * np.array([np.cos(pitch) + 2 * np.cos(pitch - 1.0), np.sin(pitch) + 2 * np.sin(pitch - 1.0)])
+        assert is_close(cells[2].get_lines()[-1].get_xydata()[1], tip, 1e-9) == same
+
+
 def test_a_picture_is_the_same_bytes_each_time_and_has_no_date(tmp_path: Path) -> None:
     for ending in ("svg", "png", "pdf"):
         for name in ("a", "b"):
@@ -172,7 +196,9 @@ def test_plot_draws_trajectories_and_gaits_and_figures_the_papers_motions(
     assert document("plot", "roll", "--amplitude", "0.5", "--out", "roll.svg")["kind"] == "gait"
     assert "0.5 rad" in (tmp_path / "roll.svg").read_text()
     pictures = document("figures", "--format", "png")["pictures"]
-    assert pictures == [f"figures/{n}-{k}.png" for n in ("x-rotation", "printed-phi") for k in ("stroke", "time")]
+    assert pictures == [
+        f"figures/{n}-{k}.png" for n in ("x-rotation", "printed-phi") for k in ("stroke", "poses", "time")
+    ]
     assert all(Path(name).read_bytes().startswith(b"\x89PNG") for name in ["swim.png", *pictures])
 
 
