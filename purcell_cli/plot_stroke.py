@@ -21,7 +21,7 @@ from purcell_cli.rotations import Array, as_euler
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Trajectory
 
-_GRID = 101
+_GRID = 121
 _STRAIGHT = 1e-9
 """A bend that is none [rad]."""
 _MOST_NUMBERS = 16
