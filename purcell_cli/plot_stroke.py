@@ -97,9 +97,9 @@ def _draw_path(axes: Axes, path: Array, rate: Array) -> None:
         size = float(np.hypot(*step))
         if not size:
             continue
-        middle = tuple(np.round(0.5 * (path[low] + path[high]), 6) + 0.0)
-        again, along = middle in seen, step / size
-        seen.add(middle)
+        leg = tuple(np.round([*path[low], *path[high]], 6) + 0.0)
+        again, along = leg in seen, step / size
+        seen.add(leg)
         where = path[low] + 0.4 * step
         _arrow(axes, where, along, BLACK)
         if len(legs) <= _MOST_NUMBERS:
