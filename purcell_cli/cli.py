@@ -307,9 +307,7 @@ def verify(
         raise _UnsuccessfulError(NOT_REACHED)
 
 
-app.command(epilog="Example: purcell plot swim.csv --out swim.svg, or purcell plot x-motion")(commands_pictures.plot)
-app.command(epilog="Example: purcell figures --out figures")(commands_pictures.figures)
-app.command(epilog="Example: purcell view swim.csv --out swim.html")(commands_pictures.view)
+commands_pictures.register(app)
 
 
 def main() -> None:

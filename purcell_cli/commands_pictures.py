@@ -18,6 +18,13 @@ _SMOOTH = 0.01
 """Longest time between rows of a stroke that is drawn, for a joint rate of 1 rad/s [s]."""
 
 
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module to the command line."""
+    app.command(epilog="Example: purcell plot swim.csv --out swim.svg, or purcell plot x-motion")(plot)
+    app.command(epilog="Example: purcell figures --out figures")(figures)
+    app.command(epilog="Example: purcell view swim.csv --out swim.html")(view)
+
+
 def plot(
     what: Annotated[str, typer.Argument(metavar="WHAT", help="A trajectory's CSV file, or the name of a stored gait.")],
     out: Annotated[

@@ -16,6 +16,8 @@ from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Trajectory
 
 _IN_A_ROW = 5
+_MOST = 20
+"""Where controls switch more often, poses are drawn at even times."""
 _LINKS = (ORANGE, BLACK, BLUE)
 """Colours of limb 2, base and limb 1."""
 
@@ -38,9 +40,9 @@ def draw_links(axes: Axes, flat: Array, alpha: float = 1.0) -> None:
 
 
 def poses_figure(swimmer: Swimmer, trajectory: Trajectory, title: str) -> Figure:
-    """Return the swimmer at every switch of its controls, as seen from above, or from the side if it moves there.
+    """Return the swimmer at every switch of its controls, or at even times where these are many.
 
-    Where it began is drawn in grey.
+    It is seen from above, or from the side if it moves more there. Where it began is drawn in grey.
 
     Args:
         swimmer: The swimmer.
@@ -50,6 +52,9 @@ def poses_figure(swimmer: Swimmer, trajectory: Trajectory, title: str) -> Figure
     legs = control_legs(trajectory.rate_rad_s)
     rows = [0, *(high for _, high in legs)]
     names = ["start", *(_leg_name(trajectory, low, high) for low, high in legs)]
+    if len(rows) > _MOST:
+        rows = np.linspace(0, len(trajectory) - 1, 2 * _IN_A_ROW).astype(int).tolist()
+        names = [f"{time:.3g} s" for time in trajectory.time_s[rows]]
     points = np.stack([link_points(swimmer, trajectory, row) for row in rows])
     up = 1 if np.ptp(points[..., 1]) >= np.ptp(points[..., 2]) else 2
     flat = points[..., [0, up]]

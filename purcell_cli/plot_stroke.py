@@ -87,9 +87,12 @@ def _over_curvature(swimmer: Swimmer, plane: Plane, trajectory: Trajectory) -> F
 
 
 def _draw_path(axes: Axes, path: Array, rate: Array) -> None:
-    """Draw a stroke with arrows, its legs numbered in the order in which they are played."""
+    """Draw a stroke with arrows, its legs numbered in the order in which they are played, unless it is a smooth one."""
     axes.plot(path[:, 0], path[:, 1], color=BLACK, linewidth=1.8, path_effects=_HALO, zorder=4)
     legs = control_legs(rate)
+    numbered = len(legs) <= _MOST_NUMBERS
+    if not numbered:
+        legs = [(row, row + 1) for row in np.linspace(0, len(path) - 1, 8, endpoint=False).astype(int).tolist()]
     span = float(np.ptp(np.asarray(axes.get_xlim())))
     seen: set[tuple[float, ...]] = set()
     for number, (low, high) in enumerate(legs, start=1):
@@ -102,7 +105,7 @@ def _draw_path(axes: Axes, path: Array, rate: Array) -> None:
         seen.add(leg)
         where = path[low] + 0.4 * step
         _arrow(axes, where, along, BLACK)
-        if len(legs) <= _MOST_NUMBERS:
+        if numbered:
             x, y = where + 0.045 * span * (-1.0 if again else 1.0) * np.array([along[1], -along[0]])
             axes.text(x, y, str(number), ha="center", va="center", fontsize=8, path_effects=_HALO, zorder=6)
     axes.plot(*path[0], marker="o", markersize=6, color="white", markeredgecolor=BLACK, zorder=5)

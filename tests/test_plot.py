@@ -19,12 +19,13 @@ from purcell_cli.cli import _run
 from purcell_cli.errors import InputError
 from purcell_cli.export import Table
 from purcell_cli.formats import as_table
+from purcell_cli.moves import MoveSequence
 from purcell_cli.planar import PLANES, planar_curvature
 from purcell_cli.plot import save_figure, time_figure
 from purcell_cli.plot_poses import poses_figure
 from purcell_cli.plot_stroke import stroke_figure
 from purcell_cli.rotations import as_euler
-from purcell_cli.trajectory import Trajectory, sample_stroke
+from purcell_cli.trajectory import Block, Trajectory, sample, sample_stroke
 from purcell_cli.units import length_unit
 
 PAPER = Swimmer()
@@ -115,6 +116,25 @@ def corners(name: str) -> np.ndarray:
     cycle = realise(stored_gaits()[name], PAPER).played()
     turned = np.where(cycle.control[:, None] // 3 == [0, 1], cycle.angle[:, None], 0.0)
     return np.cumsum(turned, axis=0)
+
+
+def test_a_smooth_stroke_has_eight_arrows_and_ten_poses() -> None:
+    """A circle in the shape plane, of a hundred moves; a square has an arrow and a number a leg."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 101)
+    turn = np.zeros((100, 6))
+    turn[:, 2], turn[:, 5] = np.diff(0.5 - 0.5 * np.cos(angle)), np.diff(0.5 * np.sin(angle))
+    circle = sample(PAPER, Configuration(), [Block(2, "circle", MoveSequence.of_turns(turn))], 0.05)
+
+    def drawn(trajectory: Trajectory) -> tuple[int, int]:
+        axes = stroke_figure(PAPER, trajectory, "a loop").axes[0]
+        return len([text for text in axes.texts if not text.get_text()]), len([t for t in axes.texts if t.get_text()])
+
+    assert drawn(circle) == (8, 0)
+    assert drawn(cycle("y-motion")) == (7, 7)
+    poses = [axes.get_title() for axes in poses_figure(PAPER, circle, "a circle").axes]
+    assert len(poses) == 10
+    assert poses[0] == "0 s"
+    assert poses[-1] == f"{circle.time_s[-1]:.3g} s"
 
 
 def test_a_spatial_stroke_is_drawn_on_the_sphere_and_unrolled_to_its_bends() -> None:
