@@ -51,7 +51,7 @@ def draw_way(axes: Axes, solution: Solution) -> None:
     for part, low, high in stroke_rows(solution):
         block, cycles = solution.plan.blocks[part][0], stroke_cycles(solution.plan.blocks[part])
         if cycles > 1:
-            colour, text, away = _ARCS[arcs % len(_ARCS)], f"{block.gait}, {cycles} cycles", (34, -30)
+            colour, text, away = _ARCS[arcs % len(_ARCS)], f"{block.gait}, {cycles} cycles", (26, -50)
             arcs += 1
         elif block.phase == 2:
             turn = np.degrees(block.amplitude_rad)
