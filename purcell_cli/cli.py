@@ -5,18 +5,20 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import sys
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from purcell_cli import __version__
+from purcell_cli import __version__, commands_pictures
+from purcell_cli.terminal import GaitFolder, Json, SwimmerFile
+from purcell_cli.terminal import busy as _busy
+from purcell_cli.terminal import show as _show
+from purcell_cli.terminal import swimmer_of as _swimmer
 
 if TYPE_CHECKING:
     from purcell_cli.files import Scenario
     from purcell_cli.solution import Solution
-    from purcell_cli.swimmer import Swimmer
 
 app = typer.Typer(
     name="purcell",
@@ -27,17 +29,8 @@ app = typer.Typer(
     epilog="Start with [bold]purcell plan nearby[/], a stored scenario, or [bold]purcell gait --list[/].",
 )
 
-_WIDTH = 128
-"""Columns of a table that is not shown on a terminal."""
-
 DONE, NOT_REACHED, MISUSE, INTERRUPTED = 0, 1, 2, 130
 
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else.")]
-SwimmerFile = Annotated[
-    Path | None,
-    typer.Option("--swimmer", metavar="FILE", help="The swimmer's YAML file; default: the paper's swimmer."),
-]
-GaitFolder = Annotated[Path | None, typer.Option("--gaits", metavar="DIR", help="A folder of your own gait files.")]
 Effort = Annotated[
     str,
     typer.Option(
@@ -53,7 +46,16 @@ Minimize = Annotated[
 Controls = Annotated[
     str, typer.Option("--controls", metavar="HOW", help="primitive: one joint at a time; or simultaneous: all at once.")
 ]
-Out = Annotated[Path, typer.Option("--out", metavar="FILE", help="The trajectory's CSV file.")]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="FILE", help="The trajectory's file; default: trajectory.csv, or another ending."),
+]
+Format = Annotated[
+    str | None,
+    typer.Option(
+        "--format", metavar="NAME", help="csv, parquet, npz or tum; default: by the ending of --out, else csv."
+    ),
+]
 Explain = Annotated[
     bool, typer.Option("--explain", help="Say what each stroke is for, what limits it and what would upset the plan.")
 ]
@@ -65,7 +67,7 @@ Clearance = Annotated[
         help="How far the two limbs stay apart over the whole path, from 0 (may touch).",
     ),
 ]
-Dt = Annotated[float, typer.Option("--dt", metavar="SECONDS", help="Longest time between rows of the CSV.")]
+Dt = Annotated[float, typer.Option("--dt", metavar="SECONDS", help="Longest time between rows.")]
 
 
 class _UnsuccessfulError(Exception):
@@ -73,18 +75,6 @@ class _UnsuccessfulError(Exception):
 
     def __init__(self, code: int) -> None:
         self.code = code
-
-
-def _show(document: dict[str, Any], json: bool, show: Callable[[Any, dict[str, Any]], None]) -> None:
-    from purcell_cli.report import as_json
-
-    if json:
-        print(as_json(document))
-        return
-    from rich.console import Console
-
-    console = Console(highlight=False)
-    show(console if console.is_terminal else Console(highlight=False, width=_WIDTH), document)
 
 
 def _show_solution(solution: Solution, document: dict[str, Any], json: bool, explain: bool) -> None:
@@ -105,25 +95,6 @@ def _show_solution(solution: Solution, document: dict[str, Any], json: bool, exp
         _show({**document, "explanation": reasons}, json, show)
     if solution.verdict != "reached":
         raise _UnsuccessfulError(NOT_REACHED)
-
-
-@contextlib.contextmanager
-def _busy(message: str) -> Iterator[Callable[[str], None]]:
-    """Show on a terminal's stderr that work goes on; what is yielded is told how far."""
-    if not sys.stderr.isatty():
-        yield lambda _: None
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status(message) as status:
-        yield lambda news: status.update(f"{message}: {news}")
-
-
-def _swimmer(path: Path | None) -> Swimmer:
-    from purcell_cli.files import load_swimmer
-    from purcell_cli.swimmer import Swimmer
-
-    return Swimmer() if path is None else load_swimmer(path)
 
 
 def _query(start: str, goal: str | None, swimmer: Path | None) -> Scenario:
@@ -170,7 +141,8 @@ def plan(
         ),
     ],
     goal: Annotated[str | None, typer.Argument(metavar="[GOAL]", help="The goal's YAML file.")] = None,
-    out: Out = Path("trajectory.csv"),
+    out: Out = None,
+    form: Format = None,
     swimmer: SwimmerFile = None,
     gaits: GaitFolder = None,
     dt: Dt = 0.05,
@@ -188,15 +160,18 @@ def plan(
     """Plan a motion from a start to a goal configuration and write it as CSV."""
     from purcell_cli import report
     from purcell_cli.documents import PlanDocument
-    from purcell_cli.export import whole_file, writable, write_csv
+    from purcell_cli.export import whole_file, writable
+    from purcell_cli.formats import chosen_format, write_trajectory
     from purcell_cli.solution import plan as solve
     from purcell_cli.stored import stored_gaits
 
     query = _query(start, goal, swimmer)
-    writable(out)
+    form = chosen_format(form, out)
+    file = out or Path(f"trajectory.{form}")
+    writable(file)
     if plan_out is not None:
         writable(plan_out)
-        _two_files("--plan-out", plan_out, out)
+        _two_files("--plan-out", plan_out, file)
     with _busy("planning") as progress:
         solution = solve(
             query.start,
@@ -211,12 +186,12 @@ def plan(
             query.workspace,
             progress,
         )
-        document = report.plan_document(solution, str(out), None if plan_out is None else str(plan_out))
+        document = report.plan_document(solution, str(file), None if plan_out is None else str(plan_out))
         with contextlib.ExitStack() as both:
             if plan_out is not None:  # it appears only when the trajectory has
                 text = PlanDocument(solution.plan, dt, solution.limits.limits).as_text()
                 both.enter_context(whole_file(plan_out)).write(text.encode())
-            write_csv(solution.trajectory, out)
+            write_trajectory(solution.trajectory, file, form)
     _show_solution(solution, document, json, explain)
 
 
@@ -225,23 +200,27 @@ def run(
     document: Annotated[
         Path, typer.Argument(metavar="PLAN", help="A plan document, as purcell plan --plan-out writes it.")
     ],
-    out: Out = Path("trajectory.csv"),
+    out: Out = None,
+    form: Format = None,
     explain: Explain = False,
     json: Json = False,
 ) -> None:
     """Play a plan again from its document: the same trajectory, checked anew."""
     from purcell_cli import report
     from purcell_cli.documents import load_plan
-    from purcell_cli.export import writable, write_csv
+    from purcell_cli.export import writable
+    from purcell_cli.formats import chosen_format, write_trajectory
     from purcell_cli.solution import carried_out
 
     saved = load_plan(document)
-    writable(out)
-    _two_files("--out", out, document)
+    form = chosen_format(form, out)
+    file = out or Path(f"trajectory.{form}")
+    writable(file)
+    _two_files("--out", file, document)
     with _busy("swimming"):
         solution = carried_out(saved.plan, saved.dt_s, saved.limits)
-        told = report.plan_document(solution, str(out), str(document), "run")
-        write_csv(solution.trajectory, out)
+        told = report.plan_document(solution, str(file), str(document), "run")
+        write_trajectory(solution.trajectory, file, form)
     _show_solution(solution, told, json, explain)
 
 
@@ -258,8 +237,9 @@ def gait(
     ] = None,
     cycles: Annotated[int, typer.Option("--cycles", metavar="N", min=1, max=1000000, help="How often to play it.")] = 1,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE", help="The trajectory's CSV file; default: NAME.csv.")
+        Path | None, typer.Option("--out", metavar="FILE", help="The trajectory's file; default: NAME.csv.")
     ] = None,
+    form: Format = None,
     swimmer: SwimmerFile = None,
     gaits: GaitFolder = None,
     dt: Dt = 0.05,
@@ -270,7 +250,8 @@ def gait(
     from purcell_cli import report
     from purcell_cli.configuration import Configuration
     from purcell_cli.errors import InputError
-    from purcell_cli.export import writable, write_csv
+    from purcell_cli.export import writable
+    from purcell_cli.formats import chosen_format, write_trajectory
     from purcell_cli.gaits import find, realise
     from purcell_cli.stored import stored_gaits
     from purcell_cli.trajectory import sample_stroke
@@ -284,11 +265,12 @@ def gait(
     body = _swimmer(swimmer)
     chosen = find(stored, name)
     stroke = realise(chosen, body, amplitude)
-    file = Path(f"{chosen.name}.csv") if out is None else out
+    form = chosen_format(form, out)
+    file = out or Path(f"{chosen.name}.{form}")
     writable(file)
     with _busy("swimming"):
         document = report.gait_document(chosen, stroke, body, cycles, str(file))
-        write_csv(sample_stroke(body, Configuration(), stroke, cycles, dt), file)
+        write_trajectory(sample_stroke(body, Configuration(), stroke, cycles, dt), file, form)
     _show(document, json, report.show_gait)
 
 
@@ -323,6 +305,9 @@ def verify(
     _show(report.verify_document(found, query.swimmer), json, report.show_verify)
     if not found.holds:
         raise _UnsuccessfulError(NOT_REACHED)
+
+
+commands_pictures.register(app)
 
 
 def main() -> None:

@@ -12,11 +12,13 @@ PACKAGE = Path(__file__).resolve().parent.parent / "purcell_cli"
 
 FLOORS = [
     "errors",
+    "units",
     "rotations",
     "se3",
     "swimmer",
     "rows",
     "connection",
+    "planar",
     "sweeps",
     "clearance",
     "primitives",
@@ -35,12 +37,19 @@ FLOORS = [
     "files",
     "stored",
     "export",
+    "formats",
     "documents",
     "solution",
     "explanation",
     "verification",
     "report",
     "report_explanation",
+    "plot",
+    "plot_stroke",
+    "plot_poses",
+    "view",
+    "terminal",
+    "commands_pictures",
     "cli",
 ]
 """From the bottom. All of the package `planner` is one floor, without cycles inside."""

@@ -181,7 +181,7 @@ def test_a_full_disk_leaves_neither_file(run: Any, tmp_path: Path, monkeypatch: 
     def full(*_: object) -> None:
         raise InputError("swim.csv: cannot be written (No space left on device)")
 
-    monkeypatch.setattr("purcell_cli.export.write_csv", full)
+    monkeypatch.setattr("purcell_cli.formats.write_csv", full)
     assert run("plan", "along-x", "--plan-out", "plan.json", "--out", "swim.csv")[0] == MISUSE
     assert list(tmp_path.iterdir()) == []
 

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-SLOW = {"numpy", "scipy", "polars", "yaml"}
+SLOW = {"numpy", "scipy", "polars", "yaml", "matplotlib"}
 
 _RUN = """
 import sys
@@ -31,7 +31,8 @@ def _loaded(*arguments: str) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--version"], ["--help"], ["plan", "--help"], ["gait", "--help"], ["run", "--help"]]
+    "arguments",
+    [["--version"], ["--help"], ["plan", "--help"], ["gait", "--help"], ["run", "--help"], ["plot", "--help"]],
 )
 def test_help_and_version_import_nothing_slow(arguments: list[str]) -> None:
     assert _loaded(*arguments) & SLOW == set()

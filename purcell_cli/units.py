@@ -1,0 +1,11 @@
+"""Units that suit the size of what is shown."""
+
+from __future__ import annotations
+
+
+def length_unit(largest_m: float) -> tuple[float, str]:
+    """Return the factor from metres to a unit that suits a length, and the unit."""
+    for factor, unit in ((1.0, "m"), (1e3, "mm"), (1e6, "µm"), (1e9, "nm")):
+        if largest_m * factor >= 1.0:
+            return factor, unit
+    return (1e9, "nm") if largest_m > 0.0 else (1e3, "mm")
