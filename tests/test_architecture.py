@@ -21,6 +21,7 @@ FLOORS = [
     "clearance",
     "primitives",
     "moves",
+    "curves",
     "twist",
     "lift",
     "workspace",
