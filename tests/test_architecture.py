@@ -23,9 +23,11 @@ FLOORS = [
     "moves",
     "curves",
     "twist",
+    "brackets",
     "lift",
     "workspace",
     "gaits",
+    "atlas",
     "configuration",
     "trajectory",
     "limits",
@@ -42,6 +44,8 @@ FLOORS = [
     "verification",
     "report",
     "report_explanation",
+    "report_atlas",
+    "commands_atlas",
     "cli",
 ]
 """From the bottom. All of the package `planner` is one floor, without cycles inside."""
