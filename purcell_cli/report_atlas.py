@@ -24,7 +24,8 @@ def _unit(along: str) -> str:
     return _UNITS[MOTIONS.index(along)]
 
 
-def _entry(found: Entry) -> Document:
+def entry_document(found: Entry) -> Document:
+    """Return a gait's entry in the atlas."""
     return {
         "gait": found.gait.name,
         "moves": found.gait.moves,
@@ -55,7 +56,7 @@ def atlas_document(
         "schema": "purcell/atlas/1",
         "verdict": "done",
         "swimmer": swimmer_document(swimmer),
-        "gaits": [_entry(e) for e in entries],
+        "gaits": [entry_document(e) for e in entries],
         "left_out": [{"gait": name, "why": why} for name, why in left_out.items()],
         "atlas": file,
     }

@@ -28,6 +28,8 @@ FLOORS = [
     "workspace",
     "gaits",
     "atlas",
+    "design_problem",
+    "design",
     "configuration",
     "trajectory",
     "limits",
@@ -38,6 +40,7 @@ FLOORS = [
     "files",
     "stored",
     "export",
+    "gait_export",
     "documents",
     "solution",
     "explanation",
@@ -45,7 +48,10 @@ FLOORS = [
     "report",
     "report_explanation",
     "report_atlas",
+    "report_design",
     "commands_atlas",
+    "terminal",
+    "commands_design",
     "cli",
 ]
 """From the bottom. All of the package `planner` is one floor, without cycles inside."""
