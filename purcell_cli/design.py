@@ -77,9 +77,11 @@ def _start(problem: Problem, rng: np.random.Generator) -> Array:
     size = task.max_bend_rad * rng.uniform(0.4, 0.9)
     vectors = np.zeros((n + 1, 2, 3))
     if task.axis is not None:
-        shift, growth = rng.uniform(-0.4, 0.4, 2), rng.uniform(0.6, 1.0, 2)
-        angle = rng.choice([-1.0, 1.0]) * phase + rng.uniform(0.0, 2.0 * np.pi)
-        vectors[..., task.axis] = size * (shift + growth * np.stack([np.cos(angle), np.sin(angle)], axis=-1))
+        shift, growth, turn = rng.uniform(-0.4, 0.4, 2), rng.uniform(0.6, 1.0, 2), rng.uniform(0.0, 2.0 * np.pi)
+        lobes = rng.choice([1, 2])  # an ellipse, or a figure of eight, whose two areas cancel
+        ring = growth * np.stack([np.cos(phase), rng.choice([-1.0, 1.0]) * np.sin(lobes * phase)], axis=-1)
+        turned = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+        vectors[..., task.axis] = size * (shift + ring @ turned.T)
         turns = np.diff(vectors, axis=0)
     else:
         for harmonic in (1, 2):
@@ -256,6 +258,10 @@ def _from(problem: Problem, rng: np.random.Generator) -> tuple[float, Problem, A
     if found is None:
         return None
     tightened, exact = found
+    try:
+        _gait(tightened, exact, "", "")
+    except ParameterError:  # a limb rolls half round: no rotation vectors tell such moves
+        return None
     values = tightened.at(exact, _SMOOTHING[-1], EXACT)
     cost = tightened.travel(exact) if problem.task.maximize == "speed" else values.cost
     return values.gain / cost, tightened, exact
