@@ -320,7 +320,7 @@ def test_a_name_like_nothing_proposes_the_list() -> None:
     assert "did you mean" not in str(caught.value)
 
 
-DESIGNED = ("turn-across", "turn-planar", "x-fold", "x-loop")
+DESIGNED = ("turn-across", "turn-planar", "x-fold", "x-loop", "y-across")
 FOUND = ("max-displacement", "max-efficiency", *DESIGNED)
 
 
