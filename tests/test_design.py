@@ -65,7 +65,7 @@ def test_a_square_of_single_joints_is_found_that_beats_the_centred_one() -> None
 
 
 def test_all_joints_at_once_go_farther_than_the_bar_per_joint_travel() -> None:
-    found = design(UNIT, Task("x", "speed", 2.5, moves=8), starts=1)
+    found = design(UNIT, Task("x", "speed", 2.5, moves=12), starts=1)
     assert found.ratio >= 0.0490
     stroke = realise(found.gait, UNIT)
     assert isinstance(stroke.cycle, MoveSequence)
