@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from purcell_cli import __version__, commands_pictures
+from purcell_cli import __version__, commands_design, commands_pictures
 from purcell_cli.terminal import GaitFolder, Json, SwimmerFile
 from purcell_cli.terminal import busy as _busy
 from purcell_cli.terminal import show as _show
@@ -244,10 +244,19 @@ def gait(
     gaits: GaitFolder = None,
     dt: Dt = 0.05,
     show_all: Annotated[bool, typer.Option("--list", help="Show all stored gaits, one line each.")] = False,
+    atlas: Annotated[bool, typer.Option("--all", help="Show what one cycle of every stored gait does.")] = False,
+    sweep: Annotated[
+        str | None,
+        typer.Option("--sweep", metavar="A:B:STEP", help="Show displacement against amplitude, exact and predicted."),
+    ] = None,
+    link_ratio: Annotated[
+        str | None,
+        typer.Option("--link-ratio", metavar="A:B:STEP", help="The same against the ratio of middle to outer link."),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Play a stored gait from the collinear shape, show what it does, and write it as CSV."""
-    from purcell_cli import report
+    from purcell_cli import commands_atlas, report, report_atlas
     from purcell_cli.configuration import Configuration
     from purcell_cli.errors import InputError
     from purcell_cli.export import writable
@@ -260,10 +269,29 @@ def gait(
     if show_all:
         _show(report.gait_list_document(list(stored.values())), json, report.show_gait_list)
         return
+    if sum((atlas, sweep is not None, link_ratio is not None)) > 1:
+        raise InputError("one of --all, --sweep and --link-ratio is wanted, found more")
+    if out is not None:
+        writable(out)
+    if atlas:
+        with _busy("swimming"):
+            document = commands_atlas.atlas(stored, _swimmer(swimmer), out)
+        _show(document, json, report_atlas.show_atlas)
+        return
     if name is None:
         raise InputError("a gait's name is wanted; purcell gait --list shows all")
     body = _swimmer(swimmer)
     chosen = find(stored, name)
+    if sweep is not None:
+        with _busy("swimming"):
+            document = commands_atlas.amplitudes(chosen, body, sweep, out)
+        _show(document, json, report_atlas.show_sweep)
+        return
+    if link_ratio is not None:
+        with _busy("swimming"):
+            document = commands_atlas.ratios(chosen, body, amplitude, link_ratio, out)
+        _show(document, json, report_atlas.show_ratios)
+        return
     stroke = realise(chosen, body, amplitude)
     form = chosen_format(form, out)
     file = out or Path(f"{chosen.name}.{form}")
@@ -308,6 +336,7 @@ def verify(
 
 
 commands_pictures.register(app)
+commands_design.register(app)
 
 
 def main() -> None:

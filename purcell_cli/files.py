@@ -24,6 +24,7 @@ from yaml.reader import Reader
 
 from purcell_cli import schema, se3
 from purcell_cli.configuration import Configuration
+from purcell_cli.curves import MOST_STEPS, Curve, Fourier, WayPoints, size_rad
 from purcell_cli.errors import InputError
 from purcell_cli.gaits import MOTIONS, Gait, Guess, Turn
 from purcell_cli.primitives import CONTROL_NAMES, control_index
@@ -42,6 +43,7 @@ from purcell_cli.schema import (
     Record,
     Schema,
     Text,
+    Whole,
 )
 from purcell_cli.swimmer import LIMITS, Swimmer
 from purcell_cli.workspace import Workspace
@@ -469,7 +471,75 @@ _AMPLITUDE = Record(
 )
 
 
+_AXES = ListOf(Number(), 3)
+
+
+def _series(value: dict[str, Any], place: Place) -> Fourier:
+    """Return the Fourier series whose coefficients stand under the joints' names."""
+    constant = np.array([value.get("constant", {}).get(name, 0.0) for name in CONTROL_NAMES])
+    parts = [value.get(part, {}) for part in ("cosine", "sine")]
+    count = max((len(c) for part in parts for c in part.values()), default=0)
+    if count == 0:
+        raise place.error("a coefficient of cosine or sine", "none")
+    cosine, sine = np.zeros((2, count, 6))
+    for out, part in zip((cosine, sine), parts, strict=True):
+        for name, coefficients in part.items():
+            out[: len(coefficients), CONTROL_NAMES.index(name)] = coefficients
+    return Fourier(constant, cosine, sine, **{k: value[k] for k in ("steps",) if k in value})
+
+
+_HARMONICS = Record({name: Field(ListOf(Number(), at_least=1)) for name in CONTROL_NAMES})
+_CURVE: Schema[Curve] = Made(
+    Record(
+        {
+            "way_points": Field(
+                Made(ListOf(ListOf(_AXES, 2), at_least=2), lambda v, _: WayPoints(np.reshape(v, (-1, 6)))),
+                "rotation vectors [roll, pitch, yaw] of limb 1 and limb 2 from the collinear shape [rad]",
+            ),
+            "fourier": Field(
+                Made(
+                    Record(
+                        {
+                            "constant": Field(Record({n: Field(Number()) for n in CONTROL_NAMES}), "mean angles [rad]"),
+                            "cosine": Field(_HARMONICS, "coefficients of cos s, cos 2 s, ... of joints [rad]"),
+                            "sine": Field(_HARMONICS, "coefficients of sin s, sin 2 s, ... of joints [rad]"),
+                            "steps": Field(Whole(8, MOST_STEPS), "straight moves that it is played as", default=256),
+                        }
+                    ),
+                    _series,
+                ),
+                "a truncated Fourier series of the rotation vectors",
+            ),
+        },
+        exactly_one=True,
+    ),
+    _only,
+)
+
+
+def _curve_gait(value: dict[str, Any], place: Place) -> Gait:
+    """Return a gait that is a closed curve of shapes; its amplitude is how far a limb turns on it."""
+    for key in ("amplitude", "approach", "cycle", "free"):
+        if key in value:
+            raise place.at(key).error("no such key beside a curve", "one")
+    if value["moves"] != "none":
+        raise place.at("moves").error("none, since a curve is only played", f"'{value['moves']}'")
+    size = size_rad(value["curve"])
+    if not 0.0 < size <= np.pi:
+        raise place.at("curve").error("limbs that turn from the collinear shape by at most pi", f"{size:.6g} rad")
+    means = "largest turn of a limb from the collinear shape"
+    texts = (value["name"], value["summary"], "none", "a", means)
+    return Gait(
+        *texts, size, (), also=tuple(value.get("also", ())), source=value.get("source", ""), curve=value["curve"]
+    )
+
+
 def _gait(value: dict[str, Any], place: Place) -> Gait:
+    if "curve" in value:
+        return _curve_gait(value, place)
+    for key in ("amplitude", "cycle"):
+        if key not in value:
+            raise place.below(key).error(_GAIT_FIELDS[key].schema.wanted, "no such key")
     amplitude = value["amplitude"]
     free = value.get("free", {})
     if amplitude["symbol"] in free:
@@ -507,28 +577,22 @@ def _check_symbols(value: dict[str, Any], known: set[str], place: Place) -> None
             raise place.at("free", symbol).error("a symbol that a turn uses", f"'{symbol}', which none does")
 
 
-_GAIT = Document(
-    "A stored gait",
-    Made(
-        Record(
-            {
-                "name": Field(_NAME, "its name", required=True),
-                "also": Field(ListOf(_NAME), "other names"),
-                "summary": Field(Text(r"[^\n]+", "one line of text"), "one line on what it does", required=True),
-                "moves": Field(Choice((*MOTIONS, "none")), "what it is made to do", required=True),
-                "amplitude": Field(_AMPLITUDE, "what scales it", required=True),
-                "source": Field(Text(), "where it comes from"),
-                "approach": Field(ListOf(_TURNS), "turns played once before the cycles and undone once after"),
-                "cycle": Field(ListOf(_TURNS, at_least=1), "turns of one cycle", required=True),
-                "free": Field(
-                    MapOf(_SYMBOL, Made(Record({"guess": Field(_GUESS, "where to start", required=True)}), _only)),
-                    "symbols to solve for",
-                ),
-            }
-        ),
-        _gait,
+_GAIT_FIELDS = {
+    "name": Field(_NAME, "its name", required=True),
+    "also": Field(ListOf(_NAME), "other names"),
+    "summary": Field(Text(r"[^\n]+", "one line of text"), "one line on what it does", required=True),
+    "moves": Field(Choice((*MOTIONS, "none")), "what it is made to do", required=True),
+    "amplitude": Field(_AMPLITUDE, "what scales it; wanted with a cycle"),
+    "source": Field(Text(), "where it comes from"),
+    "approach": Field(ListOf(_TURNS), "turns played once before the cycles and undone once after"),
+    "cycle": Field(ListOf(_TURNS, at_least=1), "turns of one cycle; wanted where there is no curve"),
+    "free": Field(
+        MapOf(_SYMBOL, Made(Record({"guess": Field(_GUESS, "where to start", required=True)}), _only)),
+        "symbols to solve for",
     ),
-)
+    "curve": Field(_CURVE, "a closed curve of shapes, in place of amplitude, approach, cycle and free"),
+}
+_GAIT = Document("A stored gait", Made(Record(_GAIT_FIELDS), _gait))
 
 
 # Scenarios -----------------------------------------------------------------------------------

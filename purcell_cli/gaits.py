@@ -2,7 +2,8 @@
 
 A gait (section V of the paper) starts and ends at the collinear shape. Its angles are linear in
 its amplitude and its free symbols; the free symbols are solved so that the gait does nothing but
-what it is called, on the true flow, for the swimmer at hand. Conventions: `rotations`.
+what it is called, on the true flow, for the swimmer at hand. A gait may also be a closed curve of
+shapes on which all joints turn at once; it is only played. Conventions: `rotations`.
 """
 
 from __future__ import annotations
@@ -17,8 +18,10 @@ import numpy as np
 
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
+from purcell_cli.curves import Curve, played
 from purcell_cli.errors import GaitError, ParameterError, UnknownNameError
 from purcell_cli.lift import flow, flow_and_jacobian, shape_gap
+from purcell_cli.moves import ControlSequence, chained
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array, angle_between
 from purcell_cli.swimmer import Swimmer
@@ -83,6 +86,7 @@ class Gait:
         also: Other names.
         source: Where it comes from.
         amplitude_is_displacement: Whether the displacement along the own axis is the amplitude.
+        curve: The closed curve of shapes of one cycle, in place of turns; the amplitude scales it.
     """
 
     name: str
@@ -97,9 +101,17 @@ class Gait:
     also: tuple[str, ...] = ()
     source: str = ""
     amplitude_is_displacement: bool = False
+    curve: Curve | None = None
 
     def stroke(self, values: Mapping[str, float]) -> Stroke:
         """Return the stroke for values of all symbols, the empty one being the constant [rad]."""
+        if self.curve is not None:
+            amplitude = values[self.symbol]
+            return Stroke(self.name, amplitude, *played(self.curve, amplitude / self.default_rad))
+        return Stroke(self.name, values[self.symbol], *self.primitives(values))
+
+    def primitives(self, values: Mapping[str, float]) -> tuple[PrimitiveSequence, PrimitiveSequence]:
+        """Return the primitives of the approach and of one cycle for values of all symbols [rad]."""
         approach, cycle = (
             PrimitiveSequence(
                 np.array([turn.control for turn in turns], dtype=np.int64),
@@ -107,7 +119,7 @@ class Gait:
             )
             for turns in (self.approach, self.cycle)
         )
-        return Stroke(self.name, values[self.symbol], approach, cycle)
+        return approach, cycle
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -117,18 +129,22 @@ class Stroke:
     Attributes:
         gait: The gait's name.
         amplitude_rad: The amplitude; negative means the stroke run backwards [rad].
-        approach: Primitives played once before the cycles and undone once after them.
-        cycle: Primitives of one cycle.
+        approach: Primitives or moves played once before the cycles and undone once after them.
+        cycle: Primitives or moves of one cycle.
     """
 
     gait: str
     amplitude_rad: float
-    approach: PrimitiveSequence
-    cycle: PrimitiveSequence
+    approach: ControlSequence
+    cycle: ControlSequence
 
-    def played(self, cycles: int = 1) -> PrimitiveSequence:
-        """Return all primitives of a number of cycles, from the collinear shape."""
-        return self.approach + self.cycle.times(cycles) + self.approach.inverse()
+    def played(self, cycles: int = 1) -> ControlSequence:
+        """Return all primitives or moves of a number of cycles, from the collinear shape."""
+        return chained([self.approach, *[self.cycle] * cycles, self.approach.inverse()])
+
+    def parts(self, cycles: int) -> list[tuple[ControlSequence, int]]:
+        """Return what is played one after the other, and how often."""
+        return [(self.approach, 1), (self.cycle, cycles), (self.approach.inverse(), 1)]
 
     def inverse(self) -> Stroke:
         """Return the stroke run backwards, which makes the inverse displacement."""
@@ -184,7 +200,8 @@ class _Purity:
 
     def residual(self, unknown: Array) -> tuple[Array, Array]:
         """Return the equations' values and derivatives by the unknowns. Shapes (12,), (12, unknowns)."""
-        sequence = self.gait.stroke(self.values(unknown)).played()
+        approach, cycle = self.gait.primitives(self.values(unknown))
+        sequence = approach + cycle + approach.inverse()
         g, jacobian = flow_and_jacobian(self.swimmer, sequence)
         gap, closure = shape_gap(sequence, sequence.shapes(COLLINEAR), COLLINEAR)
         value, derivative = np.concatenate([se3.log(g), gap]), np.concatenate([jacobian, closure])

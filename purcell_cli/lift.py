@@ -327,13 +327,37 @@ def piece_work(swimmer: Swimmer, shapes: Array, rate: Array, duration: Array) ->
     Returns:
         Energies at the swimmer's joint rate. Shape (n,).
     """
+    scale = swimmer.lateral_drag() * swimmer.length_m**3 * swimmer.joint_rate_rad_s
+    return scale * _summed_power(swimmer, shapes, rate, duration, 1.0)
+
+
+def piece_effort(swimmer: Swimmer, shapes: Array, rate: Array, duration: Array) -> Array:
+    """Return the integral of the root of the dissipated power, which no change of pace changes [sqrt(J s)].
+
+    It is the length of the path in the metric of dissipation. Played in a time T at the pace of even
+    power, which is the best, a path of length l takes the energy l^2 / T.
+
+    Args:
+        swimmer: The swimmer.
+        shapes: Shapes at the beginning of the pieces. Shape (n, 2, 3, 3).
+        rate: Limb rates [rad/s]. Shape (n, 6).
+        duration: Durations [s]. Shape (n,).
+
+    Returns:
+        Lengths. Shape (n,).
+    """
+    scale = np.sqrt(swimmer.lateral_drag() * swimmer.length_m**3)
+    return np.asarray(scale * _summed_power(swimmer, shapes, rate, duration, 0.5))
+
+
+def _summed_power(swimmer: Swimmer, shapes: Array, rate: Array, duration: Array, exponent: float) -> Array:
+    """Return the integral of a power of the scaled swimmer's dissipated power over each piece. Shape (n,)."""
     model = twist_model(swimmer)
     mesh = _mesh(model, shapes[:, :, :, 0], _base_rates(shapes, rate), duration, EXACT.step)
     nodes, weights, _ = _collocation(EXACT.stages)
-    axes, rates = _node_states(mesh, nodes)
-    power = weights @ model.joint_power(axes, rates).reshape(len(nodes), -1) * mesh.duration
-    scale = swimmer.lateral_drag() * swimmer.length_m**3 * swimmer.joint_rate_rad_s
-    return np.asarray(scale * np.bincount(mesh.piece, weights=power, minlength=len(duration)), dtype=np.float64)
+    power = model.joint_power(*_node_states(mesh, nodes)).reshape(len(nodes), -1)
+    summed = weights @ np.maximum(power, 0.0) ** exponent * mesh.duration
+    return np.asarray(np.bincount(mesh.piece, weights=summed, minlength=len(duration)), dtype=np.float64)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -16,13 +16,16 @@ from purcell_cli.connection import COLLINEAR
 from purcell_cli.gaits import MOTIONS, Gait, Stroke
 from purcell_cli.lift import work
 from purcell_cli.limits import LimitsReport
+from purcell_cli.moves import ControlSequence
 from purcell_cli.planner.search import PHASES
+from purcell_cli.primitives import CONTROL_NAMES, PrimitiveSequence
 from purcell_cli.rotations import Array, as_euler
 from purcell_cli.solution import Solution, phase_displacement, stroke_cycles
 from purcell_cli.swimmer import Swimmer
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
     from purcell_cli.verification import Verification
 
@@ -55,7 +58,8 @@ def _deviation(deviation: Deviation, length_m: float) -> Document:
     }
 
 
-def _swimmer(swimmer: Swimmer) -> Document:
+def swimmer_document(swimmer: Swimmer) -> Document:
+    """Return a swimmer's parameters."""
     return {**dataclasses.asdict(swimmer), "L_m": swimmer.length_m}
 
 
@@ -118,7 +122,7 @@ def plan_document(solution: Solution, file: str | None, saved: str | None = None
     return {
         "schema": f"purcell/{command}/1",
         "verdict": solution.verdict,
-        "swimmer": _swimmer(swimmer),
+        "swimmer": swimmer_document(swimmer),
         "controls": solution.controls,
         "joint_travel_rad": plan.joint_travel_rad,
         "duration_s": solution.duration_s,
@@ -161,11 +165,11 @@ def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, fil
         "amplitude_rad": stroke.amplitude_rad,
         "amplitude_means": gait.means,
         "cycles": cycles,
-        "swimmer": _swimmer(swimmer),
-        "approach": [{"control": c, "angle_rad": a} for c, a in stroke.approach],
-        "cycle": [{"control": c, "angle_rad": a} for c, a in stroke.cycle],
+        "swimmer": swimmer_document(swimmer),
+        "approach": _pieces(stroke.approach),
+        "cycle": _pieces(stroke.cycle),
         "joint_travel_rad": travel,
-        "duration_s": travel / swimmer.joint_rate_rad_s,
+        "duration_s": sum(n * float(np.sum(s.duration)) for s, n in stroke.parts(cycles)) / swimmer.joint_rate_rad_s,
         "displacement": {f"{m}_{u}": float(v * s) for m, u, v, s in zip(MOTIONS, units, moved, scale, strict=True)},
         "moves": gait.moves,
         "cross_talk": None if own is None else float(np.max(np.abs(np.delete(turned, own)))),
@@ -173,6 +177,14 @@ def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, fil
         "energy_j": 2.0 * approach_j + cycles * cycle_j,
         "trajectory": file,
     }
+
+
+def _pieces(sequence: ControlSequence) -> list[Document]:
+    """Return primitives by control and angle, moves by how they turn each joint."""
+    if isinstance(sequence, PrimitiveSequence):
+        return [{"control": c, "angle_rad": a} for c, a in sequence]
+    turns = np.asarray(sequence.rates() * sequence.duration[:, None]).tolist()
+    return [{"turn_rad": dict(zip(CONTROL_NAMES, turn, strict=True))} for turn in turns]
 
 
 def gait_list_document(gaits: Sequence[Gait]) -> Document:
@@ -199,7 +211,7 @@ def verify_document(found: Verification, swimmer: Swimmer) -> Document:
     return {
         "schema": "purcell/verify/1",
         "verdict": "reached" if found.holds else "not reached",
-        "swimmer": _swimmer(swimmer),
+        "swimmer": swimmer_document(swimmer),
         "start_error": _deviation(found.start, swimmer.length_m),
         "verified_error": _deviation(found.certificate.deviation, swimmer.length_m),
         "tolerance": {"position_m": found.certificate.tolerance_m, "angle_rad": found.certificate.tolerance_rad},
@@ -308,14 +320,9 @@ def _verdict(console: Console, verdict: str) -> None:
     console.print(f"[bold {'green' if verdict == 'reached' else 'red'}]{verdict}[/]")
 
 
-def show_gait(console: Console, document: Document) -> None:
-    """Show what a stroke does as tables."""
+def _primitives_table(document: Document) -> Table:
     from rich.table import Table
 
-    console.print(f"[bold]{document['gait']}[/]: {document['summary']}")
-    console.print(
-        f"amplitude {document['amplitude_rad']:.6g} rad ({document['amplitude_means']}), cycles {document['cycles']}"
-    )
     table = Table(title="One cycle, as primitives", title_justify="left")
     table.add_column("")
     table.add_column("control")
@@ -325,7 +332,21 @@ def show_gait(console: Console, document: Document) -> None:
     for label, primitives in parts:
         for k, p in enumerate(primitives):
             table.add_row(label if k == 0 else "", p["control"], f"{p['angle_rad']:+.9f}")
-    console.print(table)
+    return table
+
+
+def show_gait(console: Console, document: Document) -> None:
+    """Show what a stroke does as tables."""
+    from rich.table import Table
+
+    console.print(f"[bold]{document['gait']}[/]: {document['summary']}")
+    console.print(
+        f"amplitude {document['amplitude_rad']:.6g} rad ({document['amplitude_means']}), cycles {document['cycles']}"
+    )
+    if "control" in document["cycle"][0]:
+        console.print(_primitives_table(document))
+    else:
+        console.print(f"one cycle: {len(document['cycle'])} straight moves, all joints at once")
     d = document["displacement"]
     moved = Table(title="Net displacement", title_justify="left")
     for name in d:

@@ -342,11 +342,13 @@ def sample_stroke(
         cycles: How often it is played.
         dt_s: Longest time between rows [s].
     """
-    parts = [(stroke.approach, 1), (stroke.cycle, cycles), (stroke.approach.inverse(), 1)]
-    step = clock_step(stroke.played(1).joint_travel_rad * cycles / swimmer.joint_rate_rad_s)
-    blocks = [
-        Block(2, stroke.gait, s.with_angles(rounded(s.angle, swimmer.joint_rate_rad_s, step)), n, stroke.amplitude_rad)
-        for s, n in parts
-        if len(s)
-    ]
+    parts = [Block(2, stroke.gait, s, n, stroke.amplitude_rad) for s, n in stroke.parts(cycles) if len(s)]
+    step = clock_step(sum(b.duration for b in parts) / swimmer.joint_rate_rad_s)
+    blocks = [dataclasses.replace(b, sequence=_on_the_clock(b.sequence, swimmer, step)) for b in parts]
     return sample(swimmer, start, blocks, dt_s)
+
+
+def _on_the_clock(sequence: ControlSequence, swimmer: Swimmer, step: float) -> ControlSequence:
+    """Return controls whose durations are whole numbers of clock steps."""
+    duration = rounded(sequence.duration, swimmer.joint_rate_rad_s, step)
+    return sequence.lasting(np.arange(len(sequence)), duration)

@@ -320,8 +320,12 @@ def test_a_name_like_nothing_proposes_the_list() -> None:
     assert "did you mean" not in str(caught.value)
 
 
+DESIGNED = ("turn-across", "turn-planar", "x-fold", "x-loop", "y-across")
+FOUND = ("max-displacement", "max-efficiency", *DESIGNED)
+
+
 def test_the_package_has_the_gaits_it_promises() -> None:
-    assert set(GAITS) == {*NAMED, *(f"printed-{p}" for p in PRINTED)}
+    assert set(GAITS) == {*NAMED, *FOUND, *(f"printed-{p}" for p in PRINTED)}
     assert all(name == gait.name for name, gait in GAITS.items())
     assert [GAITS[name].moves for name in NAMED] == [*MOTIONS, "x"]
 

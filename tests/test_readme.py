@@ -109,7 +109,7 @@ def test_files_that_are_shown_can_be_read(tmp_path: Path) -> None:
     assert files.load_scenario(tmp_path / "across.yaml").expect.verdict == "reached"
     assert files.load_gait(tmp_path / "my-gaits" / "pitch-cruise.yaml").free
     shown = [b.detail for b in BLOCKS if b.kind == "file"]
-    assert len(shown) == 5
+    assert len(shown) == 6
 
 
 def test_swimmer_file_shows_every_parameter_and_its_default(tmp_path: Path) -> None:

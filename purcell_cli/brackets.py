@@ -1,0 +1,130 @@
+"""What a small stroke does to leading order: Lie brackets at the collinear shape (appendix A of the paper).
+
+The controls are vector fields f_i on base and limbs. A closed sequence of moves is the flow of one field,
+its logarithm: sums of the controls, of their brackets [f_i, f_j], of [f_i, [f_j, f_k]] and so on,
+weighted by iterated integrals of the controls (Chen 1957, Ann. Math. 65, 163). The base's part of
+[f_i, f_j] is the curvature of the connection. Leading order in the amplitude; use `lift.flow` for
+the exact value. Near the collinear shape roll is sharp: brackets that involve it hold only for
+bends far below `Swimmer.roll_sharpness`. Conventions: `rotations`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from purcell_cli import se3
+from purcell_cli.connection import COLLINEAR
+from purcell_cli.moves import ControlSequence
+from purcell_cli.rotations import Array
+from purcell_cli.swimmer import Swimmer
+from purcell_cli.twist import twist_model
+
+_STEP = 0.01
+"""Step of the finite difference of the curvature, in units of the roll sharpness."""
+_NOTHING = 1e-7
+"""An order counts as cancelled below this part of the sum of its terms' sizes."""
+_AXES = np.eye(3)
+
+
+def _twists_and_slopes(swimmer: Swimmer, shapes: Array) -> tuple[Array, Array]:
+    """Return the base's twist for each unit control, and its derivative by turning the limbs about their own axes.
+
+    Args:
+        swimmer: The swimmer.
+        shapes: Shapes. Shape (n, 2, 3, 3).
+
+    Returns:
+        Twists (n, control, 6) and derivatives (n, turn, control, 6) [L, rad].
+    """
+    n = len(shapes)
+    axes = np.repeat(shapes[:, None, :, :, 0], 6, axis=1)
+    rates = np.zeros((n, 6, 2, 3))
+    for control in range(6):
+        rates[:, control, control // 3] = shapes[:, control // 3, :, control % 3]
+    rows = (np.ascontiguousarray(x.reshape(6 * n, 2, 3).transpose(2, 1, 0)) for x in (axes, rates))
+    xi, change = twist_model(swimmer).twist_and_change(*rows)
+    slopes = np.einsum("alknc,nlki->nlica", change.reshape(6, 2, 3, n, 6), shapes)
+    return np.moveaxis(xi.reshape(6, n, 6), 0, -1), slopes.reshape(n, 6, 6, 6)
+
+
+def curvature(swimmer: Swimmer, shapes: Array) -> Array:
+    """Return the curvature of the connection: the base's part of [f_i, f_j], per area of a small loop.
+
+    A loop that turns by e about i, by e about j, back about i and back about j moves the base by
+    e^2 times this, to leading order.
+
+    Args:
+        swimmer: The swimmer.
+        shapes: Shapes. Shape (n, 2, 3, 3).
+
+    Returns:
+        Twists by (i, j). Shape (n, 6, 6, 6) [L/rad^2, rad/rad^2].
+    """
+    xi, slopes = _twists_and_slopes(swimmer, shapes)
+    return np.asarray(slopes - slopes.swapaxes(1, 2) + se3.bracket(xi[:, :, None], xi[:, None, :]))
+
+
+def _nested(swimmer: Swimmer) -> Array:
+    """Return the base's part of [f_k, [f_i, f_j]] at the collinear shape. Shape (k, i, j, 6)."""
+    h = _STEP * swimmer.roll_sharpness()
+    turns = np.zeros((4, 6, 2, 3))
+    for k in range(6):
+        turns[:, k, k // 3, k % 3] = [2.0 * h, h, -h, -2.0 * h]
+    there = curvature(swimmer, (COLLINEAR @ se3.rotation(turns)).reshape(24, 2, 3, 3)).reshape(4, 6, 6, 6, 6)
+    slope = (8.0 * (there[1] - there[2]) - (there[0] - there[3])) / (12.0 * h)
+    xi, slopes = (x[0] for x in _twists_and_slopes(swimmer, COLLINEAR[None]))
+    here = curvature(swimmer, COLLINEAR[None])[0]
+    limb = np.zeros((6, 6, 6))  # the limbs' part of [f_i, f_j]: their axes' cross product
+    for part in (slice(0, 3), slice(3, 6)):
+        limb[part, part, part] = np.cross(_AXES[:, None], _AXES[None])
+    back = np.einsum("ijs,ska->kija", limb, slopes)
+    return np.asarray(slope - back + se3.bracket(xi[:, None, None], here[None]))
+
+
+def _logarithm(turns: Array) -> tuple[Array, Array, Array]:
+    """Return the logarithm of the iterated integrals of turns, to third order. Shapes (6,), (6, 6), (6, 6, 6)."""
+    s1, s2, s3 = np.zeros(6), np.zeros((6, 6)), np.zeros((6, 6, 6))
+    for w in turns:
+        ww = np.multiply.outer(w, w) / 2.0
+        s3 += np.multiply.outer(s2, w) + np.multiply.outer(s1, ww) + np.multiply.outer(ww, w) / 3.0
+        s2 += np.multiply.outer(s1, w) + ww
+        s1 = s1 + w
+    squared = np.multiply.outer(s1, s1)
+    l3 = s3 - 0.5 * (np.multiply.outer(s1, s2) + np.multiply.outer(s2, s1)) + np.multiply.outer(squared, s1) / 3.0
+    return s1, s2 - 0.5 * squared, l3
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Prediction:
+    """The base's twist as predicted, order by order in the turns.
+
+    Attributes:
+        orders: What the first, second and third order contribute [L, rad]. Shape (3, 6).
+        sizes: The sum of the sizes of the terms of each. Shape (3, 6).
+    """
+
+    orders: Array
+    sizes: Array
+
+    def leading(self, component: int) -> tuple[float, int]:
+        """Return the first contribution to a component of the twist that does not cancel, and its order; or 0, 0."""
+        for k, value in enumerate(self.orders[:, component]):
+            if abs(value) > _NOTHING * max(self.sizes[k, component], 1e-12):
+                return float(value), k + 1
+        return 0.0, 0
+
+
+def predicted(swimmer: Swimmer, sequence: ControlSequence) -> Prediction:
+    """Return what brackets at the collinear shape predict for a sequence that begins there.
+
+    Args:
+        swimmer: The swimmer.
+        sequence: Primitives or moves.
+    """
+    l1, l2, l3 = _logarithm(sequence.rates() * sequence.duration[:, None])
+    xi, _ = _twists_and_slopes(swimmer, COLLINEAR[None])
+    fields = (xi[0], curvature(swimmer, COLLINEAR[None])[0] / 2.0, _nested(swimmer) / 3.0)  # Dynkin's 1/n
+    terms = [(w[..., None] * f).reshape(-1, 6) for w, f in zip((l1, l2, l3), fields, strict=True)]
+    return Prediction(np.array([t.sum(axis=0) for t in terms]), np.array([np.abs(t).sum(axis=0) for t in terms]))
