@@ -19,3 +19,11 @@ class UnknownNameError(PurcellError, LookupError):
 
 class GaitError(PurcellError, ArithmeticError):
     """A stored gait whose free angles have no solution at the amplitude asked for."""
+
+
+class ResultsError(PurcellError, OSError):
+    """Results that cannot be kept: a full disk, a folder that cannot be written to, workers that do not start."""
+
+
+class StoppedError(PurcellError, RuntimeError):
+    """Work that was interrupted; the message says what is done and how to go on."""

@@ -32,6 +32,7 @@ FLOORS = [
     "planner",
     "certificate",
     "schema",
+    "variants",
     "files",
     "stored",
     "export",
@@ -41,9 +42,15 @@ FLOORS = [
     "verification",
     "report",
     "report_explanation",
+    "templates",
+    "validation",
+    "batch",
+    "terminal",
+    "commands_batch",
+    "commands_files",
     "cli",
 ]
-"""From the bottom. All of the package `planner` is one floor, without cycles inside."""
+"""From the bottom. All of the packages `planner` and `batch` is one floor each, without cycles inside."""
 
 
 def modules(package: Path) -> dict[str, Path]:
