@@ -67,7 +67,7 @@ def solve_here(cases: Iterator[Case], settings: Settings, folder: Path, jobs: in
     try:
         while True:
             while len(busy) < jobs and (case := next(cases, None)) is not None:
-                worker = idle.pop() if idle else _started(settings, folder)
+                worker = idle.pop() if idle and idle[-1].process.is_alive() else _started(settings, folder)
                 busy[worker.pipe] = worker
                 _tell(worker, case)
             if not busy:
