@@ -10,6 +10,7 @@ again unless one with the same rates, the same duration to the bit and the same 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 
 import numpy as np
 
@@ -30,7 +31,7 @@ _RELATIVE, _ABSOLUTE = 1e-13, 1e-14
 _SAME_SHAPE_DIGITS = 11
 _COARSE_RAD = 0.2
 """Longest pieces when it is looked how near the straight line they come [rad]."""
-_PIECE_RAD, _PIECE = 0.035, 0.09
+_PIECE_RAD, _PIECE = 0.05, 0.09
 """Longest pieces: an angle, and a part of the distance from the straight line, where A(r) is sharp.
 
 So short that DOP853 keeps its tolerance in one step or two: long rows in few steps cost the least."""
@@ -99,10 +100,7 @@ def replay(swimmer: Swimmer, start: Configuration, time_s: Array, rate_rad_s: Ar
     )
     first, which = _distinct(keys)
     moves = _integrate(swimmer, shapes[:-1][first], rates[first], durations[first])
-    pose = np.empty((len(row), 4, 4))
-    pose[0] = start.pose
-    for k, j in enumerate(which):
-        pose[k + 1] = pose[k] @ moves[j]
+    pose = np.array([*itertools.accumulate(moves[which], np.matmul, initial=start.pose)])
     return Replay(row, pose, shapes, len(first))
 
 

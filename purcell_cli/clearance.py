@@ -180,7 +180,8 @@ class _Search:
         begun = np.zeros(len(every))
         first, last = self._distance(every, begun), self._distance(every, self.sweeps.duration)
         # While no limb bends more than a right angle the joints are nearest to each other.
-        moving = np.any(self.sweeps.largest_bends()[0] > 0.5 * np.pi, axis=1) & (self._speed * self.sweeps.duration > 0)
+        folded = self.sweeps.largest_bends()[0] > 0.5 * np.pi
+        moving = np.any(folded, axis=1) & (self._speed * self.sweeps.duration > 0) & ~self._constant(folded)
         piece = every[moving]
         start, length, low, high = begun[moving], self.sweeps.duration[moving], first[moving], last[moving]
         while len(piece):
@@ -199,6 +200,20 @@ class _Search:
             low, high = ends[:, :-1].ravel(), ends[:, 1:].ravel()
             piece, length = np.repeat(piece, _PARTS), np.repeat(length, _PARTS)
         self.error_m = TOLERANCE_L * self.swimmer.length_m
+
+    def _constant(self, folded: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return on which pieces one limb rests and the other one's joint stays the point nearest to it. Shape (n,).
+
+        It does if all of the resting limb lies behind the plane through that joint, across the moving
+        limb's axis: both ends of the resting limb do.
+        """
+        full, sweeps = 2.0 * self.swimmer.limb_half_length_m, self.sweeps
+        begun = sweeps.centre + sweeps.cosine
+        end = full * begun[:, ::-1]
+        end[..., 0] += 2.0 * self.swimmer.base_half_length_m
+        behind = ~folded & (sweeps.least_along(end) >= 0.0)
+        rests = (sweeps.speed == 0.0)[:, ::-1]
+        return np.asarray(np.any(behind & rests, axis=1))
 
     def _distance(self, piece: Rows, time: Array) -> Array:
         """Return distances at times, and keep the least. Shape (m,)."""

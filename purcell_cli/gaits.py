@@ -7,8 +7,10 @@ what it is called, on the true flow, for the swimmer at hand. Conventions: `rota
 
 from __future__ import annotations
 
+import bisect
 import dataclasses
 import difflib
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -54,14 +56,14 @@ class Guess:
 
     def at(self, amplitude: float, swimmer: Swimmer) -> float:
         """Return the guess for an amplitude [rad] and a swimmer."""
-        x, y = np.log(self.amplitude_rad), np.log(np.abs(self.value))
-        size, sign = np.log(abs(amplitude)), np.sign(self.value[0])
-        if len(x) == 1:
-            level = y[0] + size - x[0]
-        else:
-            k = int(np.clip(np.searchsorted(x, size) - 1, 0, len(x) - 2))
-            level = y[k] + (size - x[k]) * (y[k + 1] - y[k]) / (x[k + 1] - x[k])
-        return float(sign * np.exp(level) * swimmer.roll_sharpness() ** self.sharpness_power)
+        x, y = self.amplitude_rad, [abs(v) for v in self.value]
+        size, sign = abs(amplitude), math.copysign(1.0, self.value[0])
+        level = y[0] * size / x[0]
+        if len(x) > 1:
+            k = min(max(bisect.bisect_left(x, size) - 1, 0), len(x) - 2)
+            power = math.log(y[k + 1] / y[k]) / math.log(x[k + 1] / x[k])
+            level = y[k] * (size / x[k]) ** power
+        return float(sign * level * swimmer.roll_sharpness() ** self.sharpness_power)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

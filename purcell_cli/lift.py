@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -213,17 +214,6 @@ def _matrix(scalar: Array, vector: Array) -> Array:
     return np.stack(columns, axis=1)
 
 
-def _reduce(poses: Array, piece: NDArrayInt, count: int) -> Array:
-    """Return the product of the step displacements of each piece. Shape (count, 4, 4)."""
-    out = np.tile(np.eye(4), (count, 1, 1))
-    steps_of = np.bincount(piece, minlength=count)
-    first = np.cumsum(steps_of) - steps_of
-    for j in range(int(steps_of.max(initial=0))):
-        live = steps_of > j
-        out[live] = out[live] @ poses[first[live] + j]
-    return se3.normalised(out)
-
-
 def _base_rates(shapes: Array, rate: Array) -> Array:
     """Return u_i = A_i omega_i. Shapes (n, 2, 3, 3) and (n, 6) to (n, 2, 3)."""
     return np.asarray(np.einsum("nlij,nlj->nli", shapes, rate.reshape(-1, 2, 3)))
@@ -239,7 +229,7 @@ def _displacements(model: TwistModel, shapes: Array, rate: Array, duration: Arra
         for first in range(0, len(poses), _BATCH):
             some = slice(first, first + _BATCH)
             poses[some] = _solve(model, mesh[some], accuracy, gradient=False).step_pose
-        out[part] = _reduce(poses, mesh.piece, len(duration[part]))
+        out[part] = se3.products(poses, np.bincount(mesh.piece, minlength=len(duration[part])))
     return out
 
 
@@ -333,14 +323,15 @@ class Repeat:
     cycles: int
 
 
-def _power_sum(pose: Array, cycles: int) -> Array:
-    """Return 1 + Ad_g + ... + Ad_g^(n-1), by doubling. Shape (6, 6)."""
-    once = se3.adjoint(pose)
-    total, power = np.eye(6), once
-    for bit in bin(cycles)[3:]:
-        total, power = total + power @ total, power @ power
-        if bit == "1":
-            total, power = total + power, power @ once
+def _power_sums(poses: Array, cycles: NDArrayInt) -> Array:
+    """Return 1 + Ad_g + ... + Ad_g^(n-1) of each pose, by doubling. Shape (k, 6, 6)."""
+    power = se3.adjoint(poses)
+    total, block = np.zeros_like(power), np.tile(np.eye(6), (len(power), 1, 1))
+    done, left = block.copy(), cycles.copy()
+    while np.any(left):
+        odd = (left % 2 == 1)[:, None, None]
+        total, done = np.where(odd, total + done @ block, total), np.where(odd, done @ power, done)
+        block, power, left = block + power @ block, power @ power, left // 2
     return total
 
 
@@ -394,18 +385,24 @@ def _chained(mesh: _Steps, solved: _Solution, n: int, repeats: Sequence[Repeat])
     m = len(mesh.piece)
     stop_of = np.searchsorted(mesh.piece, np.arange(n), side="right")
     before = se3.prefix_products(solved.step_pose)
-    begins, ends = before.copy(), before[1:].copy()
+    # Before a repeat is played out begins and ends are those of one cycle of each; the further cycles
+    # of all repeats that are over lie between them and the path's start.
+    first, stop = (
+        np.array([int(stop_of[k - 1]) if k else 0 for k in edge], dtype=np.int64)
+        for edge in ([part.first for part in repeats], [part.stop for part in repeats])
+    )
+    cycles = np.array([part.cycles for part in repeats], dtype=np.int64)
+    cycle = se3.normalised(se3.inverse(before[first]) @ before[stop])
+    extra = before[first] @ se3.power(cycle, cycles - 1) @ se3.inverse(before[first])
+    over = np.stack([np.eye(4), *itertools.accumulate(extra, lambda done, one: done @ one)])
+    begins = over[np.searchsorted(stop, np.arange(m + 1), side="right")] @ before
+    ends = over[np.searchsorted(stop, np.arange(m), side="right")] @ before[1:]
     inside = np.zeros(n, dtype=np.int64)
-    spread = [np.eye(6)]
-    for part in repeats:
-        first, stop = (int(stop_of[k - 1]) if k else 0 for k in (part.first, part.stop))
-        cycle = se3.normalised(se3.inverse(begins[first]) @ ends[stop - 1])
-        extra = begins[first] @ se3.power(cycle, part.cycles - 1) @ se3.inverse(begins[first])
-        begins[stop:], ends[stop:] = extra @ begins[stop:], extra @ ends[stop:]
-        around = se3.adjoint(begins[first])
-        inside[part.first : part.stop] = len(spread)
-        spread.append(around @ _power_sum(cycle, part.cycles) @ se3.adjoint(se3.inverse(begins[first])))
-    all_cycles = np.stack(spread)
+    for k, part in enumerate(repeats, 1):
+        inside[part.first : part.stop] = k
+    around = se3.adjoint(begins[first])
+    spread = around @ _power_sums(cycle, cycles) @ se3.adjoint(se3.inverse(begins[first]))
+    all_cycles = np.concatenate([np.eye(6)[None], spread])
     carried = np.zeros((m + 1, 6, 6))
     carried[:-1] = se3.adjoint(begins[:-1]) @ _carried_to_step(solved, solved.node_change)
     within = np.cumsum(carried[::-1], axis=0)[::-1]

@@ -22,7 +22,7 @@ from purcell_cli.lift import piece_displacements
 from purcell_cli.rotations import Array
 from purcell_cli.sweeps import Sweeps, bends
 from purcell_cli.swimmer import Swimmer
-from purcell_cli.trajectory import Block, Pieces, starting_shapes
+from purcell_cli.trajectory import Block, Pieces
 from purcell_cli.workspace import ENDS, WALLS, Excess, Workspace, largest_excess
 from purcell_cli.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
 
@@ -126,20 +126,19 @@ class _Pieces:
     @classmethod
     def of(cls, swimmer: Swimmer, start: Array, blocks: Sequence[Block]) -> _Pieces:
         rate = swimmer.joint_rate_rad_s
-        shapes = starting_shapes(blocks, start)
-        once = Pieces.of([block.sequence for block in blocks], shapes)
-        times = once.split(once.duration / rate)
-        begun, total = [], 0.0
-        for block, time in zip(blocks, times, strict=True):
-            begun.append(total + np.cumsum(time) - time)
-            total += block.cycles * float(np.sum(time))
-        phase = [np.full(len(block.sequence), block.phase) for block in blocks]
+        once = Pieces.of(blocks, start)
+        duration = once.sequence.duration / rate
+        ends = np.concatenate([[0.0], np.cumsum(duration)])
+        edges = ends[np.cumsum([0, *once.counts])]
+        again = np.concatenate([[0.0], np.cumsum((once.cycles - 1) * np.diff(edges))])
+        block = once.block
+        phase = np.array([b.phase for b in blocks], dtype=np.int64)
         return cls(
-            np.concatenate([once.shapes, shapes[-1][None]]),
-            np.concatenate([once.rates * rate, np.zeros((1, 6))]),
-            np.concatenate([*times, np.zeros(1)]),
-            np.concatenate([*begun, [total]]),
-            np.concatenate([*phase, [blocks[-1].phase if blocks else 3]]),
+            once.shapes,
+            np.concatenate([once.sequence.rates() * rate, np.zeros((1, 6))]),
+            np.concatenate([duration, [0.0]]),
+            np.concatenate([ends[:-1] + again[block], [ends[-1] + again[-1]]]),
+            np.concatenate([phase[block], [blocks[-1].phase if blocks else 3]]),
         )
 
 

@@ -7,14 +7,15 @@ in it. A primitive is a move on which one control acts. Conventions: `rotations`
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from purcell_cli import se3
+from purcell_cli import primitives, se3
 from purcell_cli.errors import ParameterError
+from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array, running_orientations
 
 
@@ -35,6 +36,9 @@ class ControlSequence(Protocol):
 
     def rates(self) -> Array:
         """Return the limb rates of each piece at a joint rate of 1 rad/s [rad/s]. Shape (n, 6)."""
+
+    def turns(self) -> Array:
+        """Return how each piece turns the limbs, in their own frames. Shape (n, 2, 3, 3)."""
 
     def shapes(self, start: ArrayLike) -> Array:
         """Return the shapes before, between and after the pieces. Shape (n + 1, 2, 3, 3)."""
@@ -122,6 +126,10 @@ class MoveSequence:
         """Return some of the moves, at the rates they have, each for a time of its own [s]."""
         return MoveSequence(self.rate[piece], duration)
 
+    def turns(self) -> Array:
+        """Return how each move turns the limbs, in their own frames. Shape (n, 2, 3, 3)."""
+        return se3.rotation(self.turn.reshape(-1, 2, 3))
+
     def shapes(self, start: ArrayLike) -> Array:
         """Return the shapes before, between and after the moves.
 
@@ -131,7 +139,13 @@ class MoveSequence:
         Returns:
             Shapes. Shape (n + 1, 2, 3, 3).
         """
-        return running_orientations(start, se3.rotation(self.turn.reshape(-1, 2, 3)))
+        return running_orientations(start, self.turns())
+
+
+def chained(sequences: Sequence[ControlSequence]) -> ControlSequence:
+    """Return sequences one after the other: primitives if all of them are, moves otherwise."""
+    one_by_one = [s for s in sequences if isinstance(s, PrimitiveSequence)]
+    return primitives.joined(one_by_one) if len(one_by_one) == len(sequences) else joined(sequences)
 
 
 def joined(sequences: Iterable[ControlSequence]) -> MoveSequence:

@@ -115,6 +115,15 @@ class PrimitiveSequence:
         out[np.arange(len(self)), self.control] = np.where(self.angle < 0, -1.0, 1.0)
         return out
 
+    def turns(self) -> Array:
+        """Return how each primitive turns the limbs, in their own frames. Shape (n, 2, 3, 3)."""
+        out = np.zeros((len(self), 2, 3, 3))
+        out[..., range(3), range(3)] = 1.0
+        for axis in range(3):
+            mine = np.flatnonzero(self.control % 3 == axis)
+            out[mine, self.control[mine] // 3] = about_axis(axis, self.angle[mine])
+        return out
+
     def shapes(self, start: ArrayLike) -> Array:
         """Return the shapes before, between and after the primitives.
 
@@ -124,11 +133,7 @@ class PrimitiveSequence:
         Returns:
             Shapes. Shape (n + 1, 2, 3, 3).
         """
-        turns = np.tile(np.eye(3), (len(self), 2, 1, 1))
-        for axis in range(3):
-            mine = np.flatnonzero(self.control % 3 == axis)
-            turns[mine, self.control[mine] // 3] = about_axis(axis, self.angle[mine])
-        return running_orientations(start, turns)
+        return running_orientations(start, self.turns())
 
 
 EMPTY = PrimitiveSequence(np.empty(0, dtype=np.int64), np.empty(0))

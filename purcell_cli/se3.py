@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from purcell_cli.rotations import Array, cross, hat, orthonormalised
+from purcell_cli.rotations import Array, as_quaternion, cross, hat, orthonormalised
 
 _SERIES_BELOW = 0.25
 """Rotation angle [rad] under which exp sums its series; above, the closed form loses nothing."""
 
 
-def _exp_coefficients(angle_squared: Array) -> tuple[Array, Array, Array]:
+def exp_coefficients(angle_squared: Array) -> tuple[Array, Array, Array]:
     """Return sin(t)/t, (1 - cos t)/t^2 and (t - sin t)/t^3 as functions of t^2."""
     x = angle_squared
     if not x.size or x.max() < _SERIES_BELOW**2:
@@ -21,7 +21,7 @@ def _exp_coefficients(angle_squared: Array) -> tuple[Array, Array, Array]:
         c = (1 - x / 20 * (1 - x / 42 * (1 - x / 72 * (1 - x / 110 * (1 - x / 156))))) / 6
         return a, b, c
     small = x < _SERIES_BELOW**2
-    low = _exp_coefficients(np.where(small, x, 0.0))
+    low = exp_coefficients(np.where(small, x, 0.0))
     t = np.sqrt(np.where(small, 1.0, x))
     sine, half = np.sin(t), np.sin(0.5 * t)
     high = (sine / t, 2 * (half / t) ** 2, (t - sine) / t**3)
@@ -40,7 +40,7 @@ def exp(twist: ArrayLike) -> Array:
     """
     xi = np.asarray(twist, dtype=np.float64)
     v, w = xi[..., :3], xi[..., 3:]
-    a, b, c = _exp_coefficients(np.einsum("...i,...i->...", w, w))
+    a, b, c = exp_coefficients(np.einsum("...i,...i->...", w, w))
     k = hat(w)
     k2 = k @ k
     out = np.zeros((*xi.shape[:-1], 4, 4))
@@ -55,7 +55,7 @@ def exp(twist: ArrayLike) -> Array:
 
 def rotation(axis_angle: Array) -> Array:
     """Return the rotations with rotation vectors [rad]. Shape (..., 3) to (..., 3, 3)."""
-    a, b, _ = _exp_coefficients(np.einsum("...i,...i->...", axis_angle, axis_angle))
+    a, b, _ = exp_coefficients(np.einsum("...i,...i->...", axis_angle, axis_angle))
     k = hat(axis_angle)
     return np.asarray(np.eye(3) + a[..., None, None] * k + b[..., None, None] * (k @ k))
 
@@ -69,7 +69,7 @@ def left_jacobian(axis_angle: Array) -> Array:
     Returns:
         Matrices. Shape (..., 3, 3).
     """
-    _, b, c = _exp_coefficients(np.einsum("...i,...i->...", axis_angle, axis_angle))
+    _, b, c = exp_coefficients(np.einsum("...i,...i->...", axis_angle, axis_angle))
     k = hat(axis_angle)
     return np.asarray(np.eye(3) + b[..., None, None] * k + c[..., None, None] * (k @ k))
 
@@ -83,11 +83,21 @@ def log(pose: ArrayLike) -> Array:
     Returns:
         Twists [m, rad]. Shape (..., 6).
     """
-    from scipy.spatial.transform import RigidTransform  # slow to import; few commands need it
-
     g = np.asarray(pose, dtype=np.float64)
-    flat = RigidTransform.from_matrix(g.reshape(-1, 4, 4)).as_exp_coords()
-    return np.concatenate([flat[:, 3:], flat[:, :3]], axis=-1).reshape(*g.shape[:-2], 6)
+    q = as_quaternion(g[..., :3, :3])
+    sine = np.sqrt(np.einsum("...i,...i->...", q[..., 1:], q[..., 1:]))
+    still = sine == 0.0
+    angle = 2.0 * np.arctan2(sine, q[..., 0])
+    w = q[..., 1:] * np.where(still, 2.0, angle / np.where(still, 1.0, sine))[..., None]
+    # The inverse of exp's integral of the rotation: 1 - hat(w) / 2 + (1 - t/2 cot t/2) / t^2 hat(w)^2.
+    x = angle * angle
+    a, b, _ = exp_coefficients(x)
+    series = (1 + x / 60 * (1 + x / 42 * (1 + x / 40 * (1 + 5 * x / 198)))) / 12
+    closed = (1.0 - 0.5 * a / b) / np.where(still, 1.0, x)
+    rest = np.where(x < _SERIES_BELOW**2, series, closed)
+    p = g[..., :3, 3]
+    wp = cross(w, p)
+    return np.concatenate([p - 0.5 * wp + rest[..., None] * cross(w, wp), w], axis=-1)
 
 
 def inverse(pose: Array) -> Array:
@@ -144,16 +154,35 @@ def power(pose: Array, exponent: ArrayLike) -> Array:
     """Return pose^n along its one-parameter subgroup: n equal displacements one after the other.
 
     Args:
-        pose: One pose. Shape (4, 4).
-        exponent: Powers. Shape (...).
+        pose: Poses. Shape (..., 4, 4).
+        exponent: Powers, broadcast against the poses; the first power is the pose to the bit. Shape (...).
 
     Returns:
         Poses. Shape (..., 4, 4).
     """
     n = np.asarray(exponent, dtype=np.float64)
-    if n.ndim == 0 and n == 1.0:
-        return pose.copy()  # to the bit
-    return exp(n[..., None] * log(pose))
+    if np.all(n == 1.0):
+        return np.array(np.broadcast_to(pose, (*np.broadcast_shapes(n.shape, pose.shape[:-2]), 4, 4)))
+    return np.where((n == 1.0)[..., None, None], pose, exp(n[..., None] * log(pose)))
+
+
+def products(poses: Array, counts: ArrayLike) -> Array:
+    """Return the products of consecutive runs of displacements.
+
+    Args:
+        poses: Displacements. Shape (n, 4, 4).
+        counts: How many each run has, in order; n together. Shape (k,).
+
+    Returns:
+        Poses, the identity for an empty run. Shape (k, 4, 4).
+    """
+    length = np.asarray(counts, dtype=np.int64)
+    first = np.cumsum(length) - length
+    out = np.tile(np.eye(4), (len(length), 1, 1))
+    for k in range(int(length.max(initial=0))):
+        live = np.flatnonzero(length > k)
+        out[live] = out[live] @ poses[first[live] + k]
+    return normalised(out)
 
 
 def prefix_products(poses: Array) -> Array:

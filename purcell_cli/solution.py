@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import itertools
 from collections.abc import Mapping, Sequence
 
@@ -20,34 +21,51 @@ from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
 from purcell_cli.stored import stored_gaits
 from purcell_cli.swimmer import Swimmer
-from purcell_cli.trajectory import Block, Trajectory, block_displacements, energies, sample
+from purcell_cli.trajectory import (
+    Block,
+    Trajectory,
+    block_displacements,
+    energies,
+    sample,
+    schedule,
+    spacing,
+    starting_shapes,
+)
 from purcell_cli.workspace import Workspace
 
 CONTROLS = ("primitive", "simultaneous")
 """How a plan may turn the joints: one at a time, or all six at once."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Solution:
-    """A plan with everything that is known about it.
+    """A plan with everything that is known about it; rows and energies are computed when first asked for.
 
     Attributes:
         plan: The strokes of the three phases.
-        trajectory: The sampled motion.
+        dt_s: Longest time between rows of the trajectory [s].
         deviation: How far the planner's own flow ends from the goal.
         certificate: What an independent re-integration of the controls found.
         displacement: Body displacement of each block of the plan [m]. Shape (n, 4, 4).
-        energy_j: Energy dissipated in each block [J]. Shape (n,).
         limits: How near the motion comes to its limits, and which it breaks.
     """
 
     plan: Plan
-    trajectory: Trajectory
+    dt_s: float
     deviation: Deviation
     certificate: Certificate
     displacement: Array
-    energy_j: Array
     limits: LimitsReport
+
+    @functools.cached_property
+    def trajectory(self) -> Trajectory:
+        """The sampled motion."""
+        return sample(self.plan.swimmer, self.plan.start, self.plan.blocks, self.dt_s)
+
+    @functools.cached_property
+    def energy_j(self) -> Array:
+        """Energy dissipated in each block [J]. Shape (n,)."""
+        return energies(self.plan.swimmer, self.plan.blocks, self.plan.start.shape)
 
     @property
     def verdict(self) -> str:
@@ -141,15 +159,18 @@ def carried_out(plan: Plan, dt_s: float = 0.05, limits: Limits | None = None) ->
         ParameterError: A time between rows that is not positive, or that asks for too many rows.
     """
     swimmer, start, goal, blocks = plan.swimmer, plan.start, plan.goal, plan.blocks
-    trajectory = sample(swimmer, start, blocks, dt_s)
+    wanted = limits or Limits()
+    moved = block_displacements(swimmer, blocks, start.shape)
+    shape = starting_shapes(blocks, start.shape)[-1]
+    end = Configuration(se3.normalised(start.pose @ se3.prefix_products(moved)[-1]), shape)
+    known = plan.limits is not None and plan.limits.limits == wanted
     return Solution(
         plan,
-        trajectory,
-        Deviation.between(trajectory.end, goal),
-        certify(swimmer, start, goal, trajectory.time_s, trajectory.rate_rad_s),
-        block_displacements(swimmer, blocks, start.shape),
-        energies(swimmer, blocks, start.shape),
-        check(swimmer, start, blocks, limits),
+        spacing(swimmer, blocks, dt_s),
+        Deviation.between(end, goal),
+        certify(swimmer, start, goal, *schedule(swimmer, blocks)),
+        moved,
+        plan.limits if plan.limits is not None and known else check(swimmer, start, blocks, wanted),
     )
 
 

@@ -69,6 +69,21 @@ class Sweeps:
         """How fast the limbs' axes sweep; a limb that only rolls does not [rad/s]. Shape (n, 2)."""
         return np.asarray(self.turn * np.sqrt(np.einsum("nli,nli->nl", self.sine, self.sine)))
 
+    def least_along(self, direction: Array) -> Array:
+        """Return the least component of each limb's axis along a direction, at any instant of a piece.
+
+        Args:
+            direction: One for each piece and limb. Shape (n, 2, 3).
+
+        Returns:
+            Components. Shape (n, 2).
+        """
+        c, a, b = (np.einsum("nli,nli->nl", x, direction) for x in (self.centre, self.cosine, self.sine))
+        end = self.turn * self.duration[:, None]
+        lowest = np.remainder(np.arctan2(-b, -a), 2.0 * np.pi)
+        at_ends = np.minimum(a, a * np.cos(end) + b * np.sin(end))
+        return np.asarray(c + np.where(lowest < end, -np.hypot(a, b), at_ends))
+
     def largest_bends(self) -> tuple[Array, Array]:
         """Return each limb's largest bend on each piece, at any instant of it, and when.
 

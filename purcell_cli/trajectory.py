@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from purcell_cli import se3
 from purcell_cli.configuration import Configuration
+from purcell_cli.connection import COLLINEAR
 from purcell_cli.errors import ParameterError
 from purcell_cli.gaits import Stroke
 from purcell_cli.lift import EXACT, Accuracy, piece_displacements, piece_work
-from purcell_cli.moves import ControlSequence
+from purcell_cli.moves import ControlSequence, chained
 from purcell_cli.primitives import EMPTY
-from purcell_cli.rotations import Array, as_euler, as_quaternion
+from purcell_cli.rotations import Array, as_euler, as_quaternion, orthonormalised
 from purcell_cli.swimmer import Swimmer
 
 MOST_ROWS = 3e6
@@ -56,42 +57,47 @@ class Block:
         return self.cycles * float(np.sum(self.sequence.duration))
 
 
-def starting_shapes(blocks: Sequence[Block], start: ArrayLike) -> list[Array]:
-    """Return the shape before each block, and after the last. Each of shape (2, 3, 3)."""
-    shapes = [np.array(start, dtype=np.float64)]
-    for block in blocks:
-        shapes.append(block.sequence.shapes(shapes[-1])[-1])
-    return shapes
-
-
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Pieces:
     """The pieces of all blocks, one cycle each, to be computed in one batch.
 
+    A block that repeats brings the limbs back, so the shapes of one cycle of each are a chain.
+
     Attributes:
-        shapes: Shapes before them. Shape (n, 2, 3, 3).
-        rates: Limb rates at a joint rate of 1 rad/s [rad/s]. Shape (n, 6).
-        duration: How long they last at that joint rate [s]. Shape (n,).
-        stops: The piece after the last of each block.
+        sequence: The controls.
+        shapes: Shapes before, between and after them. Shape (n + 1, 2, 3, 3).
+        counts: How many pieces each block has. Shape (k,).
+        cycles: How often each block is played. Shape (k,).
     """
 
+    sequence: ControlSequence
     shapes: Array
-    rates: Array
-    duration: Array
-    stops: list[int]
+    counts: NDArray[np.int64]
+    cycles: NDArray[np.int64]
 
     @classmethod
-    def of(cls, sequences: Sequence[ControlSequence], shapes: Sequence[Array]) -> Pieces:
-        """Return the pieces of sequences, each from a shape of its own."""
-        begun = [np.empty((0, 2, 3, 3))] + [q.shapes(s)[:-1] for q, s in zip(sequences, shapes, strict=False)]
-        rates = [np.empty((0, 6))] + [q.rates() for q in sequences]
-        duration = [np.empty(0)] + [q.duration for q in sequences]
-        stops = np.cumsum([len(q) for q in sequences], dtype=np.int64).tolist()
-        return cls(np.concatenate(begun), np.concatenate(rates), np.concatenate(duration), stops)
+    def of(cls, blocks: Sequence[Block], start: ArrayLike) -> Pieces:
+        """Return the pieces of blocks from a shape. Shape (2, 3, 3)."""
+        sequence = chained([b.sequence for b in blocks])
+        counts, cycles = ([len(b.sequence) for b in blocks], [b.cycles for b in blocks])
+        shapes = sequence.shapes(np.asarray(start, dtype=np.float64))
+        return cls(sequence, shapes, np.array(counts, dtype=np.int64), np.array(cycles, dtype=np.int64))
 
-    def split(self, values: Array) -> list[Array]:
-        """Return what belongs to each block, of values for every piece."""
-        return np.split(values, self.stops[:-1]) if self.stops else []
+    @property
+    def block(self) -> NDArray[np.int64]:
+        """The block that each piece is of. Shape (n,)."""
+        return np.repeat(np.arange(len(self.counts)), self.counts)
+
+    def displacements(self, swimmer: Swimmer, accuracy: Accuracy = EXACT) -> Array:
+        """Return the body displacement on each piece [m]. Shape (n, 4, 4)."""
+        q = self.sequence
+        return piece_displacements(swimmer, self.shapes[:-1], q.rates(), q.duration, accuracy)
+
+
+def starting_shapes(blocks: Sequence[Block], start: ArrayLike) -> Array:
+    """Return the shape before each block, and after the last. Shape (k + 1, 2, 3, 3)."""
+    pieces = Pieces.of(blocks, start)
+    return np.asarray(pieces.shapes[np.cumsum([0, *pieces.counts])])
 
 
 def block_displacements(
@@ -105,19 +111,16 @@ def block_displacements(
         start: Shape before it. Shape (2, 3, 3).
         accuracy: Of the flow.
     """
-    pieces = Pieces.of([b.sequence for b in blocks], starting_shapes(blocks, start))
-    moves = pieces.split(piece_displacements(swimmer, pieces.shapes, pieces.rates, pieces.duration, accuracy))
-    out = np.empty((len(blocks), 4, 4))
-    for k, (block, cycle) in enumerate(zip(blocks, moves, strict=True)):
-        out[k] = se3.power(se3.prefix_products(cycle)[-1], block.cycles)
-    return out
+    pieces = Pieces.of(blocks, start)
+    return se3.power(se3.products(pieces.displacements(swimmer, accuracy), pieces.counts), pieces.cycles)
 
 
 def energies(swimmer: Swimmer, blocks: Sequence[Block], start: ArrayLike) -> Array:
     """Return the energy dissipated in each block at the swimmer's joint rate [J]. Shape (n,)."""
-    pieces = Pieces.of([b.sequence for b in blocks], starting_shapes(blocks, start))
-    once = pieces.split(piece_work(swimmer, pieces.shapes, pieces.rates, pieces.duration))
-    return np.array([b.cycles * float(np.sum(w)) for b, w in zip(blocks, once, strict=True)])
+    pieces = Pieces.of(blocks, start)
+    q = pieces.sequence
+    once = piece_work(swimmer, pieces.shapes[:-1], q.rates(), q.duration)
+    return np.asarray(pieces.cycles * np.bincount(pieces.block, weights=once, minlength=len(blocks)))
 
 
 def clock_step(duration_s: float) -> float:
@@ -196,6 +199,75 @@ def _continuous(quaternion: Array) -> Array:
     return np.asarray(quaternion * sign[:, None])
 
 
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Rows:
+    """The rows of one cycle of each block.
+
+    Attributes:
+        piece: The piece each row is on. Shape (m,).
+        since: Time since that piece began, at a joint rate of 1 rad/s [s]. Shape (m,).
+        length: Time to the next row, at that rate [s]. Shape (m,).
+        time_s: Time since its block began [s]. Shape (m,).
+        stops: The row after the last of each block, from 0 on.
+        lasts_s: How long a cycle of each block lasts [s]. Shape (k,).
+    """
+
+    piece: NDArray[np.int64]
+    since: Array
+    length: Array
+    time_s: Array
+    stops: list[int]
+    lasts_s: Array
+
+    @classmethod
+    def of(cls, pieces: Pieces, rate_rad_s: float, dt_s: float, step: float) -> _Rows:
+        """Return rows at every switch and at least every dt, on a clock of some step: sums of times are exact."""
+        used = np.flatnonzero(pieces.sequence.duration)
+        duration, block = pieces.sequence.duration[used] / rate_rad_s, pieces.block[used]
+        count = np.maximum(np.ceil(duration / dt_s - 1e-9), 1).astype(np.int64)
+        index = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        part = np.round(np.repeat(duration / count, count) * index / step) * step
+        rows = np.bincount(np.repeat(block, count), minlength=len(pieces.counts))
+        stops = np.cumsum([0, *rows])
+        ends = np.concatenate([[0.0], np.cumsum(duration)])
+        edges = ends[np.searchsorted(block, np.arange(len(pieces.counts) + 1))]
+        time = np.repeat(ends[:-1], count) + part
+        length = np.diff(np.append(time, ends[-1])) * rate_rad_s
+        time -= np.repeat(edges[:-1], rows)
+        return cls(np.repeat(used, count), part * rate_rad_s, length, time, stops.tolist(), np.diff(edges))
+
+
+def _played(blocks: Sequence[Block], rows: _Rows) -> Iterator[tuple[slice, slice, Array]]:
+    """Return of each block its rows in one cycle, its rows in the motion, and when its cycles begin [s]."""
+    at, time = 0, 0.0
+    for k, block in enumerate(blocks):
+        mine = slice(rows.stops[k], rows.stops[k + 1])
+        count = block.cycles * (mine.stop - mine.start)
+        yield mine, slice(at, at + count), time + np.arange(block.cycles) * rows.lasts_s[k]
+        at, time = at + count, time + block.cycles * float(rows.lasts_s[k])
+
+
+def schedule(swimmer: Swimmer, blocks: Sequence[Block]) -> tuple[Array, Array]:
+    """Return the times [s] at which the controls of blocks switch, from 0 to the end, and the controls from there on.
+
+    Args:
+        swimmer: The swimmer; its joint rate sets the pace.
+        blocks: The motion, its durations whole numbers of clock steps (`rounded`).
+
+    Returns:
+        Times, shape (n,), and the six controls, 0 in the last row, shape (n, 6) [rad/s].
+    """
+    pieces = Pieces.of(blocks, COLLINEAR)
+    rows = _Rows.of(pieces, swimmer.joint_rate_rad_s, math.inf, 1.0)
+    rates = pieces.sequence.rates()[rows.piece] * swimmer.joint_rate_rad_s
+    times, controls, end = [], [], 0.0
+    for k, (mine, _, begins) in enumerate(_played(blocks, rows)):
+        times.append((begins[:, None] + rows.time_s[mine]).ravel())
+        controls.append(np.tile(rates[mine], (len(begins), 1)))
+        end = float(begins[0] + len(begins) * rows.lasts_s[k])
+    return np.concatenate([*times, [end]]), np.concatenate([*controls, np.zeros((1, 6))])
+
+
 def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s: float = 0.05) -> Trajectory:
     """Return the trajectory of blocks: a row at every control switch and at least every dt between.
 
@@ -208,90 +280,48 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
     Raises:
         ParameterError: A time between rows that is not positive, or that asks for too many rows.
     """
+    spacing(swimmer, blocks, dt_s)
+    rate = swimmer.joint_rate_rad_s
+    pieces = Pieces.of(blocks, start.shape)
+    rows = _Rows.of(pieces, rate, dt_s, clock_step(sum(b.duration for b in blocks) / rate))
+    q = pieces.sequence
+    turned, rates = q.lasting(rows.piece, rows.since).turns(), q.rates()[rows.piece]
+    shapes = orthonormalised(pieces.shapes[rows.piece] @ turned)
+    moves = piece_displacements(swimmer, shapes, rates, rows.length)
+    count = int(pieces.cycles @ np.diff(rows.stops)) + 1
+    time, phase, gait = np.empty(count), np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
+    poses, limbs, controls = np.empty((count, 4, 4)), np.empty((count, 2, 3, 3)), np.empty((count, 6))
+    names = tuple(dict.fromkeys(b.gait for b in blocks)) or ("none",)
+    here, end = start.pose, 0.0
+    for k, (mine, out, begins) in enumerate(_played(blocks, rows)):
+        along = se3.prefix_products(moves[mine])
+        n, cycles = mine.stop - mine.start, len(begins)
+        origins = se3.normalised(here @ se3.power(along[-1], np.arange(cycles))) if cycles > 1 else here[None]
+        time[out] = (begins[:, None] + rows.time_s[mine]).ravel()
+        phase[out], gait[out] = blocks[k].phase, names.index(blocks[k].gait)
+        np.matmul(origins[:, None], along[:-1], out=poses[out].reshape(cycles, n, 4, 4))
+        limbs[out].reshape(cycles, n, 2, 3, 3)[:] = shapes[mine]
+        controls[out].reshape(cycles, n, 6)[:] = rates[mine] * rate
+        here = se3.normalised(here @ se3.power(along[-1], cycles))
+        end = float(begins[0] + cycles * rows.lasts_s[k])
+    last = blocks[-1] if blocks else Block(3, "none", EMPTY)
+    time[-1], phase[-1], gait[-1] = end, last.phase, names.index(last.gait)
+    poses[-1], limbs[-1], controls[-1] = here, pieces.shapes[-1], 0.0
+    return Trajectory(time, phase, gait, names, poses, limbs, controls)
+
+
+def spacing(swimmer: Swimmer, blocks: Sequence[Block], dt_s: float) -> float:
+    """Return the longest time between rows, where it asks for no more than `MOST_ROWS` rows [s].
+
+    Raises:
+        ParameterError: A time that is not positive, or that asks for too many rows.
+    """
     duration = sum(b.duration for b in blocks) / swimmer.joint_rate_rad_s
     if not dt_s > 0 or duration / dt_s > MOST_ROWS:
         raise ParameterError(
             f"dt: a time above {duration / MOST_ROWS:.2g} s is wanted (at most {MOST_ROWS:.0e} rows), found {dt_s!r}"
         )
-    step = clock_step(duration)
-    shapes = starting_shapes(blocks, start.shape)
-    names = tuple(dict.fromkeys(b.gait for b in blocks))
-    parts: list[tuple[Array, ...]] = []
-    pose, time = start.pose, 0.0
-    for block, rows in zip(blocks, _rows(swimmer, blocks, shapes, dt_s, step), strict=True):
-        if not len(rows.time_s):
-            continue
-        counts = np.arange(block.cycles)
-        origins = pose if block.cycles == 1 else se3.normalised(pose @ se3.power(rows.end, counts))
-        n = len(rows.time_s)
-        parts.append(
-            (
-                (time + counts[:, None] * rows.duration_s + rows.time_s).ravel(),
-                np.full(block.cycles * n, block.phase),
-                np.full(block.cycles * n, names.index(block.gait)),
-                (np.reshape(origins, (-1, 1, 4, 4)) @ rows.pose).reshape(-1, 4, 4),
-                np.tile(rows.shape, (block.cycles, 1, 1, 1)),
-                np.tile(rows.rate_rad_s, (block.cycles, 1)),
-            )
-        )
-        time += block.cycles * rows.duration_s
-        pose = se3.normalised(pose @ se3.power(rows.end, block.cycles))
-    last = blocks[-1] if blocks else Block(3, "none", EMPTY)
-    parts.append(
-        (
-            np.array([time]),
-            np.array([last.phase]),
-            np.array([names.index(last.gait) if names else 0]),
-            pose[None],
-            shapes[-1][None],
-            np.zeros((1, 6)),
-        )
-    )
-    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    return Trajectory(columns[0], columns[1], columns[2], names or ("none",), *columns[3:])
-
-
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class _CycleRows:
-    """The rows of one cycle, relative to its beginning."""
-
-    time_s: Array
-    duration_s: float
-    pose: Array
-    shape: Array
-    rate_rad_s: Array
-    end: Array
-
-
-def _rows(
-    swimmer: Swimmer, blocks: Sequence[Block], shapes: Sequence[Array], dt_s: float, step: float
-) -> list[_CycleRows]:
-    """Return the rows of one cycle of each block."""
-    rate = swimmer.joint_rate_rad_s
-    timed = [_cut(block.sequence, rate, dt_s, step) for block in blocks]
-    pieces = Pieces.of([sequence for sequence, _, _ in timed], shapes)
-    moves = pieces.split(piece_displacements(swimmer, pieces.shapes, pieces.rates, pieces.duration))
-    begun, rates = pieces.split(pieces.shapes), pieces.split(pieces.rates)
-    out = []
-    for k, (_, time, total) in enumerate(timed):
-        poses = se3.prefix_products(moves[k])
-        out.append(_CycleRows(time, total, poses[:-1], begun[k], rates[k] * rate, poses[-1]))
-    return out
-
-
-def _cut(
-    sequence: ControlSequence, rate_rad_s: float, dt_s: float, step: float
-) -> tuple[ControlSequence, Array, float]:
-    """Return a sequence cut into rows, their times, and how long it lasts [s]."""
-    used = np.flatnonzero(sequence.duration)
-    duration = sequence.duration[used] / rate_rad_s
-    count = np.maximum(np.ceil(duration / dt_s - 1e-9), 1).astype(np.int64)
-    index = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    part = np.round(np.repeat(duration / count, count) * index / step) * step
-    time = np.repeat(np.cumsum(duration) - duration, count) + part
-    total = float(duration.sum())
-    length = np.diff(np.append(time, total)) * rate_rad_s
-    return sequence.lasting(np.repeat(used, count), length), time, total
+    return dt_s
 
 
 def sample_stroke(

@@ -106,6 +106,6 @@ def test_limbs_are_straightened_without_touching_and_without_bending_further(see
         pytest.skip("the limbs touch to begin with")
     ways = straightenings(swimmer, shape)
     assert np.all(np.diff(ways.joint_travel_rad) >= -1e-8)
-    for k in range(0, len(ways.halves), 7):
+    for k in range(0, len(ways.joint_travel_rad), 7):
         found = check(swimmer, here, [Block(1, "any", ways.sequence(k))])
         assert found.kept, found.violations

@@ -18,12 +18,12 @@ import numpy as np
 
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
-from purcell_cli.lift import SEARCHING, displacements
-from purcell_cli.planner.measures import cost
+from purcell_cli.lift import SEARCHING
+from purcell_cli.planner.measures import costs
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
-from purcell_cli.trajectory import Block
+from purcell_cli.trajectory import Block, block_displacements
 
 _STRAIGHT_SIDES = np.linspace(1.6, 3.0, 8)
 _KNOTS = 9
@@ -51,15 +51,15 @@ def loop_and_approach(side: float, offset: float) -> tuple[PrimitiveSequence, Pr
 
 def _loops(swimmer: Swimmer, sides: Array, offsets: Array, measure: str) -> tuple[Array, Array]:
     """Return what loops do in a cycle, seen at the collinear shape, and what that costs. Shapes (n, 6) and (n,)."""
-    twists, prices = np.empty((len(sides), 6)), np.empty(len(sides))
-    for k, (side, offset) in enumerate(zip(sides.tolist(), offsets.tolist(), strict=True)):
+    blocks: list[Block] = []
+    for side, offset in zip(sides.tolist(), offsets.tolist(), strict=True):
         loop, approach = loop_and_approach(side, offset)
-        moves = se3.prefix_products(displacements(swimmer, approach + loop, accuracy=SEARCHING))
-        entry = moves[len(approach)]
-        twists[k] = se3.adjoint(entry) @ se3.log(se3.inverse(entry) @ moves[-1])
-        inner = approach.shapes(COLLINEAR)[-1]
-        prices[k] = cost(measure, swimmer, [Block(2, NAME, loop)], inner)
-    return twists, prices
+        blocks += [Block(2, NAME, s) for s in (approach, loop, approach.inverse())]
+    entry, cycle = np.moveaxis(block_displacements(swimmer, blocks, COLLINEAR, SEARCHING).reshape(-1, 3, 4, 4), 1, 0)[
+        :2
+    ]
+    twists = (se3.adjoint(entry) @ se3.log(cycle)[..., None])[..., 0]
+    return twists, costs(measure, swimmer, blocks, COLLINEAR)[1::3]
 
 
 class Fan:

@@ -12,7 +12,7 @@ import dataclasses
 import functools
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import cast
 
 import numpy as np
@@ -65,14 +65,21 @@ class Stretch:
         """Return the stretch with other primitives, all of one stroke."""
         return dataclasses.replace(self, sequence=sequence, strokes=((name, math.nan, len(sequence)),))
 
+    def changed(self, change: Callable[[PrimitiveSequence], PrimitiveSequence]) -> Stretch:
+        """Return the stretch with the primitives of each of its strokes changed."""
+        parts = [(name, amplitude, change(part)) for (name, amplitude, _), part in self._parts()]
+        strokes = tuple((name, amplitude, len(part)) for name, amplitude, part in parts)
+        return dataclasses.replace(self, strokes=strokes, sequence=joined([part for _, _, part in parts]))
+
+    def _parts(self) -> Iterator[tuple[tuple[str, float, int], PrimitiveSequence]]:
+        position = 0
+        for stroke in self.strokes:
+            yield stroke, self.sequence[position : position + stroke[2]]
+            position += stroke[2]
+
     def blocks(self) -> list[Block]:
         """Return its strokes as blocks."""
-        out, position = [], 0
-        for name, amplitude, count in self.strokes:
-            part = self.sequence[position : position + count]
-            out.append(Block(self.phase, name, part, self.cycles, amplitude))
-            position += count
-        return out
+        return [Block(self.phase, name, part, self.cycles, a) for (name, a, _), part in self._parts()]
 
 
 def stretches_of(blocks: Sequence[Block]) -> list[Stretch]:
@@ -241,11 +248,9 @@ class Equations:
         sequence = self.sequence_at(angle)
         shapes = sequence.shapes(self.start)
         moves = piece_displacements(self.swimmer, shapes[:-1], sequence.rates(), sequence.duration, self.accuracy)
-        g, done = np.eye(4), 0
-        for part in (*self.repeats, Repeat(len(sequence), len(sequence), 0)):
-            g = g @ se3.prefix_products(moves[done : part.first])[-1]
-            g = g @ se3.power(se3.prefix_products(moves[part.first : part.stop])[-1], part.cycles)
-            done = part.stop
+        parts = [len(s.sequence) for s in self.stretches]
+        once = se3.products(moves, parts)
+        g = functools.reduce(np.matmul, se3.power(once, [s.cycles for s in self.stretches]), np.eye(4))
         gaps = [shape_gap(sequence[:stop], shapes[: stop + 1], shape)[0] for stop, shape in self._targets]
         return np.concatenate([se3.log(se3.normalised(self._wanted_inverse @ g)), *gaps])
 

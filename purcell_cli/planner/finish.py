@@ -1,24 +1,27 @@
 """The exact finish: Newton's method on the true flow until the goal is met in all twelve dimensions.
 
 All angles change together, by the least amount that keeps the bend limit. Where rounding to the
-clock then stands in the way, since strokes that repeat multiply it, only the angles after the last
-of those go on.
+clock then stands in the way, since strokes that repeat multiply it and a long way is a long lever,
+a few small turns after the last of those make up for what is left.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from purcell_cli.lift import Accuracy
-from purcell_cli.planner.equations import Equations, Values
+from purcell_cli.lift import SEARCHING
+from purcell_cli.planner.equations import Equations, Stretch, Values
 from purcell_cli.planner.limits import bend_rows, least_cosines
+from purcell_cli.planner.shorten import offered
 from purcell_cli.planner.steps import bounded_step
+from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
 
-_ENOUGH = 4e-12
-_PATIENCE = 4
+_ENOUGH = 2e-11
+_PATIENCE = 2
 """Rounds without gain before the best is taken: rounding to the clock falls out anew in each."""
 _WEAKEST = 1e-9
 _REACH_RAD = 0.25
@@ -27,7 +30,7 @@ _SHORTER = (1.0, 0.4, 0.15, 0.05)
 """What is tried of a step until it gains something."""
 
 
-def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[Equations, float]:
+def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[Equations, Values, float]:
     """Return the motion with its angles changed to arrive, by short steps within the bend limit.
 
     Args:
@@ -36,17 +39,17 @@ def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[E
         close: Residual that is close enough [L, rad].
 
     Returns:
-        The motion, and the largest residual left [L, rad].
+        The motion, its equations' values, and the largest residual left [L, rad].
     """
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
     angle = equations.angles
     values = equations.at(angle)
-    best, kept = np.inf, angle
+    best, kept, known = np.inf, angle, values
     for _ in range(_ROUNDS):
         room, _ = bend_rows(equations, values.shapes, least)
         off = max(values.size, float(-np.min(room, initial=0.0)))
         if off < best:
-            best, kept = off, angle
+            best, kept, known = off, angle, values
         if best < close:
             break
         step = _bounded(equations, values, least)
@@ -55,15 +58,15 @@ def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[E
             if there.size < values.size:
                 break
         angle, values = angle + shorter * step, there
-    return equations.of(equations.with_angles(kept)), float(best)
+    return equations.of(equations.with_angles(kept)), known, float(best)
 
 
-def _bounded(equations: Equations, values: Values, least: Array, first: int = 0) -> Array:
-    """Return the least step to the arrival, from some free angle on, that leaves no limb bent too far. Shape (n,)."""
+def _bounded(equations: Equations, values: Values, least: Array, may: NDArray[np.int64] | None = None) -> Array:
+    """Return the least step of some or all free angles to the arrival that bends no limb too far. Shape (n,)."""
     room, slope = bend_rows(equations, values.shapes, least)
     step = np.zeros(values.derivative.shape[1])
-    arrival = values.derivative[:, first:]
-    step[first:] = bounded_step(arrival, values.residual, room, slope[:, first:], _REACH_RAD, _least)
+    some = np.arange(len(step)) if may is None else may
+    step[some] = bounded_step(values.derivative[:, some], values.residual, room, slope[:, some], _REACH_RAD, _least)
     return step
 
 
@@ -73,35 +76,77 @@ def _least(rows: Array, wanted: Array) -> Array:
 
 
 def arrive(
-    equations: Equations, rough: Accuracy, max_bend_rad: float, rounded: Callable[[Array], Array]
+    equations: Equations, rough: Values, max_bend_rad: float, rounded: Callable[[Array], Array]
 ) -> tuple[Equations, float]:
     """Return the motion with its angles changed, by the least amount, to end exactly at the goal.
 
-    The derivative is taken once, at a rough accuracy: what is missing is small, and shrinks by the
-    derivative's own accuracy in each round.
+    A rough derivative will do: what is missing is small, and shrinks by the derivative's own
+    accuracy in each round.
 
     Args:
         equations: The equations of a motion that almost arrives.
-        rough: Accuracy of the derivative.
+        rough: The equations' values, at a rough accuracy.
         max_bend_rad: How far a limb may bend in phase 2 [rad].
         rounded: Rounds angles to what the clock can tell [rad].
 
     Returns:
         The motion of the best round, and the largest residual left [L, rad].
     """
+    begun = rounded(equations.angles)
+    every = np.arange(len(begun))
+    angle, best = _rounds(equations, begun, rough, max_bend_rad, rounded, every)
+    here = equations.of(equations.with_angles(angle))
+    if best <= _ENOUGH or not here.repeats:
+        return here, best
+    last = here.of(_offered_last(here.stretches))
+    rough = last.at_accuracy(SEARCHING).at(last.angles)
+    few = last.tail + _independent(rough.derivative[:, last.tail :])
+    angle, closer = _rounds(last, last.angles, rough, max_bend_rad, rounded, few)
+    return (
+        (last.of([s.changed(busy) if s.free else s for s in last.with_angles(angle)]), closer)
+        if closer < best
+        else (here, best)
+    )
+
+
+def _rounds(
+    equations: Equations,
+    angle: Array,
+    rough: Values,
+    max_bend_rad: float,
+    rounded: Callable[[Array], Array],
+    may: NDArray[np.int64],
+) -> tuple[Array, float]:
+    """Return the best angles that some of them, changed in turn, lead to, and the largest residual there."""
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
-    angle, first, idle = rounded(equations.angles), 0, 0
-    slope = equations.at_accuracy(rough).at(angle)
-    missing = equations.residual(angle)
-    best, kept, left = float(np.max(np.abs(missing))), angle, missing
+    missing, idle = equations.residual(angle), 0
+    best, kept = float(np.max(np.abs(missing))), angle
     while idle < _PATIENCE and best > _ENOUGH:
-        step = _bounded(equations, Values(missing, slope.derivative, slope.shapes), least, first)
+        step = _bounded(equations, Values(missing, rough.derivative, rough.shapes), least, may)
         angle = rounded(angle + step)
         missing = equations.residual(angle)
         size = float(np.max(np.abs(missing)))
         idle = idle + 1 if size > 0.5 * best else 0
         if size < best:
-            best, kept, left = size, angle, missing
-        elif not first:
-            first, angle, missing = equations.tail, kept, left
-    return equations.of(equations.with_angles(kept)), best
+            best, kept = size, angle
+    return kept, best
+
+
+def _offered_last(stretches: Sequence[Stretch]) -> list[Stretch]:
+    """Return a motion with every control offered at every switch after its last repeated stroke."""
+    last = max(k for k, s in enumerate(stretches) if not s.free)
+    return [s if k <= last else s.changed(lambda part: offered(part, 1)) for k, s in enumerate(stretches)]
+
+
+def busy(sequence: PrimitiveSequence) -> PrimitiveSequence:
+    """Return a sequence without the primitives that turn nothing."""
+    used = np.flatnonzero(sequence.angle)
+    return PrimitiveSequence(sequence.control[used], sequence.angle[used])
+
+
+def _independent(columns: Array) -> NDArray[np.int64]:
+    """Return the columns, one for each row, that are least dependent on one another."""
+    from scipy.linalg import qr
+
+    chosen = qr(columns, mode="r", pivoting=True)[1][: len(columns)]
+    return np.sort(chosen).astype(np.int64)

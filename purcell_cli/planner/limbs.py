@@ -13,24 +13,58 @@ import itertools
 import warnings
 
 import numpy as np
+from numpy.typing import NDArray
 
+from purcell_cli import se3
 from purcell_cli.clearance import TOLERANCE_L, clearances
-from purcell_cli.lift import SEARCHING, piece_displacements
+from purcell_cli.lift import Accuracy, piece_displacements
 from purcell_cli.primitives import PrimitiveSequence, joined
-from purcell_cli.rotations import Array
+from purcell_cli.rotations import Array, about_axis
 from purcell_cli.sweeps import Sweeps, bends
 from purcell_cli.swimmer import Swimmer
 
 _NEGLIGIBLE_RAD = 1e-15
+_ROUGH = Accuracy(stages=3, step=1.2)
+"""Errors of 1e-4 (L, rad): the ways are compared by it, and the finish makes up for it."""
 _BEND_SLACK_RAD = 1e-9
 _LONGER_RAD = 7.0
 """Ways longer than the shortest by more than this are not worth their while."""
 
 _ORDERS = ["".join(o) for o in itertools.product("XYZ", repeat=3) if o[0] != o[1] and o[1] != o[2]]
+_AXES = np.array([["XYZ".index(axis) for axis in order] for order in _ORDERS])
 """The twelve orders in which three turns about own axes reach any orientation."""
 
 
-def turns_to(rotation: Array, limb: int) -> list[PrimitiveSequence]:
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Ways:
+    """Ways to turn one limb, three turns about its own axes each; a turn may be empty.
+
+    Attributes:
+        control: Controls, 0 to 5. Shape (n, 3).
+        angle: Angles [rad]. Shape (n, 3).
+    """
+
+    control: NDArray[np.int64]
+    angle: Array
+
+    def __len__(self) -> int:
+        return len(self.control)
+
+    def __getitem__(self, part: NDArray[np.int64]) -> Ways:
+        return Ways(self.control[part], self.angle[part])
+
+    @property
+    def joint_travel_rad(self) -> Array:
+        """The joint travel of each [rad]. Shape (n,)."""
+        return np.asarray(np.abs(self.angle).sum(axis=1))
+
+    def sequence(self, k: int) -> PrimitiveSequence:
+        """Return the primitives of one of the ways, without empty turns."""
+        used = np.flatnonzero(self.angle[k])
+        return PrimitiveSequence(self.control[k, used], self.angle[k, used])
+
+
+def turns_to(rotation: Array, limb: int) -> Ways:
     """Return every way of turning a limb by a rotation with three turns about its own axes.
 
     Args:
@@ -38,30 +72,30 @@ def turns_to(rotation: Array, limb: int) -> list[PrimitiveSequence]:
         limb: 1 or 2.
 
     Returns:
-        Sequences without empty turns, shortest joint travel first.
+        Ways, all different, the least joint travel first.
     """
     from scipy.spatial.transform import Rotation  # slow to import; few commands need it
 
-    ways: dict[tuple[tuple[int, float], ...], PrimitiveSequence] = {}
     rotor = Rotation.from_matrix(rotation)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # at gimbal lock one of the many equal ways is taken
-        for order in _ORDERS:
-            angles = rotor.as_euler(order)
-            for turns in (angles, _other(angles, order)):
-                steps = [
-                    (3 * (limb - 1) + "XYZ".index(axis), float(angle))
-                    for axis, angle in zip(order, turns, strict=True)
-                    if abs(angle) > _NEGLIGIBLE_RAD
-                ]
-                ways.setdefault(tuple((c, round(a, 9)) for c, a in steps), PrimitiveSequence.of(steps))
-    return sorted(ways.values(), key=lambda s: round(s.joint_travel_rad, 9))
+        angle = np.array([rotor.as_euler(order) for order in _ORDERS])
+    angle = np.stack([angle, _other(angle)], axis=1).reshape(-1, 3)
+    angle[np.abs(angle) <= _NEGLIGIBLE_RAD] = 0.0
+    control = np.repeat(_AXES, 2, axis=0) + 3 * (limb - 1)
+    # Ways with the same turns are one, whichever empty turns stand between them.
+    key = np.where(angle != 0.0, control + 1.0, 0.0)
+    used = np.argsort(key == 0.0, axis=1, kind="stable")
+    key, turned = (np.take_along_axis(x, used, axis=1) for x in (key, angle))
+    _, first = np.unique(np.concatenate([key, np.round(turned, 9) + 0.0], axis=1), axis=0, return_index=True)
+    ways = Ways(control, angle)[np.sort(first)]
+    return ways[np.argsort(np.round(ways.joint_travel_rad, 9), kind="stable")]
 
 
-def _other(angles: Array, order: str) -> Array:
-    """Return the other three turns in the same order that make the same rotation [rad]."""
-    middle = -angles[1] if order[0] == order[2] else np.pi - angles[1]
-    turned = np.array([angles[0] + np.pi, middle, angles[2] + np.pi])
+def _other(angle: Array) -> Array:
+    """Return the other three turns that make the same rotation, in each of the orders [rad]. Shape (12, 3)."""
+    middle = np.where(_AXES[:, 0] == _AXES[:, 2], -angle[:, 1], np.pi - angle[:, 1])
+    turned = np.stack([angle[:, 0] + np.pi, middle, angle[:, 2] + np.pi], axis=1)
     return np.asarray(np.remainder(turned + np.pi, 2.0 * np.pi) - np.pi)
 
 
@@ -70,18 +104,23 @@ class Straightenings:
     """Ways to straighten both limbs.
 
     Attributes:
-        halves: What each way plays first and then. n pairs.
+        limbs: The ways to straighten limb 1, and limb 2.
+        first: Which limb goes first, 0 or 1. Shape (n,).
+        way: The way each limb takes. Shape (n, 2).
         joint_travel_rad: Their joint travel, ascending [rad]. Shape (n,).
         displacement: What each does to the base, to search by, in units of L. Shape (n, 4, 4).
     """
 
-    halves: list[tuple[PrimitiveSequence, PrimitiveSequence]]
+    limbs: tuple[Ways, Ways]
+    first: NDArray[np.int64]
+    way: NDArray[np.int64]
     joint_travel_rad: Array
     displacement: Array
 
     def sequence(self, k: int) -> PrimitiveSequence:
         """Return the primitives of one of the ways."""
-        return joined(self.halves[k])
+        i = int(self.first[k])
+        return joined([self.limbs[limb].sequence(int(self.way[k, limb])) for limb in (i, 1 - i)])
 
 
 def straightenings(swimmer: Swimmer, shape: Array, clearance_m: float = 0.0) -> Straightenings:
@@ -95,76 +134,74 @@ def straightenings(swimmer: Swimmer, shape: Array, clearance_m: float = 0.0) -> 
         shape: The shape to begin with. Shape (2, 3, 3).
         clearance_m: How far the limbs' surfaces stay apart, in units of L.
     """
-    limbs = [_within(turns_to(shape[i].T, i + 1), shape, swimmer.max_bend_rad) for i in (0, 1)]
-    played = _played(swimmer, shape, limbs, clearance_m)
-    travels = [np.array([way.joint_travel_rad for way in limb]) for limb in limbs]
-    orders = (0, 1) if len(limbs[0][0]) and len(limbs[1][0]) else (0,)
-    apart = [np.minimum(played[i, 0].apart[:, None], played[1 - i, 1].apart) for i in orders]
+    limbs = tuple(_within(turns_to(shape[i].T, i + 1), shape, i, swimmer.max_bend_rad) for i in (0, 1))
+    played = [_played(swimmer, shape, limbs, straight, clearance_m) for straight in (False, True)]
+    travels = [limb.joint_travel_rad for limb in limbs]
+    orders = (0, 1) if np.any(travels[0]) and np.any(travels[1]) else (0,)
+    apart = [np.minimum(played[0].apart[i][:, None], played[1].apart[1 - i]) for i in orders]
     least = min(clearance_m, max(float(a.max()) for a in apart)) - TOLERANCE_L
     shortest = min(float((travels[i][:, None] + travels[1 - i])[apart[i] >= least].min(initial=np.inf)) for i in orders)
-    halves, travel, displacement = [], [], []
+    first, way, travel, displacement = [], [], [], []
     for i in orders:
         pairs = travels[i][:, None] + travels[1 - i]
         kept = np.argwhere((pairs <= shortest + _LONGER_RAD) & (apart[i] >= least))
-        halves += [(limbs[i][k], limbs[1 - i][j]) for k, j in kept.tolist()]
+        first.append(np.full(len(kept), i))
+        way.append(kept if i == 0 else kept[:, ::-1])
         travel.append(pairs[kept[:, 0], kept[:, 1]])
-        displacement.append(played[i, 0].moves[kept[:, 0]] @ played[1 - i, 1].moves[kept[:, 1]])
+        displacement.append(played[0].moves[i][kept[:, 0]] @ played[1].moves[1 - i][kept[:, 1]])
     order = np.argsort(np.round(np.concatenate(travel), 9), kind="stable")
-    return Straightenings(
-        [halves[k] for k in order], np.concatenate(travel)[order], np.concatenate(displacement)[order]
-    )
+    columns = [np.concatenate(column)[order] for column in (first, way, travel, displacement)]
+    return Straightenings((limbs[0], limbs[1]), *columns)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class _Played:
-    """What one limb's ways do, before or after the other limb is straight.
+    """What the ways of both limbs do, the other limb as it was or straight.
 
     Attributes:
-        moves: To the base. Shape (k, 4, 4).
-        apart: How near the limbs come, as far as it matters, in units of L. Shape (k,).
+        moves: To the base, of limb 1's ways and of limb 2's. Each of shape (k, 4, 4).
+        apart: How near the limbs come, as far as it matters, in units of L. Each of shape (k,).
     """
 
-    moves: Array
-    apart: Array
+    moves: tuple[Array, Array]
+    apart: tuple[Array, Array]
 
 
-def _played(
-    swimmer: Swimmer, shape: Array, limbs: list[list[PrimitiveSequence]], clearance_m: float
-) -> dict[tuple[int, int], _Played]:
-    """Return what each limb's ways do, before (0) and after (1) the other limb is straight."""
-    played = [(i, straight, way) for i in (0, 1) for straight in (0, 1) for way in limbs[i]]
-    begun = []
-    for i, straight, way in played:
+def _turning(ways: Ways, shape: Array, limb: int) -> tuple[Array, Array, Array]:
+    """Return the shapes at which turns begin, their limb rates and durations. Shapes (3 n, ...)."""
+    axis, count = ways.control % 3, len(ways)
+    turn = np.empty((count, 3, 3, 3))
+    for k in range(3):
+        mine = axis == k
+        turn[mine] = about_axis(k, ways.angle[mine])
+    shapes = np.tile(shape, (count, 3, 1, 1, 1))
+    shapes[:, 1, limb] = shape[limb] @ turn[:, 0]
+    shapes[:, 2, limb] = shapes[:, 1, limb] @ turn[:, 1]
+    rates = np.where(np.arange(6) == ways.control[..., None], np.sign(ways.angle)[..., None], 0.0)
+    return shapes.reshape(-1, 2, 3, 3), rates.reshape(-1, 6), np.abs(ways.angle).ravel()
+
+
+def _played(swimmer: Swimmer, shape: Array, limbs: tuple[Ways, ...], straight: bool, clearance_m: float) -> _Played:
+    """Return what each limb's ways do while the other limb is as it was, or straight."""
+    parts = []
+    for i, ways in enumerate(limbs):
         here = shape.copy()
         if straight:
             here[1 - i] = np.eye(3)
-        begun.append(way.shapes(here)[:-1])
-    chain = joined([way for _, _, way in played])
-    pieces = np.concatenate(begun), chain.rates(), chain.duration
-    moves = piece_displacements(swimmer, *pieces, SEARCHING)
-    apart = clearances(swimmer, *pieces, clearance_m)
-    lengths = np.array([len(way) for _, _, way in played])
-    first = np.cumsum(lengths) - lengths
-    whole, near = np.tile(np.eye(4), (len(played), 1, 1)), np.full(len(played), np.inf)
-    for k in range(int(lengths.max())):
-        live = lengths > k
-        whole[live] = whole[live] @ moves[first[live] + k]
-        near[live] = np.minimum(near[live], apart[first[live] + k])
-    counts = np.cumsum([0, len(limbs[0]), len(limbs[0]), len(limbs[1]), len(limbs[1])])
-    keys = [(0, 0), (0, 1), (1, 0), (1, 1)]
-    parts = itertools.pairwise(counts.tolist())
-    return {key: _Played(whole[a:b], near[a:b]) for key, (a, b) in zip(keys, parts, strict=True)}
+        parts.append(_turning(ways, here, i))
+    pieces = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], _ROUGH).reshape(-1, 3, 4, 4)
+    apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m).reshape(-1, 3).min(axis=1)
+    whole = se3.normalised(moves[:, 0] @ moves[:, 1] @ moves[:, 2])
+    n = len(limbs[0])
+    return _Played((whole[:n], whole[n:]), (apart[:n], apart[n:]))
 
 
-def _within(ways: list[PrimitiveSequence], shape: Array, max_bend_rad: float) -> list[PrimitiveSequence]:
-    """Return the ways that bend a limb no further than it is, or than the limit."""
-    out = []
-    for way in ways:
-        if not len(way):
-            return [way]
-        limb = int(way.control[0] // 3)
-        limit = max(max_bend_rad, float(bends(shape[limb, :, 0]))) + _BEND_SLACK_RAD
-        sweeps = Sweeps.of(way.shapes(shape)[:-1], way.rates(), way.duration)
-        if np.max(sweeps.largest_bends()[0][:, limb]) <= limit:
-            out.append(way)
-    return out or ways[:1]
+def _within(ways: Ways, shape: Array, limb: int, max_bend_rad: float) -> Ways:
+    """Return the ways that bend a limb no further than it is, or than the limit; the first if there are none."""
+    if not np.any(ways.angle[0]):
+        return ways[np.array([0])]
+    limit = max(max_bend_rad, float(bends(shape[limb, :, 0]))) + _BEND_SLACK_RAD
+    bend = Sweeps.of(*_turning(ways, shape, limb)).largest_bends()[0][:, limb].reshape(-1, 3).max(axis=1)
+    good = np.flatnonzero(bend <= limit)
+    return ways[good if len(good) else np.array([0])]

@@ -25,8 +25,8 @@ def known_measure(name: str) -> str:
     return name
 
 
-def cost(measure: str, swimmer: Swimmer, blocks: Sequence[Block], start: Array) -> float:
-    """Return what blocks spend: joint travel [rad], energy [J], or how many primitives.
+def costs(measure: str, swimmer: Swimmer, blocks: Sequence[Block], start: Array) -> Array:
+    """Return what each block spends: joint travel [rad], energy [J], or how many primitives. Shape (n,).
 
     Args:
         measure: One of `MEASURES`.
@@ -35,7 +35,12 @@ def cost(measure: str, swimmer: Swimmer, blocks: Sequence[Block], start: Array) 
         start: Shape before it. Shape (2, 3, 3).
     """
     if measure == "energy":
-        return float(np.sum(energies(swimmer, blocks, start)))
+        return energies(swimmer, blocks, start)
     if measure == "switches":
-        return float(sum(b.cycles * len(b.sequence) for b in blocks))
-    return sum(b.joint_travel_rad for b in blocks)
+        return np.array([float(b.cycles * len(b.sequence)) for b in blocks])
+    return np.array([b.joint_travel_rad for b in blocks])
+
+
+def cost(measure: str, swimmer: Swimmer, blocks: Sequence[Block], start: Array) -> float:
+    """Return what blocks spend together; see `costs`."""
+    return float(np.sum(costs(measure, swimmer, blocks, start)))

@@ -19,18 +19,18 @@ from numpy.typing import NDArray
 
 from purcell_cli import se3
 from purcell_cli.planner.arcs import Fan
-from purcell_cli.rotations import Array, hat
+from purcell_cli.rotations import Array, about_axis, hat
 
 _ARCS = 3
 _ROUNDS = 20
 _SETTLING = 6
-_SERIES = 20
-_FREE = (0, 4, 5)
+_SMALL_RAD = 1e-3
 _E_ROLL = np.eye(6)[3]
 _ROLL_PRICE = 0.1
 _LEAST = 1e-2  # rad
 _LONGEST_TURN = 0.5
 _THERE = 1e-7
+_WAYS = (1.0, -1.0)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -46,24 +46,6 @@ class Arcs:
     arc: Array
     roll: Array
     displacement: NDArray[np.int64]
-
-
-def _twist(arc: Array) -> Array:
-    out = np.zeros((*arc.shape[:-1], 6))
-    out[..., _FREE] = arc
-    return out
-
-
-def _right_jacobian(twist: Array) -> Array:
-    """Return J with exp(xi + d xi) = exp(xi) exp(J d xi), by its series. Shape (..., 6, 6)."""
-    ad = np.zeros((*twist.shape[:-1], 6, 6))
-    ad[..., :3, :3] = ad[..., 3:, 3:] = hat(twist[..., 3:])
-    ad[..., :3, 3:] = hat(twist[..., :3])
-    out = term = np.broadcast_to(np.eye(6), ad.shape)
-    for k in range(1, _SERIES):
-        term = -(term @ ad) / (k + 1)
-        out = out + term
-    return out
 
 
 def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
@@ -83,7 +65,9 @@ def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
     spread = rng.standard_normal((k, starts, _ARCS, 3)) * [1.0, 0.8, 0.8]
     far = np.linalg.norm(displacement[:, :3, 3], axis=1)[:, None, None, None]
     spread[..., :1] *= 0.5 * far + 0.5
-    x = np.concatenate([spread.reshape(n, 9), rng.uniform(-np.pi, np.pi, (n, 1))], axis=1)
+    begun = np.concatenate([spread.reshape(k, starts, 9), rng.uniform(-np.pi, np.pi, (k, starts, 1))], axis=2)
+    begun[:, : len(_WAYS)] = _straight(displacement)[:, :starts]
+    x = begun.reshape(n, 10)
     loose = np.empty((n, 10))
     for k_round in range(_ROUNDS):
         residual, jacobian = _equations(x, inverse)
@@ -105,15 +89,38 @@ def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
     return Arcs(x[good, :9].reshape(-1, 3, 3), x[good, 9], np.repeat(np.arange(k), starts)[good])
 
 
+def _straight(displacement: Array) -> Array:
+    """Return the ways to turn on the spot, go straight, forwards or backwards, and turn again. Shape (k, 2, 10)."""
+    position, rotation = displacement[:, :3, 3], displacement[:, :3, :3]
+    far = np.linalg.norm(position, axis=1)
+    out = np.zeros((len(far), len(_WAYS), 10))
+    for k, sign in enumerate(_WAYS):
+        along = sign * position / np.where(far > 0.0, far, 1.0)[:, None]
+        first = _turn_to(along)
+        rest = np.swapaxes(se3.rotation(first), 1, 2) @ rotation
+        last = _turn_to(rest[:, :, 0])
+        left = np.swapaxes(se3.rotation(last), 1, 2) @ rest
+        out[:, k, 1:3], out[:, k, 3], out[:, k, 7:9] = first[:, 1:], sign * far, last[:, 1:]
+        out[:, k, 9] = np.arctan2(left[:, 2, 1], left[:, 1, 1])
+    return out
+
+
+def _turn_to(axis: Array) -> Array:
+    """Return the shortest rotation vectors that turn the x axis to unit vectors. Shape (n, 3)."""
+    across = np.stack([np.zeros(len(axis)), -axis[:, 2], axis[:, 1]], axis=1)
+    sine = np.linalg.norm(across, axis=1, keepdims=True)
+    unit = np.where(sine > 1e-12, across / np.where(sine > 0.0, sine, 1.0), [0.0, 0.0, 1.0])
+    return np.asarray(unit * np.arctan2(sine, axis[:, :1]))
+
+
 def _looseness(arc: Array, fan: Fan) -> Array:
     """Return the inverse weights of quadratics that fall with the joint travel of arcs. Shape (n, 9)."""
     a, b = np.abs(arc[..., 0]), np.hypot(arc[..., 1], arc[..., 2])
     here = np.maximum(fan.cost(a, b), _LEAST)
     a, b = np.maximum(a, 0.05 * fan.straight * here), np.maximum(b, 0.05 * fan.tight * here)
-    here = fan.cost(a, b)
-    by_a, by_b = fan.cost(1.01 * a, b) / here - 1.0, fan.cost(a, 1.01 * b) / here - 1.0
-    loose_a = a**2 / (here * np.maximum(100.0 * by_a, 0.05))
-    loose_b = b**2 / (here * np.maximum(100.0 * by_b, 0.05))
+    here, more_a, more_b = fan.cost(np.stack([a, 1.01 * a, a]), np.stack([b, b, 1.01 * b]))
+    loose_a = a**2 / (here * np.maximum(100.0 * (more_a / here - 1.0), 0.05))
+    loose_b = b**2 / (here * np.maximum(100.0 * (more_b / here - 1.0), 0.05))
     return np.stack([loose_a, loose_b, loose_b], axis=-1).reshape(len(arc), 9)
 
 
@@ -142,15 +149,56 @@ def settled(arc: Array, roll: float, displacement: Array) -> tuple[Array, float,
     return x[0, :-1].reshape(-1, 3), float(x[0, -1]), float(np.max(np.abs(residual)))
 
 
+def _swum(arc: Array) -> tuple[Array, Array, Array]:
+    """Return the displacements exp(a, 0, 0; 0, p, q) of arcs, and the body twists of changes of a, p and q.
+
+    The exponential's series have only even powers of the turn, so their closed forms (Murray, Li
+    and Sastry 1994, A mathematical introduction to robotic manipulation, section 2.3) need no root.
+
+    Args:
+        arc: Advance [L] and turns about y and z [rad]. Shape (n, 3).
+
+    Returns:
+        Rotations, shape (n, 3, 3), positions, shape (n, 3), and twists, shape (n, 6, 3).
+    """
+    a, p, q = arc.T
+    tt = p * p + q * q
+    sine, cosine, rest = se3.exp_coefficients(tt)
+    sine_slope = rest - cosine  # (d/dt sin t / t) / t, and the same of (1 - cos t) / t^2
+    small = tt < _SMALL_RAD**2
+    cosine_slope = np.where(small, tt / 180.0 - 1.0 / 12.0, (sine - 2.0 * cosine) / np.where(small, 1.0, tt))
+    zero, one = np.zeros_like(a), np.ones_like(a)
+    rotation = np.empty((len(a), 3, 3))
+    rotation[:, 0] = np.stack([1.0 - cosine * tt, -sine * q, sine * p], axis=-1)
+    rotation[:, 1] = np.stack([sine * q, 1.0 - cosine * q * q, cosine * p * q], axis=-1)
+    rotation[:, 2] = np.stack([-sine * p, cosine * p * q, 1.0 - cosine * p * p], axis=-1)
+    unit = np.stack([sine, cosine * q, -cosine * p], axis=-1)
+    slope = np.empty((len(a), 3, 3))
+    slope[:, :, 0] = unit
+    for k, (w, across) in enumerate(((p, (zero, zero, -cosine)), (q, (zero, cosine, zero))), 1):
+        parts = (sine_slope * w, cosine_slope * w * q + across[1], -cosine_slope * w * p + across[2])
+        slope[:, :, k] = a[:, None] * np.stack(parts, axis=-1)
+    twist = np.zeros((len(a), 6, 3))
+    twist[:, :3] = np.swapaxes(rotation, 1, 2) @ slope
+    # The right Jacobian 1 - (1 - cos t) / t^2 hat(w) + (t - sin t) / t^3 hat(w)^2 on the axes y and z.
+    twist[:, 3:, 1] = np.stack([cosine * q, one - rest * q * q, rest * p * q], axis=-1)
+    twist[:, 3:, 2] = np.stack([-cosine * p, rest * p * q, one - rest * p * p], axis=-1)
+    return rotation, a[:, None] * unit, twist
+
+
 def _equations(x: Array, inverse: Array) -> tuple[Array, Array]:
     """Return log(D^-1 exp .. exp) and its derivative. Shapes (n, 6) and (n, 6, 3 m + 1)."""
     n, m = len(x), x.shape[1] // 3
-    twist = _twist(x[:, :-1].reshape(n, m, 3))
-    moves, slopes = se3.exp(twist), _right_jacobian(twist)[..., _FREE]
+    moves = _swum(x[:, :-1].reshape(n * m, 3))
+    rotation, position, twist = (part.reshape(n, m, *part.shape[1:]) for part in moves)
     jacobian = np.empty((n, 6, 3 * m + 1))
     jacobian[:, :, -1] = _E_ROLL
-    after = se3.exp(x[:, -1:] * _E_ROLL)
+    turned, moved = about_axis(0, x[:, -1]), np.zeros((n, 3))
     for k in reversed(range(m)):
-        jacobian[:, :, 3 * k : 3 * k + 3] = se3.adjoint(se3.inverse(after)) @ slopes[:, k]
-        after = moves[:, k] @ after
-    return se3.log(se3.normalised(inverse @ after)), jacobian
+        back = np.swapaxes(turned, 1, 2)
+        speed, spin = twist[:, k, :3], twist[:, k, 3:]
+        jacobian[:, :3, 3 * k : 3 * k + 3] = back @ (speed - hat(moved) @ spin)
+        jacobian[:, 3:, 3 * k : 3 * k + 3] = back @ spin
+        moved = (rotation[:, k] @ moved[..., None])[..., 0] + position[:, k]
+        turned = rotation[:, k] @ turned
+    return se3.log(se3.normalised(inverse @ se3.pose(turned, moved))), jacobian

@@ -21,11 +21,11 @@ from purcell_cli.configuration import Configuration, Deviation, displacement_bet
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits import Gait
 from purcell_cli.lift import EXACT, SEARCHING
-from purcell_cli.limits import Limits, check
-from purcell_cli.planner.equations import Equations, stretches_of
+from purcell_cli.limits import Limits, LimitsReport, check
+from purcell_cli.planner.equations import Equations, Values, stretches_of
 from purcell_cli.planner.finish import approach, arrive
 from purcell_cli.planner.measures import cost, known_measure
-from purcell_cli.planner.search import Candidate, candidates
+from purcell_cli.planner.search import Breadth, Candidate, candidates
 from purcell_cli.planner.shorten import Pace, shorten, tightened
 from purcell_cli.planner.words import random_words
 from purcell_cli.rotations import Array
@@ -56,6 +56,7 @@ class Plan:
         goal: The goal configuration.
         blocks: The strokes of all three phases.
         structures: The structures that were weighed, best first; the first one was taken.
+        limits: How near it comes to its limits, where the planner looked.
     """
 
     swimmer: Swimmer
@@ -63,6 +64,7 @@ class Plan:
     goal: Configuration
     blocks: tuple[Block, ...]
     structures: tuple[Structure, ...] = ()
+    limits: LimitsReport | None = None
 
     @property
     def joint_travel_rad(self) -> float:
@@ -98,6 +100,7 @@ class Effort:
         most: Cycles are told apart, each free to change, up to so many primitives.
         longest_rad: Motions of more joint travel are not optimised [rad].
         words: How many random words are tried too, for a phase 2 of little joint travel.
+        breadth: How widely motions are searched for.
     """
 
     candidates: int
@@ -105,12 +108,13 @@ class Effort:
     most: int = 0
     longest_rad: float = math.inf
     words: int = 0
+    breadth: Breadth = Breadth()
 
 
 EFFORTS: Mapping[str, Effort] = {
     "quick": Effort(1),
     "standard": Effort(1, Pace(rounds=3, steps=20), most=24, longest_rad=16.0),
-    "thorough": Effort(4, Pace(rounds=5, steps=40, price=300.0), most=60, words=64),
+    "thorough": Effort(4, Pace(rounds=5, steps=40, price=300.0), most=60, words=64, breadth=Breadth(48, 1152)),
 }
 
 _WORD_RAD = 25.0
@@ -128,6 +132,7 @@ class _Best:
         self.swimmer, self.start, self.limits, self.measure = swimmer, start, limits, measure
         self.bend = swimmer.max_bend_rad - _MARGIN_RAD
         self.motion: Equations | None = None
+        self.report: LimitsReport | None = None
         self.weighed: dict[str, float] = {}
         self.words = ""
         self._off, self._excess, self._cost = math.inf, math.inf, math.inf
@@ -148,13 +153,15 @@ class _Best:
             motion: The motion.
             words: What it is made of.
         """
-        near, off = approach(motion, self.bend, _CLOSE)
+        near, values, off = approach(motion, self.bend, _CLOSE)
         if off < _CLOSE:
             self.weighed[words] = min(near.joint_travel_rad, self.weighed.get(words, math.inf))
         if off < _CLOSE and not (self.good and self._cost_of(near) >= self._cost):
-            exact, off = _exact(self.swimmer, near)
-            excess, spent = self._excess_of(exact), self._cost_of(exact)
+            exact, off = _exact(self.swimmer, near, values)
+            report, spent = check(self.swimmer, self.start, played(exact), self.limits), self._cost_of(exact)
+            excess = self._excess_of(report)
             if (off >= _ARRIVED, excess, spent) < (self._off >= _ARRIVED, self._excess, self._cost):
+                self.report = report
                 self.motion, self._off, self._excess, self._cost, self.words = exact, off, excess, spent, words
         elif self.motion is None:
             self.motion, self._off = near, off
@@ -163,9 +170,8 @@ class _Best:
     def _cost_of(self, motion: Equations) -> float:
         return cost(self.measure, motion.swimmer, motion.blocks(), motion.start)
 
-    def _excess_of(self, motion: Equations) -> float:
-        broken = check(self.swimmer, self.start, motion.blocks(), self.limits).violations
-        return sum(v.excess / (self.swimmer.length_m if v.unit == "m" else 1.0) for v in broken)
+    def _excess_of(self, report: LimitsReport) -> float:
+        return sum(v.excess / (self.swimmer.length_m if v.unit == "m" else 1.0) for v in report.violations)
 
     def explore(self, found: Sequence[Candidate], rough: Equations, how: Effort, progress: Progress) -> None:
         """Carry on with candidates, and with random words for small displacements."""
@@ -196,7 +202,7 @@ class _Best:
         inner = self.joint_travel_rad - sum(s.joint_travel_rad for s in outer)
         for k, word in enumerate(random_words(how.words if inner < _WORD_RAD else 0)):
             parts = [s for s in outer if s.phase == 1] + [word] + [s for s in outer if s.phase == 3]
-            near, off = approach(rough.of(parts), self.bend, _CLOSE)
+            near, _, off = approach(rough.of(parts), self.bend, _CLOSE)
             if off < 1e-3:
                 first = tightened(near, self.bend, how.pace)
                 if first.joint_travel_rad < _PROMISING * self.joint_travel_rad:
@@ -243,7 +249,9 @@ def reconfigure(
     kept_to = limits or Limits()
     apart = kept_to.clearance_m / swimmer.length_m
     measures = dict.fromkeys(("travel", minimize))
-    found = [c for m in measures for c in candidates(unit, start.shape, goal.shape, wanted, gaits, m, apart)]
+    found = [
+        c for m in measures for c in candidates(unit, start.shape, goal.shape, wanted, gaits, m, apart, how.breadth)
+    ]
     found.sort(key=lambda c: float(f"{cost(minimize, unit, c.blocks, start.shape):.9e}"))
     best = _Best(swimmer, start, kept_to, minimize)
     try:
@@ -251,9 +259,13 @@ def reconfigure(
     except KeyboardInterrupt:
         if not best.good or not how.words:
             raise
-    blocks = best.motion.blocks() if best.motion is not None else []
-    kept = tuple(b for b in blocks if np.any(b.sequence.duration))
-    return Plan(swimmer, start, goal, kept, best.structures(found))
+    blocks = () if best.motion is None else played(best.motion)
+    return Plan(swimmer, start, goal, blocks, best.structures(found), best.report)
+
+
+def played(motion: Equations) -> tuple[Block, ...]:
+    """Return a motion's blocks, those left out in which nothing turns."""
+    return tuple(b for b in motion.blocks() if np.any(b.sequence.duration))
 
 
 def _apart(motion: Equations, most: int) -> list[Block]:
@@ -271,7 +283,7 @@ def _apart(motion: Equations, most: int) -> list[Block]:
     return out[::-1]
 
 
-def _exact(swimmer: Swimmer, motion: Equations) -> tuple[Equations, float]:
+def _exact(swimmer: Swimmer, motion: Equations, values: Values) -> tuple[Equations, float]:
     """Return a motion that arrives exactly, its durations on the clock, and what it misses by [L, rad]."""
     step = clock_step(1.01 * motion.joint_travel_rad / swimmer.joint_rate_rad_s)
 
@@ -282,4 +294,4 @@ def _exact(swimmer: Swimmer, motion: Equations) -> tuple[Equations, float]:
         s if s.free else dataclasses.replace(s, sequence=s.sequence.with_angles(on_the_clock(s.sequence.angle)))
         for s in motion.stretches
     ]
-    return arrive(motion.at_accuracy(EXACT).of(timed), SEARCHING, swimmer.max_bend_rad, on_the_clock)
+    return arrive(motion.at_accuracy(EXACT).of(timed), values, swimmer.max_bend_rad, on_the_clock)

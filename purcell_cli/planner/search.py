@@ -30,9 +30,6 @@ from purcell_cli.trajectory import Block
 
 PHASES = {1: "limbs to collinear", 2: "stored gaits", 3: "limbs to the goal shape"}
 
-_PAIRS = 24
-"""Pairs of ways to straighten and to bend that are steered for."""
-_STARTS = 4
 _TRIED = 4
 """How many of the needle's ways are made into strokes."""
 _CRANK_RAD = 1.6
@@ -44,6 +41,19 @@ _SLIGHT_RAD, _SAME = 0.3, 1e-4
 """Arcs of less joint travel are left out; neighbours are one if that costs them no more than so much."""
 _FAR_OFF = 0.3
 """Arcs that miss their displacement by more (L, rad) are too few."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Breadth:
+    """How widely to search.
+
+    Attributes:
+        pairs: Pairs of ways to straighten and to bend that are steered for.
+        starts: Starts of the needle, for all pairs together.
+    """
+
+    pairs: int = 12
+    starts: int = 96
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -72,6 +82,7 @@ def candidates(
     gaits: Mapping[str, Gait],
     measure: str = "travel",
     clearance: float = 0.0,
+    breadth: Breadth = Breadth(),
 ) -> list[Candidate]:
     """Return motions that almost make a displacement between two shapes, the best first.
 
@@ -83,15 +94,16 @@ def candidates(
         gaits: The stored gaits.
         measure: One of `measures.MEASURES`.
         clearance: How far the limbs stay apart in phases 1 and 3, in units of L.
+        breadth: How widely to search.
 
     Raises:
         GaitError: No stored gait for a motion that is needed.
     """
     loops = fan(swimmer, measure)
     first, last = (straightenings(swimmer, shape, clearance) for shape in (start, goal))
-    pairs, missing = _pairs(first, last, wanted, loops)
+    pairs, missing = _pairs(first, last, wanted, loops, breadth.pairs)
     found: list[Candidate] = []
-    way = steer(missing, loops, _STARTS)
+    way = steer(missing, loops, math.ceil(breadth.starts / len(pairs)))
     cranks = [g for g in gaits.values() if g.moves == "roll" and g.amplitude_is_displacement]
     if cranks and len(way.roll):
         travel = loops.cost(way.arc[..., 0], np.hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1)
@@ -145,7 +157,7 @@ def _candidate(
 
 
 def _pairs(
-    first: Straightenings, last: Straightenings, wanted: Array, loops: Fan
+    first: Straightenings, last: Straightenings, wanted: Array, loops: Fan, most: int
 ) -> tuple[list[tuple[int, int]], Array]:
     """Return the pairs of ways in and out that promise the least joint travel, and what they leave to be made.
 
@@ -160,7 +172,7 @@ def _pairs(
     distance = np.sqrt(np.einsum("iaj,iaj->ij", position, position))
     promised = np.arccos(heading) / loops.tight + distance / loops.straight
     promised += first.joint_travel_rad[:, None] + last.joint_travel_rad
-    count = min(_PAIRS, promised.size)
+    count = min(most, promised.size)
     few = np.flatnonzero(promised <= np.partition(promised, count - 1, axis=None)[count - 1])
     best = few[np.argsort(promised.ravel()[few], kind="stable")][:count]
     pairs = [(int(k // promised.shape[1]), int(k % promised.shape[1])) for k in best]

@@ -69,7 +69,7 @@ def quickened(plan: Plan, limits: Limits | None = None) -> Plan:
         blocks = _on_the_clock(found, plan.swimmer.joint_rate_rad_s)
         quicker = off < _ARRIVED and _duration(blocks) < _duration(best.blocks)
         if quicker and check(plan.swimmer, plan.start, blocks, limits).kept:
-            best = dataclasses.replace(plan, blocks=tuple(blocks))
+            best = dataclasses.replace(plan, blocks=tuple(blocks), limits=None)
         if best is not plan and any(b.cycles > 1 for b in blocks):
             break  # a long plan gains by rolled limbs more than by anything else
     return best
