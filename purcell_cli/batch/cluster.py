@@ -37,7 +37,7 @@ def solve_there(
     client, as_completed = _connected(address)
     with client:
         pending: dict[Any, Case] = {}
-        futures = as_completed()
+        futures = as_completed(loop=client.loop)
 
         def submit(case: Case) -> None:
             future = client.submit(_solved, case, settings, key=f"purcell-{case.name}", pure=False)

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import io
+import math
 import time
 from collections.abc import Mapping
 from typing import Any
 
 from purcell_cli import __version__
-from purcell_cli.configuration import Configuration
 from purcell_cli.documents import PlanDocument
-from purcell_cli.errors import PurcellError
+from purcell_cli.errors import ParameterError, PurcellError, UnknownNameError
 from purcell_cli.export import write_rows
 from purcell_cli.files import Scenario
 from purcell_cli.gaits import Gait
-from purcell_cli.solution import Solution, plan, stroke_cycles
+from purcell_cli.limits import Limits
+from purcell_cli.planner.measures import known_measure
+from purcell_cli.planner.reconfiguration import EFFORTS
+from purcell_cli.solution import CONTROLS, Solution, plan, stroke_cycles
 
 NUMBERS = (
     "joint_travel_rad",
@@ -60,13 +63,19 @@ class Settings:
     gaits: Mapping[str, Gait] | None = None
 
     def check(self) -> None:
-        """Refuse settings that no scenario could be solved with, by planning a motion that is none.
+        """Refuse settings that no scenario could be solved with.
 
         Raises:
-            PurcellError: An effort, a measure or a kind of control of another name, or a number out of range.
+            UnknownNameError: An effort, a measure or a kind of control that there is not.
+            ParameterError: A number out of range.
         """
-        still = Configuration()
-        plan(still, still, None, self.gaits, self.dt_s, self.effort, self.controls, self.minimize, self.clearance_m)
+        for name, found, known in (("effort", self.effort, EFFORTS), ("controls", self.controls, CONTROLS)):
+            if found not in known:
+                raise UnknownNameError(f"{name}: one of {', '.join(known)} is wanted, found {found!r}")
+        known_measure(self.minimize)
+        Limits(self.clearance_m)
+        if not 0.0 < self.dt_s < math.inf:
+            raise ParameterError(f"dt: a finite time above 0 s is wanted, found {self.dt_s!r}")
 
     def fingerprint(self) -> str:
         """Return a text that changes with anything that results depend on."""
