@@ -89,7 +89,7 @@ def test_a_bad_sweep_is_one_case_that_says_why(tmp_path: Path, sweep: str, messa
 def test_names_of_one_sweep_that_meet_those_of_another_are_refused(tmp_path: Path) -> None:
     (tmp_path / "other.yaml").write_text("name: far-0-0.02\nstart: {}\ngoal: {}\n")
     (tmp_path / "case.yaml").write_text(SWEEP)
-    with pytest.raises(InputError, match="found 'far-0-0.02', which .*case.yaml has too"):
+    with pytest.raises(InputError, match=r"found 'far-0-0\.02', which .*case\.yaml has too"):
         find_cases([str(tmp_path)])
 
 

@@ -14,7 +14,7 @@ from purcell_cli.batch.workers import Finished
 from purcell_cli.errors import InputError, ResultsError
 
 _WAITING_EACH = 3
-_SECONDS_TO_CONNECT = 15
+_SECONDS_TO_CONNECT = 10
 
 
 def solve_there(

@@ -63,7 +63,7 @@ def _class(file: str) -> str:
 
 
 def _attributes(values: Mapping[str, Any]) -> str:
-    return "".join(f" {name}="{_clean(str(value))}"" for name, value in values.items())
+    return "".join(f' {name}="{_clean(str(value))}"' for name, value in values.items())
 
 
 def _clean(text: str) -> str:
