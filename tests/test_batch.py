@@ -36,6 +36,10 @@ MIXED = [
     "name: [broken\n",
     still("<&>", 10),
 ]
+KEYS = {
+    *("schema", "verdict", "scenarios", "solved", "failed", "crashed", "compared", "failures", "wall_time_s"),
+    *("folder", "junit", "passed_over"),
+}
 FAILED = {
     "too-far": "joint travel: wanted at most 0.001 rad",
     "too-slow": "duration: wanted at most 0.001 s",
@@ -66,7 +70,9 @@ def test_each_scenario_is_judged_and_a_failing_one_stops_no_other(run: Run, tmp_
     code, out, err = run("scenarios", "--jobs", "2", "--junit", "report.xml", "--parquet", "--json")
     document = json.loads(out)
     assert (code, document["verdict"]) == (1, "failed")
+    assert set(document) == KEYS
     assert (document["scenarios"], document["failed"], document["crashed"]) == (11, 7, 0)
+    assert all(set(failure) == {"name", "file", "verdict", "reasons"} for failure in document["failures"])
     assert {f["name"] for f in document["failures"]} == set(FAILED)
     for failure in document["failures"]:
         assert any(FAILED[failure["name"]] in reason for reason in failure["reasons"]), failure
