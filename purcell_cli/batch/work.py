@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import hashlib
 import io
 import math
 import time
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from purcell_cli import __version__
@@ -79,7 +82,17 @@ class Settings:
 
     def fingerprint(self) -> str:
         """Return a text that changes with anything that results depend on."""
-        return repr((__version__, self))
+        return repr((_program(), self))
+
+
+@functools.cache
+def _program() -> str:
+    """Return a digest of this package: another version of it may plan otherwise, and be half way to the next."""
+    package = Path(__file__).resolve().parent.parent
+    found = hashlib.sha256(__version__.encode())
+    for path in sorted(package.rglob("*.py")):
+        found.update(path.read_bytes())
+    return found.hexdigest()
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
