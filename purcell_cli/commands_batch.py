@@ -99,7 +99,7 @@ def _cores() -> int:
 
 
 @contextlib.contextmanager
-def _progress(count: int) -> Iterator[Callable[[int, dict[str, Any]], None]]:
+def _progress(count: int) -> Iterator[Callable[[Outcome, dict[str, Any]], None]]:
     """Show on stderr how far the batch is: a bar on a terminal, plain lines in a log."""
     if not sys.stderr.isatty():
         yield _lines(count)
@@ -119,29 +119,29 @@ def _progress(count: int) -> Iterator[Callable[[int, dict[str, Any]], None]]:
     with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("planning", total=count, rate="", failed="")
 
-        def tell(finished: int, row: dict[str, Any]) -> None:
+        def tell(outcome: Outcome, row: dict[str, Any]) -> None:
             nonlocal failed
             failed += bool(row["reasons"])
-            rate = finished / max(time.monotonic() - begun, 1e-9)
+            rate = outcome.solved / max(time.monotonic() - begun, 1e-9)
             bad = f"[red]{failed} failed[/]" if failed else ""
-            bar.update(task, completed=finished, rate=f"{rate:.3g} a second", failed=bad)
+            bar.update(task, completed=outcome.scenarios, rate=f"{rate:.3g} a second", failed=bad)
 
         yield tell
 
 
-def _lines(count: int) -> Callable[[int, dict[str, Any]], None]:
+def _lines(count: int) -> Callable[[Outcome, dict[str, Any]], None]:
     """Return what prints a line for each failure, and one every few seconds."""
     begun = last = time.monotonic()
 
-    def tell(finished: int, row: dict[str, Any]) -> None:
+    def tell(outcome: Outcome, row: dict[str, Any]) -> None:
         nonlocal last
-        now = time.monotonic()
+        now, finished = time.monotonic(), outcome.scenarios
         for reason in row["reasons"]:
             print(f"{row['name']}: {reason}", file=sys.stderr)
         if now - last >= _SECONDS_BETWEEN_LINES or finished == count:
             last = now
-            rate = finished / max(now - begun, 1e-9)
-            left = f", {(count - finished) / rate:.0f} s left" if finished < count else ""
+            rate = outcome.solved / max(now - begun, 1e-9)
+            left = f", {(count - finished) / rate:.0f} s left" if rate and finished < count else ""
             print(f"{finished} of {count} scenarios, {rate:.3g} a second{left}", file=sys.stderr)
 
     return tell

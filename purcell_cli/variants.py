@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from purcell_cli.schema import Field, MapOf, Number, Place, Record, Schema, Text, Whole, number
+from purcell_cli.schema import Field, MapOf, Number, Place, Record, Schema, Text, Whole, number, shortened
 
 MOST_VARIANTS = 1_000_000
 _MOST_VALUES = 100_000
@@ -34,7 +34,27 @@ _RANGE = Record(
 )
 
 
-class _Values(Schema[list[yaml.Node]]):
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Axis:
+    """The values of one key; evenly spaced numbers are made only when it is known that they are not too many."""
+
+    node: yaml.Node
+    span: dict[str, Any] | None = None
+
+    @property
+    def count(self) -> int:
+        """How many values there are."""
+        return len(self.node.value) if self.span is None else int(self.span["num"])
+
+    def nodes(self) -> list[yaml.Node]:
+        """Return the nodes that take the key's place."""
+        if self.span is None:
+            return list(self.node.value)
+        spaced = np.linspace(self.span["start"], self.span["stop"], self.span["num"]).tolist()
+        return [yaml.ScalarNode(_FLOAT, repr(x), self.node.start_mark, self.node.end_mark) for x in spaced]
+
+
+class _Values(Schema[_Axis]):
     """The values of one key: a list of anything, or evenly spaced numbers."""
 
     @property
@@ -42,16 +62,13 @@ class _Values(Schema[list[yaml.Node]]):
         """What the element wants to find, in words."""
         return "a list of one value or more, or a mapping with the keys start, stop and num"
 
-    def read(self, place: Place) -> list[yaml.Node]:
-        """Return the nodes that take the key's place."""
-        node = place.node
-        if isinstance(node, yaml.SequenceNode) and node.value:
-            return list(node.value)
-        if not isinstance(node, yaml.MappingNode):
+    def read(self, place: Place) -> _Axis:
+        """Return the values at a place."""
+        if isinstance(place.node, yaml.SequenceNode) and place.node.value:
+            return _Axis(place.node)
+        if not isinstance(place.node, yaml.MappingNode):
             raise place.error(self.wanted)
-        span = _RANGE.read(place)
-        spaced = np.linspace(span["start"], span["stop"], span["num"]).tolist()
-        return [yaml.ScalarNode(_FLOAT, repr(x), node.start_mark, node.end_mark) for x in spaced]
+        return _Axis(place.node, _RANGE.read(place))
 
     def json_schema(self) -> dict[str, object]:
         """Return the element as JSON Schema."""
@@ -86,18 +103,15 @@ def variants(top: Place) -> Iterator[Variant]:
     Raises:
         InputError: The sweep does not say what is wanted, or is too large.
     """
-    pairs = top.node.value if isinstance(top.node, yaml.MappingNode) else []
-    if not any(key.value == "sweep" for key, _ in pairs):
+    axes = _axes(top)
+    if not axes:
         yield Variant(top)
         return
-    sweep = top.at("sweep")
-    axes = SWEEP.read(sweep)
-    count = math.prod(len(nodes) for nodes in axes.values())
-    if not axes or count > MOST_VARIANTS:
-        raise sweep.error(f"1 to {MOST_VARIANTS} combinations", str(count) if axes else "none")
+    pairs = top.node.value
     bare = yaml.MappingNode(_MAP, [p for p in pairs if p[0].value != "sweep"], top.node.start_mark, top.node.end_mark)
     base = dataclasses.replace(top, node=bare)
-    labelled = [list(zip(_labels(nodes), nodes, strict=True)) for nodes in axes.values()]
+    nodes = [axis.nodes() for axis in axes.values()]
+    labelled = [list(zip(_labels(values), values, strict=True)) for values in nodes]
     for combination in itertools.product(*labelled):
         place = base
         for path, (_, node) in zip(axes, combination, strict=True):
@@ -109,6 +123,28 @@ def variants(top: Place) -> Iterator[Variant]:
             text = yaml.ScalarNode(name.tag, name.value + suffix, name.start_mark, name.end_mark)
             place = dataclasses.replace(base, node=_with(place, ["name"], text, "name"))
         yield Variant(place, suffix, values)
+
+
+def combinations(top: Place) -> int:
+    """Return how many scenarios a document stands for.
+
+    Raises:
+        InputError: The sweep does not say what is wanted, or is too large.
+    """
+    return math.prod(axis.count for axis in _axes(top).values())
+
+
+def _axes(top: Place) -> dict[str, _Axis]:
+    """Return the values of each swept key; none where there is no sweep."""
+    sweep = top.at("sweep")
+    if sweep.node is top.node:
+        return {}
+    axes = SWEEP.read(sweep)
+    count = math.prod(axis.count for axis in axes.values())
+    if not axes or count > MOST_VARIANTS:
+        found = "none" if not axes else str(count) if count < 10**15 else "many more"
+        raise sweep.error(f"1 to {MOST_VARIANTS} combinations", found)
+    return axes
 
 
 def _steps(path: str) -> list[str | int]:
@@ -161,6 +197,6 @@ def _plain(node: yaml.Node) -> Any:
     if isinstance(node, yaml.SequenceNode):
         return [_plain(item) for item in node.value]
     if isinstance(node, yaml.MappingNode):
-        return {str(key.value): _plain(value) for key, value in node.value}
+        return {shortened(str(key.value)): _plain(value) for key, value in node.value}
     value = number(node)
-    return node.value if value is None else value
+    return shortened(node.value) if value is None else value

@@ -19,7 +19,7 @@ from batches import process, results, roll, rows, still, written
 
 from purcell_cli.batch.cases import find_cases
 from purcell_cli.batch.folder import JOURNAL, ResultsFolder, write_files
-from purcell_cli.batch.run import Options, run_batch
+from purcell_cli.batch.run import Options, Outcome, run_batch
 from purcell_cli.batch.work import Settings
 from purcell_cli.errors import ResultsError
 
@@ -93,9 +93,9 @@ def test_a_worker_that_is_killed_costs_its_scenario_alone_and_resume_makes_up_fo
     cases = find_cases([str(written(tmp_path / "s", [roll("slow", 9), *(still(f"s{k}", k + 1) for k in range(4))]))])
     told: list[str] = []
 
-    def kill_all(count: int, row: dict[str, Any]) -> None:
+    def kill_all(outcome: Outcome, row: dict[str, Any]) -> None:
         told.append(row["name"])
-        if count == 1:
+        if outcome.scenarios == 1:
             for worker in multiprocessing.active_children():
                 worker.kill()
                 worker.join()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -84,6 +85,16 @@ def test_a_bad_sweep_is_one_case_that_says_why(tmp_path: Path, sweep: str, messa
     (case,) = cases_of(tmp_path, f"{head}sweep: {sweep}\n")
     assert case.scenario is None
     assert message in case.error
+
+
+def test_a_sweep_that_asks_for_too_much_is_refused_at_once_and_in_little_memory(tmp_path: Path) -> None:
+    ranges = "".join(f"  swimmer.x{k}: {{start: 0, stop: 1, num: 100000}}\n" for k in range(2000))
+    tracemalloc.start()
+    (case,) = cases_of(tmp_path, f"name: n\nstart: {{}}\ngoal: {{}}\nsweep:\n{ranges}")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert "1 to 1000000 combinations" in case.error
+    assert peak < 100e6
 
 
 def test_names_of_one_sweep_that_meet_those_of_another_are_refused(tmp_path: Path) -> None:

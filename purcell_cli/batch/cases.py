@@ -13,7 +13,7 @@ from typing import Any
 
 from purcell_cli.errors import InputError
 from purcell_cli.files import EXPECT, NAME, SCHEMAS, Expect, Scenario, top
-from purcell_cli.schema import Place
+from purcell_cli.schema import Place, shortened
 from purcell_cli.stored import stored_scenarios
 from purcell_cli.variants import variants
 
@@ -90,21 +90,26 @@ def _name(place: Place, fallback: str) -> str:
     try:
         return NAME.read(place.at("name"))
     except InputError:
-        return re.sub(r"[^A-Za-z0-9_-]", "_", fallback)[:100] or "_"
+        return _made_name(fallback)
+
+
+def _made_name(text: str) -> str:
+    """Return a text made into a name."""
+    return re.sub(r"[^A-Za-z0-9_-]", "_", text)[:100] or "_"
 
 
 def _drafts(file: str) -> Iterator[_Draft]:
-    stem = Path(file).stem
+    stem, shown = Path(file).stem, shortened(file, 1000)
     try:
         place = top(file, SCHEMAS["scenario"].wanted)
     except InputError as error:
-        yield _Draft(re.sub(r"[^A-Za-z0-9_-]", "_", stem)[:100] or "_", file, None, error=str(error))
+        yield _Draft(_made_name(stem), shown, None, error=str(error))
         return
     try:
         for variant in variants(place):
-            yield _Draft(_name(variant.place, stem + variant.suffix), file, variant.place, variant.values)
+            yield _Draft(_name(variant.place, stem + variant.suffix), shown, variant.place, variant.values)
     except InputError as error:
-        yield _Draft(_name(place, stem), file, place, error=str(error))
+        yield _Draft(_name(place, stem), shown, place, error=str(error))
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from purcell_cli.batch.folder import write_files
 from purcell_cli.batch.work import CRASHED, Settings, Solved, solve, without_plan
 from purcell_cli.batch.workers import Finished
 from purcell_cli.errors import InputError, ResultsError
+from purcell_cli.schema import shortened
 
 _WAITING_EACH = 3
 _SECONDS_TO_CONNECT = 10
@@ -77,7 +78,7 @@ def _finished(case: Case, future: Any, folder: Path, address: str) -> Finished:
     except OSError as error:
         raise ResultsError(f"the Dask scheduler at {address} is lost ({error})") from error
     except Exception as error:  # a worker without the package, or a scenario that kills every worker
-        reason = f"on the cluster: {type(error).__name__}: {error}"
+        reason = shortened(f"on the cluster: {type(error).__name__}: {error}", 1000)
         return Finished(case, without_plan(CRASHED, reason).row, None)
     return Finished(case, solved.row, write_files(folder, case.name, solved.files))
 

@@ -73,8 +73,8 @@ class Outcome:
         return "failed" if self.failed else "passed"
 
 
-Progress = Callable[[int, dict[str, Any]], None]
-"""Is told how many scenarios are finished and the row of the last."""
+Progress = Callable[[Outcome, dict[str, Any]], None]
+"""Is told how far a batch is, and the row of the scenario that was finished last."""
 
 
 class _Batch:
@@ -123,7 +123,7 @@ class _Batch:
 
     def _tell(self, progress: Progress, row: dict[str, Any]) -> None:
         self.outcome.scenarios += 1
-        progress(self.outcome.scenarios, row)
+        progress(self.outcome, row)
 
     def rows(self) -> Iterator[dict[str, Any]]:
         """Return all rows in order, judged."""

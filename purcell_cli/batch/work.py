@@ -21,6 +21,7 @@ from purcell_cli.gaits import Gait
 from purcell_cli.limits import Limits
 from purcell_cli.planner.measures import known_measure
 from purcell_cli.planner.reconfiguration import EFFORTS
+from purcell_cli.schema import shortened
 from purcell_cli.solution import CONTROLS, Solution, plan, stroke_cycles
 
 NUMBERS = (
@@ -134,12 +135,12 @@ def solve(scenario: Scenario, settings: Settings) -> Solved:
             settings.clearance_m,
             scenario.workspace,
         )
-        files = _files(solution, settings)
+        row, files = _row(solution), _files(solution, settings)
     except PurcellError as error:
         return without_plan("error", str(error), time.perf_counter() - begun)
     except Exception as error:  # a fault of one scenario must not stop the others
-        return without_plan(CRASHED, f"{type(error).__name__}: {error}", time.perf_counter() - begun)
-    return Solved({**_row(solution), "wall_time_s": time.perf_counter() - begun}, files)
+        return without_plan(CRASHED, shortened(f"{type(error).__name__}: {error}", 1000), time.perf_counter() - begun)
+    return Solved({**row, "wall_time_s": time.perf_counter() - begun}, files)
 
 
 def _files(solution: Solution, settings: Settings) -> dict[str, bytes]:
@@ -172,4 +173,6 @@ def _row(solution: Solution) -> dict[str, Any]:
         sum(stroke_cycles(stroke) for stroke in strokes),
         len(solution.trajectory),
     )
+    if not all(math.isfinite(number) for number in numbers if number is not None):
+        raise ArithmeticError("a number of the plan that is not finite")
     return {"verdict": solution.verdict, "error": None, **dict(zip(NUMBERS, numbers, strict=True))}
