@@ -4,7 +4,8 @@
 
 The small scenarios roll the swimmer by 1 to 20 degrees on the spot, with --effort quick. The sweep's keep
 bent limbs where they are, so that what is measured is the batch and not the planner. Memory is the largest
-resident size of the batch's own process; a worker's is that of one plan.
+resident size of the batch's own process, and that of a worker. Processor time is told beside the clock's: on a
+machine that others use too it says what the clock cannot, how much of the work only the batch itself can do.
 """
 
 from __future__ import annotations
@@ -22,8 +23,10 @@ _MAIN = """
 import json, resource, sys
 from purcell_cli.cli import _run
 code = _run(["batch", *sys.argv[1:]])
-peak = [resource.getrusage(who).ru_maxrss / 1024.0 for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-print(json.dumps({"code": code, "batch_mb": peak[0], "worker_mb": peak[1]}), file=sys.stderr)
+used = {"batch": resource.getrusage(resource.RUSAGE_SELF), "worker": resource.getrusage(resource.RUSAGE_CHILDREN)}
+found = {f"{who}_mb": use.ru_maxrss / 1024.0 for who, use in used.items()}
+found |= {f"{who}_cpu_s": use.ru_utime + use.ru_stime for who, use in used.items()}
+print(json.dumps({"code": code, **found}), file=sys.stderr)
 """
 
 _ROLL = """
@@ -61,30 +64,30 @@ def run(text: str, count: int, jobs: int, *options: str) -> dict[str, float]:
     return {"seconds": seconds, "rate": count / seconds, **found}
 
 
+def told(found: dict[str, float]) -> str:
+    """Return the figures of a batch in words."""
+    return (
+        f"{found['seconds']:.1f} s, {found['rate']:.2f} a second; processor time {found['batch_cpu_s']:.1f} s in the batch, "
+        f"{found['worker_cpu_s']:.1f} s in workers; memory {found['batch_mb']:.0f} MB, {found['worker_mb']:.0f} MB "
+        f"(load {os.getloadavg()[0]:.1f})"
+    )
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=1000, help="small scenarios")
-    parser.add_argument("--sweep", type=int, default=10000, help="scenarios of the sweep")
+    parser.add_argument("--sweep", type=int, default=10000, help="scenarios of the sweep; 0 for no sweep")
     asked = parser.parse_args()
     rates = []
     for jobs in (1, 2):
         found = run(_ROLL, asked.count, jobs)
         rates.append(found["rate"])
-        load = os.getloadavg()[0]
-        print(
-            f"{asked.count} small scenarios, {jobs} workers: {found['seconds']:.1f} s, {found['rate']:.2f} a second, "
-            f"batch {found['batch_mb']:.0f} MB, worker {found['worker_mb']:.0f} MB (load {load:.1f})",
-            flush=True,
-        )
+        print(f"{asked.count} small scenarios, --jobs {jobs}: {told(found)}", flush=True)
     print(f"two workers are {rates[1] / rates[0]:.2f} times as fast as one")
-    for count in (asked.sweep // 10, asked.sweep):
+    for count in (asked.sweep // 10, asked.sweep) if asked.sweep else ():
         found = run(_STILL, count, 2, "--no-trajectories", "--parquet")
-        print(
-            f"sweep of {count}: {found['seconds']:.1f} s, {found['rate']:.1f} a second, "
-            f"batch {found['batch_mb']:.0f} MB, worker {found['worker_mb']:.0f} MB",
-            flush=True,
-        )
+        print(f"sweep of {count}: {told(found)}", flush=True)
 
 
 if __name__ == "__main__":
