@@ -67,9 +67,9 @@ def run(text: str, count: int, jobs: int, *options: str) -> dict[str, float]:
 def told(found: dict[str, float]) -> str:
     """Return the figures of a batch in words."""
     return (
-        f"{found['seconds']:.1f} s, {found['rate']:.2f} a second; processor time {found['batch_cpu_s']:.1f} s in the batch, "
-        f"{found['worker_cpu_s']:.1f} s in workers; memory {found['batch_mb']:.0f} MB, {found['worker_mb']:.0f} MB "
-        f"(load {os.getloadavg()[0]:.1f})"
+        f"{found['seconds']:.1f} s, {found['rate']:.2f} a second; processor time {found['batch_cpu_s']:.1f} s "
+        f"in the batch, {found['worker_cpu_s']:.1f} s in workers; "
+        f"memory {found['batch_mb']:.0f} MB, {found['worker_mb']:.0f} MB (load {os.getloadavg()[0]:.1f})"
     )
 
 

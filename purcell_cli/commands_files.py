@@ -106,6 +106,7 @@ def schema(
         str, typer.Argument(metavar="KIND", autocompletion=_kinds, help=f"The kind of document: {', '.join(_KINDS)}.")
     ],
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Write it into a file instead.")] = None,
+    json: Json = False,
 ) -> None:
     """Print the JSON Schema of a kind of document, by which an editor completes and checks it."""
     from json import dumps
@@ -113,7 +114,7 @@ def schema(
     from purcell_cli.export import whole_file
     from purcell_cli.validation import KINDS
 
-    text = dumps(KINDS[_known(kind)].json_schema(), indent=2, ensure_ascii=False)
+    text = dumps(KINDS[_known(kind)].json_schema(), indent=None if json else 2, ensure_ascii=False)
     if out is None:
         print(text)
         return
