@@ -14,7 +14,7 @@ import numpy as np
 
 from purcell_cli.errors import InputError
 from purcell_cli.rotations import INPUT_SLACK, Array, as_euler
-from purcell_cli.trajectory import Trajectory
+from purcell_cli.trajectory import Trajectory, continuous_quaternions
 
 _LIMB = ("qw", "qx", "qy", "qz", "psi_rad", "theta_rad", "phi_rad")
 COLUMNS = (
@@ -85,14 +85,14 @@ def write_rows(trajectory: Trajectory, stream: IO[bytes]) -> None:
     """Write a trajectory as CSV into an open file, as `write_csv` does."""
     import polars as pl  # slow to import, and seven times faster here than numpy
 
-    base, limbs = trajectory.base_quaternion, trajectory.limb_quaternion
     names = np.array(trajectory.gaits)
+    before: list[Array | None] = [None, None, None]
     for low in range(0, len(trajectory), _ROWS_AT_ONCE):
         part = slice(low, low + _ROWS_AT_ONCE)
-        rotations = [trajectory.pose[part, :3, :3], trajectory.shape[part, 0], trajectory.shape[part, 1]]
-        quaternions = [base[part], limbs[part, 0], limbs[part, 1]]
         blocks: list[Array] = [trajectory.pose[part, :3, 3]]
-        for rotation, quaternion in zip(rotations, quaternions, strict=True):
+        for k, rotation in enumerate((trajectory.pose[part, :3, :3], *np.moveaxis(trajectory.shape[part], 1, 0))):
+            quaternion = continuous_quaternions(rotation, before[k])
+            before[k] = quaternion[-1]
             blocks += [quaternion, as_euler(rotation)]
         numbers = np.concatenate([*blocks, trajectory.rate_rad_s[part]], axis=1) + 0.0
         columns = {"t_s": trajectory.time_s[part], "phase": trajectory.phase[part]}

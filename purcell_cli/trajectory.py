@@ -180,12 +180,12 @@ class Trajectory:
     @property
     def base_quaternion(self) -> Array:
         """The base's quaternions (w, x, y, z), signs continuous along the rows. Shape (n, 4)."""
-        return _continuous(as_quaternion(self.pose[:, :3, :3]))
+        return continuous_quaternions(self.pose[:, :3, :3])
 
     @property
     def limb_quaternion(self) -> Array:
         """The limbs' quaternions (w, x, y, z), signs continuous along the rows. Shape (n, 2, 4)."""
-        return np.stack([_continuous(as_quaternion(self.shape[:, i])) for i in (0, 1)], axis=1)
+        return np.stack([continuous_quaternions(self.shape[:, i]) for i in (0, 1)], axis=1)
 
     @property
     def base_euler_rad(self) -> Array:
@@ -193,9 +193,17 @@ class Trajectory:
         return as_euler(self.pose[:, :3, :3])
 
 
-def _continuous(quaternion: Array) -> Array:
+def continuous_quaternions(rotation: Array, before: Array | None = None) -> Array:
+    """Return the quaternions (w, x, y, z) of rotations, signs continuous along the rows. Shape (n, 4).
+
+    Args:
+        rotation: Rotations. Shape (n, 3, 3).
+        before: The quaternion before the first; w >= 0 in the first row if there is none. Shape (4,).
+    """
+    quaternion = as_quaternion(rotation)
     turn = np.einsum("ni,ni->n", quaternion[1:], quaternion[:-1]) < 0
-    sign = np.concatenate([[1.0], np.where(turn, -1.0, 1.0)]).cumprod()
+    first = -1.0 if before is not None and before @ quaternion[0] < 0.0 else 1.0
+    sign = np.concatenate([[first], np.where(turn, -1.0, 1.0)]).cumprod()
     return np.asarray(quaternion * sign[:, None])
 
 
