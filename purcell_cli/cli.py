@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from purcell_cli import __version__, commands_design, commands_pictures
+from purcell_cli import __version__, commands_batch, commands_design, commands_files, commands_pictures
 from purcell_cli.terminal import GaitFolder, Json, SwimmerFile
 from purcell_cli.terminal import busy as _busy
 from purcell_cli.terminal import show as _show
@@ -337,6 +337,8 @@ def verify(
 
 commands_pictures.register(app)
 commands_design.register(app)
+commands_batch.register(app)
+commands_files.register(app)
 
 
 def main() -> None:
@@ -345,7 +347,7 @@ def main() -> None:
 
 
 def _run(arguments: list[str]) -> int:
-    from purcell_cli.errors import GaitError, PurcellError
+    from purcell_cli.errors import GaitError, PurcellError, ResultsError, StoppedError
 
     command = next((a for a in arguments if not a.startswith("-")), "purcell")
     try:
@@ -364,7 +366,9 @@ def _run(arguments: list[str]) -> int:
         return MISUSE
     except PurcellError as error:
         _fail(command, str(error), json="--json" in arguments)
-        return NOT_REACHED if isinstance(error, GaitError) else MISUSE
+        if isinstance(error, StoppedError):
+            return INTERRUPTED
+        return NOT_REACHED if isinstance(error, GaitError | ResultsError) else MISUSE
     except MemoryError:
         _fail(command, "more memory is needed than there is; ask for fewer rows or cycles", json="--json" in arguments)
         return MISUSE

@@ -23,3 +23,11 @@ class GaitError(PurcellError, ArithmeticError):
 
 class MissingPackageError(PurcellError, ImportError):
     """An optional package that is not installed; the message says how to install it."""
+
+
+class ResultsError(PurcellError, OSError):
+    """Results that cannot be kept: a full disk, a folder that cannot be written to, workers that do not start."""
+
+
+class StoppedError(PurcellError, RuntimeError):
+    """Work that was interrupted; the message says what is done and how to go on."""

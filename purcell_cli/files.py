@@ -46,6 +46,7 @@ from purcell_cli.schema import (
     Whole,
 )
 from purcell_cli.swimmer import LIMITS, Swimmer
+from purcell_cli.variants import SWEEP
 from purcell_cli.workspace import Workspace
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -69,7 +70,7 @@ _TERM = re.compile(
 )
 _LONGEST_EXPRESSION = 200
 _SYMBOL = Text(r"[a-z][0-9]*", "a symbol (one lower-case letter, digits may follow)")
-_NAME = Text(
+NAME = Text(
     r"[A-Za-z0-9_-][A-Za-z0-9._-]{0,99}",
     "a name (at most 100 letters, digits, '-', '_' and '.', not starting with '.')",
 )
@@ -225,12 +226,17 @@ def _composed(text: str, file: str) -> yaml.Node | None:
 
 def _read(document: Document[T], data: bytes, name: str, folder: Path) -> T:
     """Return what the bytes of a file say."""
+    defaults = "" if "required" in document.json_schema() else " ({} for the defaults)"
+    return document.read(_top(data, name, folder, document.wanted + defaults))
+
+
+def _top(data: bytes, name: str, folder: Path, wanted: str) -> Place:
+    """Return the top of the document in the bytes of a file."""
     file = schema.shortened(name, 1000)
     root = _composed(_decoded(data, file), file)
     if root is None:
-        defaults = "" if "required" in document.json_schema() else " ({} for the defaults)"
-        raise schema.message(file, 1, "", document.wanted + defaults, "an empty file")
-    return document.read(Place(file, root, "", folder))
+        raise schema.message(file, 1, "", wanted, "an empty file")
+    return Place(file, root, "", folder)
 
 
 def load(path: Path | str, document: Document[T]) -> T:
@@ -239,13 +245,31 @@ def load(path: Path | str, document: Document[T]) -> T:
     Raises:
         InputError: The file cannot be read, or does not say what is wanted.
     """
+    return _read(document, *_contents(path))
+
+
+def top(path: Path | str, wanted: str = "a mapping") -> Place:
+    """Return the top of a YAML file, unread but composed and found harmless; the path - is standard input.
+
+    Args:
+        path: The file.
+        wanted: What it is to hold, for the message about an empty file.
+
+    Raises:
+        InputError: The file cannot be read, or is no YAML document.
+    """
+    return _top(*_contents(path), wanted)
+
+
+def _contents(path: Path | str) -> tuple[bytes, str, Path]:
+    """Return what a file holds, its name and the folder that paths in it start from."""
     stdin = str(path) == "-"
     name = "standard input" if stdin else str(path)
     try:
         data = _standard_input() if stdin else _bytes(Path(path))
     except _UnreadableError as error:
         raise InputError(f"{schema.shortened(name, 1000)}: wanted a readable file, found {error}") from error
-    return _read(document, data, name, Path(path).parent)
+    return data, name, Path(path).parent
 
 
 def _or_path(document: Document[T]) -> Schema[T]:
@@ -578,8 +602,8 @@ def _check_symbols(value: dict[str, Any], known: set[str], place: Place) -> None
 
 
 _GAIT_FIELDS = {
-    "name": Field(_NAME, "its name", required=True),
-    "also": Field(ListOf(_NAME), "other names"),
+    "name": Field(NAME, "its name", required=True),
+    "also": Field(ListOf(NAME), "other names"),
     "summary": Field(Text(r"[^\n]+", "one line of text"), "one line on what it does", required=True),
     "moves": Field(Choice((*MOTIONS, "none")), "what it is made to do", required=True),
     "amplitude": Field(_AMPLITUDE, "what scales it; wanted with a cycle"),
@@ -610,12 +634,18 @@ class Expect:
         position_tolerance: How far from the goal the base may end, in units of L.
         angle_tolerance_rad: How far from the goal an orientation may end [rad].
         max_joint_travel_rad: How far the joints may turn in sum [rad].
+        max_duration_s: How long the motion may take [s].
+        min_clearance_m: How far apart the limbs must stay [m].
+        error: A part of the message that it must be refused with; the verdict wanted is then "error".
     """
 
     verdict: str = "reached"
     position_tolerance: float | None = None
     angle_tolerance_rad: float | None = None
     max_joint_travel_rad: float | None = None
+    max_duration_s: float | None = None
+    min_clearance_m: float | None = None
+    error: str | None = None
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -639,20 +669,34 @@ class Scenario:
     workspace: Workspace | None = None
 
 
-_EXPECT: Schema[Expect] = Made(
+def _expect(value: dict[str, Any], place: Place) -> Expect:
+    if "error" in value:
+        if value.get("verdict", "error") != "error":
+            raise place.at("verdict").error("error, which the key error asks for")
+        value = {**value, "verdict": "error"}
+    return Expect(**value)
+
+
+EXPECT: Schema[Expect] = Made(
     Record(
         {
             "verdict": Field(Choice(VERDICTS), "how it must end", default="reached"),
             "position_tolerance": Field(Number(above=0.0), "how far from the goal the base may end, in units of L"),
             "angle_tolerance_rad": Field(Number(above=0.0), "how far from the goal an orientation may end [rad]"),
             "max_joint_travel_rad": Field(Number(at_least=0.0), "how far the joints may turn in sum [rad]"),
+            "max_duration_s": Field(Number(at_least=0.0), "how long the motion may take [s]"),
+            "min_clearance_m": Field(Number(at_least=0.0), "how far apart the limbs must stay [m]"),
+            "error": Field(Text(), "a part of the message that it must be refused with"),
         }
     ),
-    lambda value, _: Expect(**value),
+    _expect,
 )
+"""The element for what a scenario must come to."""
 
 
 def _scenario(value: dict[str, Any], place: Place) -> Scenario:
+    if "sweep" in value:
+        raise place.at("sweep").error("a scenario without a sweep here (purcell batch expands it)", "one")
     goal: Goal = value.pop("goal")
     workspace = value.pop("workspace_m", None)
     if workspace is not None and goal.workspace is not None:
@@ -665,12 +709,13 @@ _SCENARIO = Document(
     Made(
         Record(
             {
-                "name": Field(_NAME, "its name", required=True),
+                "name": Field(NAME, "its name", required=True),
                 "start": Field(_or_path(_CONFIGURATION), "where it starts", required=True),
                 "goal": Field(_or_path(_GOAL), "where it is to end", required=True),
                 "swimmer": Field(_or_path(_SWIMMER), "who swims; left out, the paper's swimmer"),
-                "expect": Field(_EXPECT, "what it must come to"),
+                "expect": Field(EXPECT, "what it must come to"),
                 **_WORKSPACE_FIELD,
+                "sweep": Field(SWEEP, "values for keys; purcell batch makes a scenario of each combination"),
             }
         ),
         _scenario,

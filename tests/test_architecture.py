@@ -39,6 +39,7 @@ FLOORS = [
     "planner",
     "certificate",
     "schema",
+    "variants",
     "files",
     "stored",
     "export",
@@ -54,16 +55,20 @@ FLOORS = [
     "plot_stroke",
     "plot_poses",
     "view",
-    "terminal",
-    "commands_pictures",
     "report_atlas",
     "report_design",
-    "commands_atlas",
+    "templates",
+    "validation",
+    "batch",
     "terminal",
+    "commands_atlas",
+    "commands_pictures",
     "commands_design",
+    "commands_batch",
+    "commands_files",
     "cli",
 ]
-"""From the bottom. All of the package `planner` is one floor, without cycles inside."""
+"""From the bottom. All of the packages `planner` and `batch` is one floor each, without cycles inside."""
 
 
 def modules(package: Path) -> dict[str, Path]:

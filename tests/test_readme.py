@@ -13,6 +13,7 @@ from types import ModuleType
 import pytest
 
 from purcell_cli import export, files, stored
+from purcell_cli.batch.cases import find_cases
 from purcell_cli.swimmer import Swimmer
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -107,6 +108,7 @@ def test_files_that_are_shown_can_be_read(tmp_path: Path) -> None:
     files.load_configuration(tmp_path / "start.yaml")
     files.load_configuration(tmp_path / "goal.yaml")
     assert files.load_scenario(tmp_path / "across.yaml").expect.verdict == "reached"
+    assert find_cases([str(tmp_path / "rolls.yaml")]).count == 4
     assert files.load_gait(tmp_path / "my-gaits" / "pitch-cruise.yaml").free
     shown = [b.detail for b in BLOCKS if b.kind == "file"]
     assert len(shown) == 6

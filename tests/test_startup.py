@@ -32,7 +32,16 @@ def _loaded(*arguments: str) -> set[str]:
 
 @pytest.mark.parametrize(
     "arguments",
-    [["--version"], ["--help"], ["plan", "--help"], ["gait", "--help"], ["run", "--help"], ["plot", "--help"]],
+    [
+        ["--version"],
+        ["--help"],
+        ["plan", "--help"],
+        ["gait", "--help"],
+        ["run", "--help"],
+        ["plot", "--help"],
+        ["batch", "--help"],
+        ["init", "--help"],
+    ],
 )
 def test_help_and_version_import_nothing_slow(arguments: list[str]) -> None:
     assert _loaded(*arguments) & SLOW == set()

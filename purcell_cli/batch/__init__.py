@@ -1,0 +1,1 @@
+"""Many scenarios at once: found, expanded, solved by several workers, judged, and kept so that nothing is lost."""

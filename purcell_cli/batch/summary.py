@@ -1,0 +1,71 @@
+"""The summary of a batch as JSON, CSV and Parquet: one row a scenario, in the batch's order, never all in memory."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from purcell_cli.batch.folder import kept_file
+from purcell_cli.batch.work import NUMBERS
+from purcell_cli.errors import ResultsError
+
+COLUMNS = ("name", "file", "sweep", "verdict", "passed", "reasons", "error", *NUMBERS, "wall_time_s")
+"""The columns of a summary. All but wall_time_s are the same from run to run."""
+
+SCHEMA = "purcell/batch-summary/1"
+
+Row = Mapping[str, Any]
+
+
+def write_json(rows: Iterable[Row], totals: Mapping[str, Any], path: Path) -> None:
+    """Write summary.json: totals, and each row on a line of its own."""
+    head = json.dumps({"schema": SCHEMA, **totals}, allow_nan=False, ensure_ascii=False)
+    with kept_file(path) as stream:
+        stream.write(f'{head[:-1]}, "rows": ['.encode())
+        between = "\n"
+        for row in rows:
+            text = json.dumps({name: row[name] for name in COLUMNS}, allow_nan=False, ensure_ascii=False)
+            stream.write(f"{between}{text}".encode())
+            between = ",\n"
+        stream.write(b"\n]}\n")
+
+
+def write_csv(rows: Iterable[Row], path: Path) -> None:
+    """Write summary.csv: numbers at full double precision, nothing where there is no value."""
+    with kept_file(path) as stream:
+        text = io.TextIOWrapper(stream, encoding="utf-8", newline="", write_through=True)
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow(COLUMNS)
+        for row in rows:
+            table.writerow([_cell(row[name]) for name in COLUMNS])
+        text.detach()
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list):
+        return "; ".join(value)
+    if isinstance(value, dict):
+        return json.dumps(value, ensure_ascii=False) if value else ""
+    return value if isinstance(value, str) else repr(value)
+
+
+def write_parquet(table: Path, path: Path) -> None:
+    """Write summary.parquet from summary.csv, with the same columns."""
+    import polars as pl
+
+    texts = dict.fromkeys(("name", "file", "sweep", "verdict", "reasons", "error"), pl.String)
+    whole = dict.fromkeys(("primitives", "cycles", "rows"), pl.Int64)
+    types = dict.fromkeys(COLUMNS, pl.Float64) | texts | whole | {"passed": pl.Boolean}
+    with kept_file(path) as stream:
+        try:
+            pl.scan_csv(table, schema=types).sink_parquet(stream)
+        except pl.exceptions.PolarsError as error:
+            raise ResultsError(f"{path}: cannot be written ({error})") from error

@@ -1,0 +1,61 @@
+"""The files that `purcell init` writes: a start, a goal, a swimmer and a scenario, with every key explained."""
+
+from __future__ import annotations
+
+START = """\
+# A start configuration. Every key may be left out; nothing else may stand here.
+# An orientation is one of: euler_deg or euler_rad ([psi, theta, phi]: yaw, pitch, roll),
+# quaternion_wxyz, or matrix (rows first). The base's is in the world, a limb's in the base.
+base:
+  position_m: [0.0, 0.0, 0.0]
+  orientation: {euler_deg: [0, 0, 0]}
+limb1: {euler_deg: [0, 0, 0]}        # at the base's +x end; left out, in line with the base
+limb2: {euler_deg: [0, 0, 0]}        # at the base's -x end
+"""
+
+GOAL = """\
+# A goal: a configuration, as in start.yaml.
+base:
+  position_m: [0.002, 0.0, 0.0]
+  orientation: {euler_deg: [0, 0, 10]}
+limb1: {euler_deg: [0, 0, 0]}
+limb2: {euler_deg: [0, 0, 0]}
+# workspace_m: {min: [-0.5, -0.5, -0.5], max: [0.5, 0.5, 0.5]}   # a box that all three links stay in
+"""
+
+SWIMMER = """\
+# A swimmer and its fluid. The values here are those of the paper's swimmer, and what a key has when it is left out.
+base_half_length_m: 0.1
+limb_half_length_m: 0.1
+slenderness: 0.01                    # radius / full length of a link
+viscosity_pa_s: 0.95                 # glycerin
+drag_ratio: 2.0                      # lateral / longitudinal
+max_bend_rad: 1.0                    # how far a gait may bend a limb's axis from the base's axis
+joint_rate_rad_s: 1.0
+"""
+
+SCENARIO = """\
+# A scenario: one motion to plan, and what must come of it. Plan it with
+#   purcell plan scenario.yaml
+# or judge it, together with others, with
+#   purcell batch scenario.yaml
+name: first                          # letters, digits, '-', '_' and '.'; its results bear it
+start: start.yaml                    # a path from this file's folder, or the mapping itself
+goal: goal.yaml
+swimmer: swimmer.yaml
+expect:
+  verdict: reached                   # or: not reached, not found within limits, error
+  position_tolerance: 1.0e-9         # in units of L
+  angle_tolerance_rad: 1.0e-9
+  # max_joint_travel_rad: 20
+  # max_duration_s: 20
+  # min_clearance_m: 0.05
+  # error: a part of the message     # for an input that must be refused
+# A sweep makes one scenario of each combination of values; start, goal and swimmer must then be mappings.
+# sweep:
+#   swimmer.slenderness: [0.005, 0.01, 0.02]
+#   goal.base.position_m[0]: {start: 0.0, stop: 0.01, num: 11}
+"""
+
+FILES = {"start.yaml": START, "goal.yaml": GOAL, "swimmer.yaml": SWIMMER, "scenario.yaml": SCENARIO}
+"""Each file's text by name."""

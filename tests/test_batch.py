@@ -1,0 +1,224 @@
+"""Batches: found, solved, judged and summed up, whatever the order in which workers finish."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import polars as pl
+import pytest
+from batches import QUICK, results, roll, rows, still, written
+from lxml import etree
+
+from purcell_cli import load_plan, read_csv
+from purcell_cli.batch.cases import find_cases
+from purcell_cli.batch.folder import ResultsFolder
+from purcell_cli.cli import _run
+from purcell_cli.errors import InputError
+
+DATA = Path(__file__).parent / "data"
+
+Run = Callable[..., tuple[int, str, str]]
+
+MIXED = [
+    roll("slowest-first", 9, "expect: {max_joint_travel_rad: 5, max_duration_s: 5, min_clearance_m: 0.1}"),
+    still("good", 10, "expect: {position_tolerance: 1.0e-9, angle_tolerance_rad: 1.0e-9}"),
+    roll("too-far", 5, "expect: {max_joint_travel_rad: 0.001}"),
+    roll("too-slow", 5, "expect: {max_duration_s: 0.001}"),
+    still("too-near", 10, "expect: {min_clearance_m: 10}"),
+    still("not-refused", 10, "expect: {verdict: error}"),
+    "name: refused\nstart: {limb1: {matrix: [[2, 0, 0], [0, 1, 0], [0, 0, 1]]}}\ngoal: {}\nexpect: {verdict: error}",
+    "name: refused-late\nstart: {limb1: {euler_deg: [180, 0, 0]}, limb2: {euler_deg: [180, 0, 0]}}\ngoal: {}\n"
+    "expect: {error: clearance}",
+    "name: refused-otherwise\nstart: {limb3: {}}\ngoal: {}\nexpect: {error: clearance}",
+    "name: [broken\n",
+    still("<&>", 10),
+]
+KEYS = {
+    *("schema", "verdict", "scenarios", "solved", "failed", "crashed", "compared", "failures", "wall_time_s"),
+    *("folder", "junit", "passed_over"),
+}
+FAILED = {
+    "too-far": "joint travel: wanted at most 0.001 rad",
+    "too-slow": "duration: wanted at most 0.001 s",
+    "too-near": "clearance: wanted at least 10 m",
+    "not-refused": "verdict: wanted error, found reached",
+    "refused-otherwise": "error: wanted a message with 'clearance'",
+    "009": "verdict: wanted reached, found error (scenarios/009.yaml:2: name",
+    "010": "a name (at most 100 letters",
+}
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Return a function that runs a batch in an empty folder: exit code, stdout, stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def command(*arguments: str) -> tuple[int, str, str]:
+        capsys.readouterr()
+        code = _run(["batch", *QUICK, *arguments])
+        shown = capsys.readouterr()
+        return code, shown.out, shown.err
+
+    return command
+
+
+def test_each_scenario_is_judged_and_a_failing_one_stops_no_other(run: Run, tmp_path: Path) -> None:
+    written(tmp_path / "scenarios", MIXED)
+    code, out, err = run("scenarios", "--jobs", "2", "--junit", "report.xml", "--parquet", "--json")
+    document = json.loads(out)
+    assert (code, document["verdict"]) == (1, "failed")
+    assert set(document) == KEYS
+    assert (document["scenarios"], document["failed"], document["crashed"]) == (11, 7, 0)
+    assert all(set(failure) == {"name", "file", "verdict", "reasons"} for failure in document["failures"])
+    assert {f["name"] for f in document["failures"]} == set(FAILED)
+    for failure in document["failures"]:
+        assert any(FAILED[failure["name"]] in reason for reason in failure["reasons"]), failure
+        assert failure["name"] in err
+    found = rows(tmp_path / "purcell-results")
+    assert list(found)[:3] == ["slowest-first", "good", "too-far"], "the order is that of the files"
+    assert {name for name, row in found.items() if row["passed"]} == set(found) - set(FAILED)
+
+    # The files of a scenario: a plan that reads back, and the very motion that the summary tells of.
+    plan = load_plan("purcell-results/slowest-first.json").plan
+    table = read_csv("purcell-results/slowest-first.csv")
+    assert plan.joint_travel_rad == found["slowest-first"]["joint_travel_rad"]
+    assert table.time_s[-1] == pytest.approx(found["slowest-first"]["duration_s"], rel=1e-9)
+    assert len(table.time_s) == found["slowest-first"]["rows"]
+    assert not (tmp_path / "purcell-results" / "refused.json").exists()
+
+    # The three summaries say the same.
+    with (tmp_path / "purcell-results" / "summary.csv").open(newline="") as stream:
+        lines = list(csv.DictReader(stream))
+    frame = pl.read_parquet("purcell-results/summary.parquet").to_dicts()
+    assert [line["name"] for line in lines] == list(found) == [row["name"] for row in frame]
+    for line, row in zip(lines, frame, strict=True):
+        wanted = found[row["name"]]
+        assert (line["passed"], row["passed"]) == (str(wanted["passed"]).lower(), wanted["passed"])
+        assert line["joint_travel_rad"] == ("" if wanted["rows"] is None else repr(wanted["joint_travel_rad"]))
+        assert (row["joint_travel_rad"], row["rows"]) == (wanted["joint_travel_rad"], wanted["rows"])
+
+    # The report is valid, and tells of each failure why.
+    schema = etree.XMLSchema(etree.parse(DATA / "junit.xsd"))
+    report = etree.parse(tmp_path / "report.xml")
+    schema.assertValid(report)
+    assert [case.get("name") for case in report.iter("testcase")] == list(found)
+    assert {case.get("name"): case[0].tag for case in report.iter("testcase") if len(case)} == dict.fromkeys(
+        FAILED, "failure"
+    )
+    assert FAILED["too-far"] in report.find(".//testcase[@name='too-far']/failure").text
+    suite = report.find("testsuite")
+    assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("11", "7", "0")
+    del suite.attrib["timestamp"]
+    assert not schema.validate(report), "the schema sees what is missing"
+
+
+def test_bytes_are_the_same_from_run_to_run_and_for_any_number_of_workers(run: Run, tmp_path: Path) -> None:
+    written(tmp_path / "s", [roll("a", 9), still("b", 10), roll("c", 3), still("d", 20)])
+    assert run("s", "--out", "one", "--jobs", "1")[0] == 0
+    assert run("s", "--out", "two", "--jobs", "3")[0] == 0
+    assert results(tmp_path / "one") == results(tmp_path / "two")
+    assert {"a.csv", "a.json", "summary.csv", "summary.json"} <= set(results(tmp_path / "one"))
+    code, out, _ = run("s", "--out", "three", "--no-trajectories", "--filter", "[ab]")
+    assert code == 0
+    assert "2 scenarios" in out
+    assert {p.name for p in (tmp_path / "three").glob("[!.]*")} == {"a.json", "b.json", "summary.csv", "summary.json"}
+
+
+def test_a_finished_batch_is_not_done_again_and_a_changed_scenario_is(run: Run, tmp_path: Path) -> None:
+    folder = written(tmp_path / "s", [roll("a", 9), still("b", 10)])
+    assert run("s", "--json")[0] == 0
+    before = results(tmp_path / "purcell-results")
+    code, out, _ = run("s", "--json", "--resume")
+    assert (code, json.loads(out)["solved"]) == (0, 0)
+    assert results(tmp_path / "purcell-results") == before
+    (folder / "001.yaml").write_text(still("b", 11))
+    (tmp_path / "purcell-results" / "a.csv").write_text("torn by a power cut")
+    assert json.loads(run("s", "--json", "--resume")[1])["solved"] == 2
+    assert results(tmp_path / "purcell-results")["a.csv"] == before["a.csv"]
+    assert results(tmp_path / "purcell-results")["b.json"] != before["b.json"]
+
+
+def test_a_regression_against_an_earlier_run_fails_and_is_named(run: Run, tmp_path: Path) -> None:
+    written(tmp_path / "s", [roll("a", 9), roll("b", 3), still("c", 3)])
+    assert run("s")[0] == 0
+    summary = tmp_path / "purcell-results" / "summary.json"
+    earlier = json.loads(summary.read_text())
+    for row, factor in zip(earlier["rows"], (0.9, 0.96, 1.0), strict=True):
+        row["joint_travel_rad"] *= factor
+        row["base_error_rad"] *= 0.001  # round-off: no regression
+    (tmp_path / "earlier.json").write_text(json.dumps(earlier))
+    code, out, _ = run("s", "--resume", "--json", "--baseline", "earlier.json", "--max-regress", "5%")
+    document = json.loads(out)
+    assert (code, document["solved"], document["compared"]) == (1, 0, 3)
+    assert [failure["name"] for failure in document["failures"]] == ["a"]
+    assert "11.1 % more than" in document["failures"][0]["reasons"][0]
+    assert run("s", "--resume", "--baseline", "earlier.json", "--max-regress", "0.2")[0] == 0
+    code, out, err = run("s", "--resume", "--baseline", "earlier.json", "--max-regress", "many")
+    assert (code, out) == (2, "")
+    assert "--max-regress: a part such as 5%" in err
+    (tmp_path / "earlier.json").write_text('{"rows": [{"name": "a"}]}')
+    assert run("s", "--resume", "--baseline", "earlier.json")[0] == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["nowhere"], "found none"),
+        (["*.nothing"], "a pattern that files fit"),
+        (["s", "--filter", "nobody"], "whose name has 'nobody'"),
+        (["s", "--effort", "enormous"], "effort: one of"),
+        (["s", "--dt", "-1"], "dt"),
+        (["s", "twin"], "which s/000.yaml has too"),
+        (["reserved"], "which the summary has"),
+        (["s", "--junit", "no/report.xml"], "no folder no"),
+    ],
+)
+def test_misuse_is_refused_and_no_results_are_written(
+    run: Run, tmp_path: Path, arguments: list[str], message: str
+) -> None:
+    written(tmp_path / "s", [still("a", 1)])
+    written(tmp_path / "twin", [still("A", 1)])
+    written(tmp_path / "reserved", [still("Summary", 1)])
+    code, out, err = run(*arguments)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert not list(tmp_path.glob("purcell-results/[!.]*"))
+
+
+def test_two_batches_cannot_write_into_one_folder(run: Run, tmp_path: Path) -> None:
+    written(tmp_path / "s", [still("a", 1)])
+    with ResultsFolder(tmp_path / "purcell-results"):
+        code, out, err = run("s")
+        assert (code, out) == (2, "")
+        assert "another batch at work" in err
+    assert run("s")[0] == 0
+
+
+def test_folders_patterns_files_and_stored_names_are_found_once_each(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path / "s", [still("a", 1), still("b", 1)])
+    written(tmp_path / "s" / "deep", [still("c", 1)])
+    written(tmp_path / "s" / ".hidden", [still("d", 1)])
+    (tmp_path / "s" / "start.yaml").write_text("limb1: {euler_deg: [10, 0, 0]}")
+    (tmp_path / "s" / "swimmer.yml").write_text("slenderness: 0.02")
+    (tmp_path / "s" / "typo.yaml").write_text("slendernes: 0.02")
+    (tmp_path / "loop").symlink_to(tmp_path)
+    cases = find_cases(["s", "s/*.yaml", "s/000.yaml", "nearby"])
+    assert [case.name for case in cases] == ["a", "b", "typo", "c", "nearby"]
+    assert (cases.count, cases.passed_over) == (5, 3), "a file that is almost a swimmer is not passed over"
+    assert [case.name for case in find_cases(["s"], "c")] == ["c"]
+    with pytest.raises(InputError, match="found none"):
+        find_cases(["empty"])
+
+
+@pytest.mark.parametrize("name", ["../evil", "/tmp/evil", "a/b", "..", "", "a\\b", "nul\0", "x" * 101])
+def test_no_name_leads_out_of_the_folder(tmp_path: Path, name: str) -> None:
+    written(tmp_path / "s", [f"name: {json.dumps(name)}\nstart: {{}}\ngoal: {{}}"])
+    (case,) = find_cases([str(tmp_path / "s")])
+    assert case.name == "000"
+    assert case.scenario is None
