@@ -1,9 +1,9 @@
 """Direct multiple shooting with CasADi and IPOPT, from several starts.
 
 States at the ends of all intervals and the controls in them are unknowns; one Runge-Kutta step of order four per
-interval ties them together. Joint travel is minimised, each control split into a positive and a negative part.
-Every start swims random sines, its states by simulation, over one of a few horizons. The Jacobian is handed to
-IPOPT in closed form (CasADi's own is three times as long); the Hessian is approximated, which is quicker here.
+interval ties them together. The integral of the squared controls is minimised: with joint travel itself IPOPT needs some
+five times as long. Every start swims random sines, its states by simulation, over one of a few horizons. The Jacobian is handed to
+IPOPT in closed form (CasADi's own takes about three times as long); the Hessian is approximated, which is quicker here.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from benchmarks.peers.judge import Answer
 from benchmarks.peers.model import CONTROLS, STATES, Model, quaternion_product, state_of
 from benchmarks.peers.queries import Query
 
-INTERVAL_S = 0.1
-MOST_INTERVALS = 2000
+INTERVALS_S = (0.1, 0.2)
+"""How long intervals are: on horizons up to 20 s, and above."""
 HORIZONS = (1.0, 0.5, 2.0)
 """Parts of the estimated time, one start after the other."""
 
@@ -41,26 +41,28 @@ class Shooting:
         query: The query.
         model: Its swimmer.
         count: How many intervals there are.
+        interval_s: How long each is [s].
+        cap_s: When IPOPT stops [s].
     """
 
-    def __init__(self, query: Query, model: Model, count: int, cap_s: float) -> None:
+    def __init__(self, query: Query, model: Model, count: int, interval_s: float, cap_s: float) -> None:
         self.first, self.last = (state_of(c, query.swimmer.length_m) for c in (query.start, query.goal))
-        self.count, self.one = count, model.step(1)
-        x, u, v = cs.MX.sym("x", STATES, count), cs.MX.sym("u", CONTROLS, count), cs.MX.sym("v", CONTROLS, count)
-        before, h = cs.horzcat(cs.DM(self.first), x[:, :-1]), cs.DM.ones(1, count) * INTERVAL_S
-        gaps = self.one.map(count)(before, u - v, h) - x
+        self.count, self.interval_s, self.one = count, interval_s, model.step(1)
+        x, u = cs.MX.sym("x", STATES, count), cs.MX.sym("u", CONTROLS, count)
+        before, h = cs.horzcat(cs.DM(self.first), x[:, :-1]), cs.DM.ones(1, count) * interval_s
+        gaps = self.one.map(count)(before, u, h) - x
         arrival = self._arrival()
         off, by_last = arrival(x[:, -1])
-        slopes = cs.horzsplit(model.step_slope().map(count)(before, u - v, h), STATES + CONTROLS)
+        slopes = cs.horzsplit(model.step_slope().map(count)(before, u, h), STATES + CONTROLS)
         states = cs.diagcat(*[s[:, :STATES] for s in slopes[1:]])
         corner = cs.MX(STATES, STATES * (count - 1))
         chain = cs.blockcat([[corner, cs.MX(STATES, STATES)], [states, cs.MX(STATES * (count - 1), STATES)]])
         chain -= cs.DM.eye(STATES * count)
         turns = cs.diagcat(*[s[:, STATES:] for s in slopes])
         end = cs.horzcat(cs.MX(off.shape[0], STATES * (count - 1)), by_last)
-        rest = cs.MX(off.shape[0], 2 * CONTROLS * count)
-        unknowns, conditions = cs.veccat(x, u, v), cs.veccat(gaps, off)
-        slope = cs.vertcat(cs.horzcat(chain, turns, -turns), cs.horzcat(end, rest))
+        rest = cs.MX(off.shape[0], CONTROLS * count)
+        unknowns, conditions = cs.veccat(x, u), cs.veccat(gaps, off)
+        slope = cs.vertcat(cs.horzcat(chain, turns), cs.horzcat(end, rest))
         jacobian = cs.Function("jac_g", [unknowns, cs.MX.sym("p", 0)], [conditions, slope], ["x", "p"], ["g", "jac"])
         ipopt = {
             "hessian_approximation": "limited-memory",
@@ -74,7 +76,7 @@ class Shooting:
         self.solver = cs.nlpsol(
             "shooting",
             "ipopt",
-            {"x": unknowns, "f": INTERVAL_S * cs.sum1(cs.veccat(u, v)), "g": conditions},
+            {"x": unknowns, "f": interval_s * cs.sumsqr(u), "g": conditions},
             {"ipopt": ipopt, "jac_g": jacobian, "print_time": False},
         )
 
@@ -91,21 +93,13 @@ class Shooting:
     def solve(self, rng: np.random.Generator) -> np.ndarray:
         """Return the controls that IPOPT ends with from a random start. Shape (count, 6)."""
         n = self.count
-        turns = rng.integers(1, max(2, int(n * INTERVAL_S / 4.0) + 1), size=(CONTROLS, 1))
+        turns = rng.integers(1, max(2, int(n * self.interval_s / 4.0) + 1), size=(CONTROLS, 1))
         phase = rng.uniform(0.0, 2.0 * np.pi, (CONTROLS, 1))
         rate = rng.uniform(0.0, 0.8, (CONTROLS, 1)) * np.sin(2.0 * np.pi * turns * (np.arange(n) + 0.5) / n + phase)
-        swum = self.one.mapaccum(n)(self.first, rate, np.full((1, n), INTERVAL_S))
-        split = 0.01 + np.maximum([rate, -rate], 0.0)
-        ends = [np.full(STATES * n, np.inf), np.ones(2 * CONTROLS * n)]
-        found = self.solver(
-            x0=cs.veccat(swum, split[0], split[1]),
-            lbx=np.concatenate([-ends[0], np.zeros(2 * CONTROLS * n)]),
-            ubx=np.concatenate(ends),
-            lbg=0.0,
-            ubg=0.0,
-        )
-        both = np.array(found["x"]).ravel()[STATES * n :].reshape(2, n, CONTROLS)
-        return np.asarray(both[0] - both[1])
+        swum = self.one.mapaccum(n)(self.first, rate, np.full((1, n), self.interval_s))
+        bounds = np.concatenate([np.full(STATES * n, np.inf), np.ones(CONTROLS * n)])
+        found = self.solver(x0=cs.veccat(swum, rate), lbx=-bounds, ubx=bounds, lbg=0.0, ubg=0.0)
+        return np.array(found["x"]).ravel()[STATES * n :].reshape(n, CONTROLS)
 
 
 def answers(query: Query, cap_s: float, seed: int) -> Iterator[Answer]:
@@ -114,7 +108,8 @@ def answers(query: Query, cap_s: float, seed: int) -> Iterator[Answer]:
     model, k = Model(query.swimmer), 0
     while (left := cap_s - (time.perf_counter() - began)) > 0.0:
         seconds = estimated_time(query) * HORIZONS[k % len(HORIZONS)]
-        count = min(int(np.ceil(seconds / INTERVAL_S)), MOST_INTERVALS)
-        rates = Shooting(query, model, count, left).solve(rng)
-        yield Answer(np.full(count, INTERVAL_S), rates)
+        interval = INTERVALS_S[seconds > 20.0]
+        count = int(np.ceil(seconds / interval))
+        rates = Shooting(query, model, count, interval, left).solve(rng)
+        yield Answer(np.full(count, interval), rates)
         k += 1
