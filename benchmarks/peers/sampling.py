@@ -21,8 +21,8 @@ from benchmarks.peers.queries import Query
 STEP_S, MOST_STEPS = 0.1, 20
 GOAL_BIAS = 0.1
 """Part of RRT's samples that are the goal; OMPL's default is 0.05."""
-CELL_L = 0.1
-"""Side of the cells that KPIECE1 and EST count states in: the base's position in units of L."""
+CELLS = 10
+"""KPIECE1 and EST count states in cells of the base's position; as many of them are on the way to the goal."""
 
 
 class _Propagator:
@@ -106,7 +106,7 @@ def answer(query: Query, planner: str, cap_s: float, seed: int) -> Answer | None
     space.registerDefaultProjection(cells)
     setup.getStateSpace().setup()
     for k in range(3):
-        cells.setCellSizes(k, CELL_L)
+        cells.setCellSizes(k, max(0.01, float(np.linalg.norm(last[:3])) / CELLS))
     chosen = getattr(oc, planner)(info)
     if planner == "RRT":
         chosen.setGoalBias(GOAL_BIAS)
