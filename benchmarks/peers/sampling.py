@@ -7,6 +7,7 @@ the planners choose. States are propagated by compiled CasADi expressions, Runge
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import numpy as np
@@ -73,13 +74,13 @@ def _space(reach: float) -> Any:
     return space
 
 
-def answer(query: Query, planner: str, cap_s: float, seed: int) -> Answer | None:
+def answer(planner: str, query: Query, cap_s: float, seed: int) -> Answer | None:
     """Return what a planner finds, exact or nearest, within a time; None if it finds nothing.
 
     Args:
-        query: The query.
         planner: RRT, KPIECE1 or EST.
-        cap_s: The time it has [s].
+        query: The query.
+        cap_s: The processor time it has [s].
         seed: Of OMPL's random numbers.
     """
     ou.setLogLevel(ou.LogLevel.LOG_ERROR)
@@ -112,7 +113,8 @@ def answer(query: Query, planner: str, cap_s: float, seed: int) -> Answer | None
         chosen.setGoalBias(GOAL_BIAS)
         chosen.setIntermediateStates(True)
     setup.setPlanner(chosen)
-    setup.solve(cap_s)
+    over = time.process_time() + cap_s
+    setup.solve(ob.PlannerTerminationCondition(lambda: time.process_time() > over))
     if not setup.haveSolutionPath():
         return None
     path = setup.getSolutionPath()
