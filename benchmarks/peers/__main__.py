@@ -101,8 +101,8 @@ def main() -> None:
         faults = [f"{r['planner']} {r['fault']}" for r in results if r["fault"]]
         given = f"--count {asked.count} --cap {asked.cap:g} --seed {asked.seed} --jobs {asked.jobs}"
         about = (
-            f"`python -m benchmarks.peers {given}`: {asked.count} queries a class, {asked.cap:g} s of processor time for "
-            f"each, {asked.jobs} at once on {os.cpu_count()} cores shared with other work, Python "
+            f"`python -m benchmarks.peers {given}`: {asked.count} queries a class, {asked.cap:g} s of processor time "
+            f"for each, {asked.jobs} at once on {os.cpu_count()} cores shared with other work, Python "
             f"{platform.python_version()}. Faults: {', '.join(faults) or 'none'}.\n\n"
         )
         page = written(page, "planners", about + table(head, rows(results)))
