@@ -88,7 +88,7 @@ def main() -> None:
         page = written(page, "numerics", table(head, numerics.rows()))
     if asked.only != "numerics":
         results = []
-        queries = [query(kind, number, asked.seed) for kind in CLASSES for number in range(asked.count)]
+        queries = [query(kind, number, asked.seed) for number in range(asked.count) for kind in CLASSES]
         with ThreadPoolExecutor(asked.jobs) as pool:  # each thread waits for a process
             waiting = [pool.submit(outcome, n, q, asked.cap, asked.seed) for q in queries for n in PLANNERS]
             for done in as_completed(waiting):
