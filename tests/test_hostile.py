@@ -1,4 +1,4 @@
-"""Hostile input: whatever a document holds or a path is, a command ends quickly, in one clear line, and writes nothing."""
+"""Hostile input: whatever a document or a path is, a command ends quickly, in one clear line, and writes nothing."""
 
 from __future__ import annotations
 
@@ -300,8 +300,7 @@ def test_thousands_of_bad_documents_are_refused_in_one_clear_line(folder: Path, 
         path.unlink()
         assert_refused(code, out, err, "--json" in arguments)
         assert seconds < MOST_SECONDS
-        assert sorted(os.listdir()) == ["gaits", "goal.yaml", "start.yaml"]
-        assert not os.listdir("gaits")
+        assert sorted(p.name for p in folder.rglob("*")) == ["gaits", "goal.yaml", "start.yaml"]
 
     refused()
     assert len(seen) == FUZZ[sort]
@@ -314,3 +313,112 @@ def test_what_the_bad_documents_are_made_of_is_good(folder: Path, kind: str) -> 
     path = folder / file_of(kind)
     path.write_text(yaml_of(DOCUMENTS[kind][0]))
     files.load(path, PLAN_SCHEMA if kind == "plan" else files.SCHEMAS[kind])
+
+
+# What is no document at all, in a process of its own ---------------------------------------------------------------
+
+COMMAND = [sys.executable, "-W", "error", "-c", "from purcell_cli.cli import main; main()"]
+
+
+def _hundred_megabytes(path: Path) -> None:
+    with path.open("wb") as stream:
+        for _ in range(100):
+            stream.write(b"- a\n" * (1 << 18))
+
+
+def _loop(path: Path) -> None:
+    path.symlink_to("other")
+    path.with_name("other").symlink_to(path.name)
+
+
+def _socket(path: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind(path.name)
+
+
+ODDITIES: dict[str, tuple[Callable[[Path], object], list[str]]] = {
+    "a file of 100 MB": (_hundred_megabytes, ["plan", "bad", "goal.yaml"]),
+    "a plan of 100 MB": (_hundred_megabytes, ["run", "bad"]),
+    "a folder": (Path.mkdir, ["plan", "start.yaml", "bad", "--json"]),
+    "a loop of links": (_loop, ["plan", "start.yaml", "goal.yaml", "--swimmer", "bad"]),
+    "a socket": (_socket, ["plan", "bad", "goal.yaml"]),
+    "a pipe that nobody writes to": (os.mkfifo, ["plan", "start.yaml", "bad"]),
+    "a pipe as a scenario": (os.mkfifo, ["plan", "bad", "--json"]),
+    "a device without end": (lambda p: p.symlink_to("/dev/zero"), ["run", "bad"]),
+    "a trajectory without end": (lambda p: p.symlink_to("/dev/zero"), ["verify", "bad", "start.yaml", "goal.yaml"]),
+    "a pipe to write to": (os.mkfifo, ["plan", "start.yaml", "goal.yaml", "--out", "bad"]),
+    "nesting without end": (lambda p: p.write_text("[" * 1_000_000), ["plan", "bad", "goal.yaml"]),
+    "a bomb of aliases": (
+        lambda p: p.write_text("\n".join(["a0: &a0 x", *(f"a{k}: &a{k} [{f'*a{k - 1},' * 9}]" for k in range(1, 40))])),
+        ["plan", "bad"],
+    ),
+}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
+@pytest.mark.parametrize("name", ODDITIES)
+def test_what_is_no_document_is_refused_quickly_and_in_little_memory(folder: Path, name: str) -> None:
+    make, arguments = ODDITIES[name]
+    make(folder / "bad")
+    before = _listed(folder)
+    with (folder / "out").open("w+") as out, (folder / "err").open("w+") as err:
+        environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+        process = subprocess.Popen([*COMMAND, *arguments], stdout=out, stderr=err, env=environment)
+        ended, usage = _ended(process)
+        assert ended, "it hangs"
+        out.seek(0)
+        err.seek(0)
+        assert_refused(process.returncode, out.read(), err.read(), "--json" in arguments)
+    assert usage.ru_utime + usage.ru_stime < MOST_SECONDS
+    assert usage.ru_maxrss << 10 < MOST_BYTES
+    for made in ("out", "err"):
+        (folder / made).unlink()
+    assert _listed(folder) == before
+
+
+def _ended(process: subprocess.Popen[bytes]) -> tuple[bool, resource.struct_rusage]:
+    """Wait for a process, a minute at most; return whether it ended by itself, and what it used."""
+    patience = time.monotonic() + 60.0
+    while True:
+        pid, status, usage = os.wait4(process.pid, os.WNOHANG)
+        if pid:
+            process.returncode = os.waitstatus_to_exitcode(status)
+            return process.returncode >= 0, usage
+        if time.monotonic() > patience:
+            process.kill()
+        time.sleep(0.01)
+
+
+def _listed(folder: Path) -> dict[str, int]:
+    """Return the names below a folder, each with the kind and mode of what it is."""
+    return {str(p.relative_to(folder)): p.lstat().st_mode for p in folder.rglob("*")}
+
+
+# Numbers that are finite, and far out of bounds --------------------------------------------------------------------
+
+EXTREMES = {
+    "far beyond all doubles' sense": ("goal", {"base": {"position_m": [1e308, 0, 0]}}),
+    "on opposite sides": ("goal", {"base": {"position_m": [-1e15, 1e15, 0]}}),
+    "a billion lengths away": ("goal", {"base": {"position_m": [1.1e8, 0, 0]}}),
+    "a box without sense": ("goal", {"workspace_m": {"min": [-1e308, -1, -1], "max": [1e308, 1, 1]}}),
+    "a quaternion that overflows": ("goal", {"limb1": {"quaternion_wxyz": [1e308, 1e308, 0, 0]}}),
+    "a matrix that overflows": ("goal", {"limb1": {"matrix": [[1e308, 1e308, 0], [0, 1e308, 0], [0, 0, 1]]}}),
+    "links of no length": ("swimmer", {"base_half_length_m": 5e-324, "limb_half_length_m": 5e-324}),
+    "links of no thickness": ("swimmer", {"slenderness": 5e-324}),
+    "thinner than atoms": ("swimmer", {"slenderness": 1e-12}),
+    "no bend": ("swimmer", {"max_bend_rad": 5e-324}),
+    "hardly a bend": ("swimmer", {"max_bend_rad": 1e-12}),
+    "no rate": ("swimmer", {"joint_rate_rad_s": 5e-324}),
+    "no viscosity": ("swimmer", {"viscosity_pa_s": 5e-324}),
+}
+
+
+@pytest.mark.parametrize("name", EXTREMES)
+def test_numbers_far_out_of_bounds_are_refused_before_they_overflow(folder: Path, name: str) -> None:
+    kind, document = EXTREMES[name]
+    (folder / "bad.yaml").write_text(yaml_of(document))
+    before = _listed(folder)
+    code, out, err, seconds = called(DOCUMENTS[kind][1])
+    assert_refused(code, out, err, json_wanted=False)
+    assert seconds < MOST_SECONDS
+    assert _listed(folder) == before
