@@ -34,11 +34,13 @@ def writable(path: Path | str) -> None:
     """Refuse a file that cannot be written to, before the work for it is done.
 
     Raises:
-        InputError: Its folder does not exist or cannot be written to, or it is a folder itself.
+        InputError: Its folder does not exist or cannot be written to, or it is a folder, a device or a pipe.
     """
     target = Path(path)
     if target.is_dir():
         raise InputError(f"{target}: wanted a file to write, found a folder")
+    if target.exists() and not target.is_file():  # a device or a pipe must not give way to a file
+        raise InputError(f"{target}: wanted a file to write, found something that is no regular file")
     if not target.parent.is_dir():
         raise InputError(f"{target}: wanted a file in a folder that exists, found no folder {target.parent}")
     if not os.access(target.parent, os.W_OK | os.X_OK):

@@ -69,6 +69,8 @@ _TERM = re.compile(
     r"\s*(?P<times>\*)?\s*(?P<symbol>[a-z][0-9]*)?\s*"
 )
 _LONGEST_EXPRESSION = 200
+_FARTHEST_M = 1e15
+"""Coordinates go no farther than this, so that none can overflow."""
 _SYMBOL = Text(r"[a-z][0-9]*", "a symbol (one lower-case letter, digits may follow)")
 NAME = Text(
     r"[A-Za-z0-9_-][A-Za-z0-9._-]{0,99}",
@@ -317,9 +319,11 @@ _ORIENTATION: Schema[Array] = Made(
     _only,
 )
 
+_COORDINATE = Number(at_least=-_FARTHEST_M, at_most=_FARTHEST_M)
+
 _BASE = Record(
     {
-        "position_m": Field(ListOf(Number(), 3), "position in the world [m]", default=[0.0, 0.0, 0.0]),
+        "position_m": Field(ListOf(_COORDINATE, 3), "position in the world [m]", default=[0.0, 0.0, 0.0]),
         "orientation": Field(_ORIENTATION, "orientation in the world; left out, the world's"),
     }
 )
@@ -351,7 +355,7 @@ _CONFIGURATION = Document(
     "A configuration of the swimmer (start.yaml)", Made(Record(_CONFIGURATION_FIELDS), _configuration)
 )
 
-_CORNER = ListOf(Number(), 3)
+_CORNER = ListOf(_COORDINATE, 3)
 WORKSPACE: Schema[Workspace] = Made(
     Record(
         {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from purcell_cli import se3
 from purcell_cli.certificate import Certificate, certify
 from purcell_cli.configuration import Configuration, Deviation
-from purcell_cli.errors import UnknownNameError
+from purcell_cli.errors import ParameterError, UnknownNameError
 from purcell_cli.gaits import Gait
 from purcell_cli.limits import Limits, LimitsReport, check
 from purcell_cli.planner.reconfiguration import Plan, Progress, reconfigure
@@ -35,6 +36,9 @@ from purcell_cli.workspace import Workspace
 
 CONTROLS = ("primitive", "simultaneous")
 """How a plan may turn the joints: one at a time, or all six at once."""
+
+FARTHEST_L = 1e9
+"""A goal farther from the start than this, in units of L, is refused: no double says its position to a thousandth."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -133,6 +137,7 @@ def plan(
 
     Raises:
         ParameterError: A clearance that is none, or a start or goal that does not keep it.
+        ParameterError: A goal farther from the start than `FARTHEST_L`.
         ParameterError: A time between rows that is not positive, or that asks for too many rows.
         GaitError: No stored gait for a motion that is needed.
         UnknownNameError: No controls or effort have this name.
@@ -143,6 +148,9 @@ def plan(
     body, limits = swimmer or Swimmer(), Limits(clearance_m, workspace)
     for name, configuration in (("start", start), ("goal", goal)):
         limits.refuse(body, name, configuration)
+    if (away := math.dist(start.pose[:3, 3], goal.pose[:3, 3])) > FARTHEST_L * body.length_m:
+        farthest = FARTHEST_L * body.length_m
+        raise ParameterError(f"goal: a position within {farthest:g} m of the start is wanted, found {away:g} m")
     made = reconfigure(body, start, goal, stored, effort, minimize, limits, progress)
     return carried_out(quickened(made, limits) if controls == "simultaneous" else made, dt_s, limits)
 

@@ -15,13 +15,13 @@ from purcell_cli.rotations import Array
 
 LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
     {
-        "base_half_length_m": (0.0, 1e6),
-        "limb_half_length_m": (0.0, 1e6),
-        "slenderness": (0.0, 0.2),
-        "viscosity_pa_s": (0.0, 1e12),
+        "base_half_length_m": (1e-12, 1e6),
+        "limb_half_length_m": (1e-12, 1e6),
+        "slenderness": (1e-6, 0.2),
+        "viscosity_pa_s": (1e-12, 1e12),
         "drag_ratio": (1.0, 1e3),
-        "max_bend_rad": (0.0, math.pi),
-        "joint_rate_rad_s": (0.0, 1e6),
+        "max_bend_rad": (1e-3, math.pi),
+        "joint_rate_rad_s": (1e-9, 1e6),
     }
 )
 """What each parameter of a swimmer is above, and at most."""

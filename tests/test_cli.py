@@ -447,11 +447,11 @@ BAD_STARTS: dict[str, tuple[str | bytes, str]] = {
 BAD_SWIMMERS: dict[str, tuple[str, str]] = {
     "negative length": (
         "base_half_length_m: -0.1",
-        "swimmer.yaml:1: base_half_length_m: wanted a finite number above 0",
+        "swimmer.yaml:1: base_half_length_m: wanted a finite number above 1e-12",
     ),
-    "zero viscosity": ("viscosity_pa_s: 0", "swimmer.yaml:1: viscosity_pa_s: wanted a finite number above 0"),
+    "zero viscosity": ("viscosity_pa_s: 0", "swimmer.yaml:1: viscosity_pa_s: wanted a finite number above 1e-12"),
     "a drag ratio of one": ("drag_ratio: 1", "swimmer.yaml:1: drag_ratio: wanted a finite number above 1"),
-    "a fat link": ("slenderness: 0.5", "swimmer.yaml:1: slenderness: wanted a finite number above 0"),
+    "a fat link": ("slenderness: 0.5", "swimmer.yaml:1: slenderness: wanted a finite number above 1e-06"),
     "misspelt key": ("joint_rate: 1", "swimmer.yaml:1: joint_rate: wanted one of the keys"),
 }
 BAD_COMMANDS: dict[str, tuple[list[str], str]] = {

@@ -229,7 +229,7 @@ BAD: dict[str, tuple[Any, str]] = {
         document(goal={"limb1": {"matrix": [[2, 0, 0], [0, 1, 0], [0, 0, 1]]}}),
         "goal.limb1.matrix: wanted",
     ),
-    "no swimmer": (document(swimmer={"slenderness": -1}), "swimmer.slenderness: wanted a finite number above 0"),
+    "no swimmer": (document(swimmer={"slenderness": -1}), "swimmer.slenderness: wanted a finite number above 1e-06"),
     "deep": (NESTED, "wanted at most 20 levels of nesting"),
     "deep inside": (json.dumps(document(blocks=0)).replace("0}", NESTED + "}"), "wanted at most 20 levels of nesting"),
     "huge": (" " * (1 << 20) + json.dumps(document()), "plan.json:1: the document: wanted at most 1048576 bytes"),

@@ -164,8 +164,8 @@ def test_an_orientation_has_exactly_one_form(tmp_path: Path, text: str, found: s
     assert_fault(tmp_path, f"base:\n  orientation: {text}", 2, "base.orientation", "exactly one", found)
 
 
-@given(numbers=st.lists(floats, min_size=3, max_size=3))
-@example(numbers=[1e-3, 5e-324, -1.7976931348623157e308])
+@given(numbers=st.lists(st.floats(-1e15, 1e15), min_size=3, max_size=3))
+@example(numbers=[1e-3, 5e-324, -1e15])
 @reuse_folder
 def test_numbers_come_back_as_they_were_written(tmp_path: Path, numbers: list[float]) -> None:
     for text in (repr(numbers), yaml.safe_dump(numbers)):
