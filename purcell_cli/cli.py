@@ -5,18 +5,20 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import sys
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from purcell_cli import __version__
+from purcell_cli import __version__, commands_controllability
+from purcell_cli.terminal import GaitFolder, Json, SwimmerFile
+from purcell_cli.terminal import busy as _busy
+from purcell_cli.terminal import show as _show
+from purcell_cli.terminal import swimmer_of as _swimmer
 
 if TYPE_CHECKING:
     from purcell_cli.files import Scenario
     from purcell_cli.solution import Solution
-    from purcell_cli.swimmer import Swimmer
 
 app = typer.Typer(
     name="purcell",
@@ -27,17 +29,8 @@ app = typer.Typer(
     epilog="Start with [bold]purcell plan nearby[/], a stored scenario, or [bold]purcell gait --list[/].",
 )
 
-_WIDTH = 128
-"""Columns of a table that is not shown on a terminal."""
-
 DONE, NOT_REACHED, MISUSE, INTERRUPTED = 0, 1, 2, 130
 
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else.")]
-SwimmerFile = Annotated[
-    Path | None,
-    typer.Option("--swimmer", metavar="FILE", help="The swimmer's YAML file; default: the paper's swimmer."),
-]
-GaitFolder = Annotated[Path | None, typer.Option("--gaits", metavar="DIR", help="A folder of your own gait files.")]
 Effort = Annotated[
     str,
     typer.Option(
@@ -75,18 +68,6 @@ class _UnsuccessfulError(Exception):
         self.code = code
 
 
-def _show(document: dict[str, Any], json: bool, show: Callable[[Any, dict[str, Any]], None]) -> None:
-    from purcell_cli.report import as_json
-
-    if json:
-        print(as_json(document))
-        return
-    from rich.console import Console
-
-    console = Console(highlight=False)
-    show(console if console.is_terminal else Console(highlight=False, width=_WIDTH), document)
-
-
 def _show_solution(solution: Solution, document: dict[str, Any], json: bool, explain: bool) -> None:
     """Show a plan that was carried out, and why it is as it is; without success where it did not arrive."""
     from purcell_cli.report import show_plan
@@ -105,25 +86,6 @@ def _show_solution(solution: Solution, document: dict[str, Any], json: bool, exp
         _show({**document, "explanation": reasons}, json, show)
     if solution.verdict != "reached":
         raise _UnsuccessfulError(NOT_REACHED)
-
-
-@contextlib.contextmanager
-def _busy(message: str) -> Iterator[Callable[[str], None]]:
-    """Show on a terminal's stderr that work goes on; what is yielded is told how far."""
-    if not sys.stderr.isatty():
-        yield lambda _: None
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status(message) as status:
-        yield lambda news: status.update(f"{message}: {news}")
-
-
-def _swimmer(path: Path | None) -> Swimmer:
-    from purcell_cli.files import load_swimmer
-    from purcell_cli.swimmer import Swimmer
-
-    return Swimmer() if path is None else load_swimmer(path)
 
 
 def _query(start: str, goal: str | None, swimmer: Path | None) -> Scenario:
@@ -323,6 +285,9 @@ def verify(
     _show(report.verify_document(found, query.swimmer), json, report.show_verify)
     if not found.holds:
         raise _UnsuccessfulError(NOT_REACHED)
+
+
+commands_controllability.register(app)
 
 
 def main() -> None:
