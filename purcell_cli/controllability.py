@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR, checked_shape
 from purcell_cli.errors import ParameterError
-from purcell_cli.fields import ALL_CONTROLS, MOST_DEPTH, YAW_CONTROLS, Fields, Frame, Word, first_brackets, frame
+from purcell_cli.fields import ALL_CONTROLS, MOST_DEPTH, YAW_CONTROLS, Frame, Word, brackets_by_depth, first_brackets, frame
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 
@@ -129,8 +129,8 @@ class Controllability:
         rows: The base directions that count, indices into `DIRECTIONS`.
         direct: Rank of A(r): what the controls do directly, h_1.
         null: Limb rates that leave the base still, in their simplest form: a row each. Shape (n, controls).
-        depths: The brackets by depth from 2, until full or to the depth asked for.
-        levels: The spaces h_1 + ... + h_k, until full or to the depth asked for, at most four.
+        depths: The brackets by depth from 2, until full with nothing weak, or to the depth asked for.
+        levels: The spaces h_1 + ... + h_k, until full with nothing weak, or to the depth asked for; at most four.
         brackets: All brackets that were made, by depth.
     """
 
@@ -162,8 +162,8 @@ class Controllability:
     @property
     def weak_level(self) -> int | None:
         """The k at which h_1 + ... + h_k is all of se(3): weak controllability; None where it is not seen."""
-        last = self.levels[-1]
-        return last.number if last.rank.dimension == len(self.rows) else None
+        full = [level.number for level in self.levels if level.rank.dimension == len(self.rows)]
+        return full[0] if full else None
 
 
 def rank_of(vectors: Array) -> Rank:
@@ -208,22 +208,20 @@ def _level(number: int, below: Array, vectors: Array, basis: Array) -> tuple[Lev
     return Level(number, len(vectors), rank, simplest(left)), every
 
 
-def _depths(around: Frame, rows: tuple[int, ...], depth: int) -> tuple[list[Level], list[Bracket], list[Fields]]:
+def _depths(around: Frame, rows: tuple[int, ...]) -> tuple[list[Level], list[Bracket]]:
     levels: list[Level] = []
     brackets: list[Bracket] = []
-    fields: list[Fields] = []
     every, basis = np.empty((0, len(rows))), np.empty((len(rows), 0))
-    for number in range(2, depth + 1):
-        fields.append(first_brackets(around) if not fields else around.brackets(fields[-1], depth - number + 1))
-        vertical = around.vertical(fields[-1])[0]
-        level, every = _level(number, every, vertical[:, rows], basis)
+    for fields in brackets_by_depth(around):
+        vertical = around.vertical(fields)[0]
+        level, every = _level(len(levels) + 2, every, vertical[:, rows], basis)
         basis = level.rank.basis
         levels.append(level)
-        parts = zip(fields[-1].words, vertical, fields[-1].limbs, strict=True)
+        parts = zip(fields.words, vertical, fields.limbs, strict=True)
         brackets += [Bracket(word, twist, limbs) for word, twist, limbs in parts]
-        if level.rank.dimension == len(rows):
+        if level.rank.clear_dimension == len(rows):
             break
-    return levels, brackets, fields
+    return levels, brackets
 
 
 def _filtration(around: Frame, rows: tuple[int, ...], depth: int) -> list[Level]:
@@ -236,7 +234,7 @@ def _filtration(around: Frame, rows: tuple[int, ...], depth: int) -> list[Level]
     level, every = _level(1, np.empty((0, len(rows))), own[0][:, rows], np.empty((len(rows), 0)))
     levels, earlier, last = [level], own[:, :0], own
     for number in range(2, min(depth, _MOST_LEVELS) + 1):
-        if level.rank.dimension == len(rows):
+        if level.rank.clear_dimension == len(rows):
             break
         degree = depth - number
         ring = around.ring(degree)
@@ -278,7 +276,7 @@ def controllability(
         raise ParameterError("a planar shape is wanted, its limbs bent by yaw alone")
     controls, rows = (YAW_CONTROLS, PLANAR_ROWS) if planar else (ALL_CONTROLS, tuple(range(6)))
     around = frame(swimmer, r, depth - 1, controls)
-    depths, brackets, _ = _depths(around, rows, depth)
+    depths, brackets = _depths(around, rows)
     direct = around.fields.twist[0][:, rows]
     return Controllability(
         swimmer,
@@ -303,8 +301,8 @@ def _null(direct: Array) -> Array:
 def makers(found: Controllability, direction: int) -> Sequence[Bracket]:
     """Return the shortest bracket that moves the base in a direction, and the shortest of use where that is another.
 
-    Of one depth the purest is taken: most of the direction in its twist. One of use moves it by `WEAK` or more, and
-    in no other direction by more.
+    Of one depth that with most of the direction in it is taken, by size and by share. One of use moves the base by
+    `WEAK` or more in the direction, and that is at least half of its whole twist.
 
     Args:
         found: What the brackets are.
@@ -320,8 +318,9 @@ def makers(found: Controllability, direction: int) -> Sequence[Bracket]:
         use = there & (np.abs(sizes[:, direction]) >= WEAK) & (shares >= 0.5)
         if (not out and np.any(there)) or np.any(use):
             among = np.flatnonzero(use if np.any(use) else there)
-            order = np.lexsort((among, -np.round(np.abs(sizes[among, direction]), 9), -np.round(shares[among], 6)))
-            out.append(mine[among[order[0]]])
+            worth = np.round(np.abs(sizes[among, direction]) * shares[among], 9)
+            yaws = [sum(control % 3 for control in mine[k].word) for k in among]  # of equals, that with most yaw
+            out.append(mine[among[np.lexsort((among, [-y for y in yaws], -worth))[0]]])
         if np.any(use):
             break
     return out

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -132,6 +133,14 @@ def first_brackets(frame: Frame) -> Fields:
     both = frame.brackets(frame.fields, frame.degree)
     keep = [k for k, (i, j) in enumerate(both.words) if i < j]
     return Fields(tuple(both.words[k] for k in keep), both.limbs[keep], both.twist[:, keep])
+
+
+def brackets_by_depth(frame: Frame) -> Iterator[Fields]:
+    """Return the brackets of depth 2, 3, ... as far as the degree of the control fields goes."""
+    fields = None
+    for degree in range(frame.degree, 0, -1):
+        fields = first_brackets(frame) if fields is None else frame.brackets(fields, degree)
+        yield fields
 
 
 def _exponential(ring: Taylor, x: Array, coefficients: tuple[float, ...]) -> Array:
