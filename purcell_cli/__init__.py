@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from purcell_cli.certificate import certify
     from purcell_cli.configuration import Configuration
+    from purcell_cli.controllability import controllability
+    from purcell_cli.curvature import curvature
     from purcell_cli.documents import load_plan, write_plan
     from purcell_cli.errors import PurcellError
     from purcell_cli.export import read_csv, write_csv
@@ -35,6 +37,8 @@ _HOMES = {
     "Swimmer": "swimmer",
     "Workspace": "workspace",
     "certify": "certificate",
+    "controllability": "controllability",
+    "curvature": "curvature",
     "flow": "lift",
     "flow_and_jacobian": "lift",
     "flow_and_jacobian_of_moves": "lift",
@@ -62,6 +66,8 @@ __all__ = [
     "Swimmer",
     "Workspace",
     "certify",
+    "controllability",
+    "curvature",
     "flow",
     "flow_and_jacobian",
     "flow_and_jacobian_of_moves",

@@ -24,7 +24,7 @@ TRUST = 0.1
 
 _LARGEST_RAD = 1.0
 _PER_FACTOR_TWO = 4
-_SMALLEST_RAD = 2.0**-13
+_SMALLEST_RAD = 2.0**-10
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -34,7 +34,8 @@ class Prediction:
     Attributes:
         rate: Motion in the direction over amplitude^depth [L or rad per rad^depth].
         depth: The power of the amplitude.
-        trusted_rad: The largest amplitude up to which the exact lift agrees within `TRUST`; 0 where it does nowhere [rad].
+        trusted_rad: The largest amplitude up to which the exact lift agrees within `TRUST` [rad]; 0 where it is below
+            all that are tried.
     """
 
     rate: float
@@ -88,7 +89,7 @@ def gait_twist(swimmer: Swimmer, word: Word, amplitudes_rad: Array, shape: Array
 def prediction(swimmer: Swimmer, shape: Array, bracket: Bracket, direction: int) -> Prediction:
     """Return what a bracket foretells of its gait in one direction, and up to which amplitude.
 
-    The amplitudes are powers of 2^(1/4) from 1e-4 to 1 rad; the smallest are left out where the lift's rounding shows.
+    The amplitudes are powers of 2^(1/4) from 0.001 to 1 rad; the smallest are left out where the lift's rounding shows.
     """
     depth, rate = len(bracket.word), float(bracket.twist[direction])
     steps = np.arange(round(np.log2(_SMALLEST_RAD)) * _PER_FACTOR_TWO, 1)

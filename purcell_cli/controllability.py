@@ -22,7 +22,16 @@ from numpy.typing import ArrayLike
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR, checked_shape
 from purcell_cli.errors import ParameterError
-from purcell_cli.fields import ALL_CONTROLS, MOST_DEPTH, YAW_CONTROLS, Frame, Word, brackets_by_depth, first_brackets, frame
+from purcell_cli.fields import (
+    ALL_CONTROLS,
+    MOST_DEPTH,
+    YAW_CONTROLS,
+    Frame,
+    Word,
+    brackets_by_depth,
+    first_brackets,
+    frame,
+)
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 
@@ -54,12 +63,14 @@ class Rank:
         singular_values: All of them, largest first [L, rad].
         floor: What rounding can leave of a zero.
         basis: An orthonormal basis of the span. Shape (directions, dimension).
+        weakest: The direction of the smallest singular value. Shape (directions,).
     """
 
     dimension: int
     singular_values: Array
     floor: float
     basis: Array
+    weakest: Array
 
     @property
     def clear_dimension(self) -> int:
@@ -160,6 +171,15 @@ class Controllability:
         return self.growth[-1] == self.dimension
 
     @property
+    def verdict(self) -> str:
+        """What is shown: controllable, weakly controllable, undecided (rounding could be it) or not shown."""
+        for levels, verdict in ((self.depths, "controllable"), (self.levels, "weakly controllable")):
+            full = [level for level in levels if level.rank.dimension == len(self.rows)]
+            if any(level.rank.robustness != "undecided" for level in full):
+                return verdict
+        return "undecided" if self.chow or self.weak_level else "not shown"
+
+    @property
     def weak_level(self) -> int | None:
         """The k at which h_1 + ... + h_k is all of se(3): weak controllability; None where it is not seen."""
         full = [level.number for level in self.levels if level.rank.dimension == len(self.rows)]
@@ -173,7 +193,7 @@ def rank_of(vectors: Array) -> Rank:
     floor = _ROUNDING * float(values.max(initial=0.0))
     dimension = int(np.sum(values > floor))
     values.setflags(write=False)
-    return Rank(dimension, values, floor, left[:, :dimension])
+    return Rank(dimension, values, floor, left[:, :dimension], left[:, -1])
 
 
 def simplest(basis: Array) -> Array:
@@ -253,6 +273,17 @@ def _filtration(around: Frame, rows: tuple[int, ...], depth: int) -> list[Level]
     return levels
 
 
+def checked_depth(depth: int) -> int:
+    """Return a bracket depth that can be computed.
+
+    Raises:
+        ParameterError: There are no coefficients for it.
+    """
+    if not 2 <= depth <= MOST_DEPTH:
+        raise ParameterError(f"depth: a whole number from 2 to {MOST_DEPTH} is wanted, found {depth}")
+    return depth
+
+
 def controllability(
     swimmer: Swimmer, shape: ArrayLike = COLLINEAR, depth: int = 4, planar: bool = False
 ) -> Controllability:
@@ -268,8 +299,7 @@ def controllability(
         ParameterError: A depth that there are no coefficients for, or a planar swimmer out of its plane.
     """
     r = checked_shape(shape)
-    if not 2 <= depth <= MOST_DEPTH:
-        raise ParameterError(f"depth: a whole number from 2 to {MOST_DEPTH} is wanted, found {depth}")
+    checked_depth(depth)
     if r.ndim != 3 or not np.all(np.isfinite(r)):
         raise ParameterError("one shape of finite numbers is wanted")
     if planar and not np.all(np.abs(r[:, 2, 2]) >= 1.0 - 1e-12):
@@ -319,8 +349,10 @@ def makers(found: Controllability, direction: int) -> Sequence[Bracket]:
         if (not out and np.any(there)) or np.any(use):
             among = np.flatnonzero(use if np.any(use) else there)
             worth = np.round(np.abs(sizes[among, direction]) * shares[among], 9)
-            yaws = [sum(control % 3 for control in mine[k].word) for k in among]  # of equals, that with most yaw
-            out.append(mine[among[np.lexsort((among, [-y for y in yaws], -worth))[0]]])
+            yaws = np.array(
+                [sum(control % 3 for control in mine[k].word) for k in among]
+            )  # of equals, that with most yaw
+            out.append(mine[among[np.lexsort((among, -yaws, -worth))[0]]])
         if np.any(use):
             break
     return out

@@ -50,7 +50,7 @@ def curvature(swimmer: Swimmer, shape: ArrayLike) -> Array:
         both = cross(np.eye(3)[:, None], np.eye(3)[None])
         out[:, part, part] += np.einsum("ijk,nkt->nijt", both, xi[:, part])
     out[..., :3] *= swimmer.length_m
-    return np.moveaxis(out, -1, 1).reshape(*shapes.shape[:-3], 6, 6, 6)
+    return np.asarray(np.moveaxis(out, -1, 1).reshape(*shapes.shape[:-3], 6, 6, 6))
 
 
 def loop_twist(swimmer: Swimmer, shape: ArrayLike, first: int, second: int, area: float) -> Array:

@@ -19,3 +19,7 @@ class UnknownNameError(PurcellError, LookupError):
 
 class GaitError(PurcellError, ArithmeticError):
     """A stored gait whose free angles have no solution at the amplitude asked for."""
+
+
+class MissingPackageError(PurcellError, ImportError):
+    """An optional package that is not installed; the message says how to install it."""

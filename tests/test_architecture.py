@@ -23,6 +23,12 @@ FLOORS = [
     "moves",
     "twist",
     "lift",
+    "taylor",
+    "fields",
+    "curvature",
+    "controllability",
+    "bracket_gaits",
+    "weak_shapes",
     "workspace",
     "gaits",
     "configuration",
@@ -41,6 +47,10 @@ FLOORS = [
     "verification",
     "report",
     "report_explanation",
+    "report_controllability",
+    "plot_controllability",
+    "terminal",
+    "commands_controllability",
     "cli",
 ]
 """From the bottom. All of the package `planner` is one floor, without cycles inside."""
