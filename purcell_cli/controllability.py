@@ -48,7 +48,7 @@ _ROUNDING = 1e3 * float(np.finfo(np.float64).eps)
 """What rounding can leave of a singular value that is zero, per largest one; tests compare with 60 digits."""
 
 _DOUBT = 100.0
-"""A singular value within this factor of what rounding leaves is not decided."""
+"""A singular value that counts, but is within this factor of what rounding can leave, is not decided."""
 
 _MOST_LEVELS = 4
 """h_5 would have a thousand million brackets."""
@@ -59,9 +59,9 @@ class Rank:
     """The rank of some twists, and what it hangs on.
 
     Attributes:
-        dimension: How many singular values are above rounding.
-        singular_values: All of them, largest first [L, rad].
-        floor: What rounding can leave of a zero.
+        dimension: How many directions are above rounding, each base direction measured by its own largest twist.
+        singular_values: Of all the twists, largest first [L, rad].
+        floor: What rounding can leave of a zero singular value, by the largest.
         basis: An orthonormal basis of the span. Shape (directions, dimension).
         weakest: The direction of the smallest singular value. Shape (directions,).
     """
@@ -91,8 +91,7 @@ class Rank:
     @property
     def robustness(self) -> str:
         """How safe the decision is: clear; weak, where a direction hangs on little; or undecided by rounding."""
-        near = (self.singular_values > self.floor / _DOUBT) & (self.singular_values < self.floor * _DOUBT)
-        if np.any(near & (self.singular_values > 0.0)):
+        if self.dimension and self.smallest < _DOUBT * self.floor:
             return "undecided"
         return "clear" if self.clear_dimension == self.dimension else "weak"
 
@@ -187,13 +186,27 @@ class Controllability:
 
 
 def rank_of(vectors: Array) -> Rank:
-    """Return the rank of twists. Shape (n, directions)."""
-    left, values, _ = np.linalg.svd(vectors.T, full_matrices=True)
-    values = np.concatenate([values, np.zeros(len(left) - len(values))])
+    """Return the rank of twists. Shape (n, directions).
+
+    Spin drag makes the roll of a thin swimmer's brackets many times larger than all else, and rounding comes with
+    it. Each direction is therefore scaled by its largest entry before the rank is counted.
+    """
+    left, values = _svd(vectors.T)
     floor = _ROUNDING * float(values.max(initial=0.0))
-    dimension = int(np.sum(values > floor))
+    size = np.max(np.abs(vectors), axis=0, initial=0.0)
+    size[size < _ROUNDING] = 0.0
+    scaled = np.divide(vectors, size, out=np.zeros_like(vectors), where=size > 0.0)
+    directions, shares = _svd(scaled.T)
+    dimension = int(np.sum(shares > _ROUNDING * shares.max(initial=0.0)))
+    basis = np.linalg.qr(size[:, None] * directions[:, :dimension])[0]
     values.setflags(write=False)
-    return Rank(dimension, values, floor, left[:, :dimension], left[:, -1])
+    return Rank(dimension, values, floor, basis, left[:, -1])
+
+
+def _svd(matrix: Array) -> tuple[Array, Array]:
+    """Return the left singular vectors, all of them, and as many singular values."""
+    left, values, _ = np.linalg.svd(matrix, full_matrices=True)
+    return left, np.concatenate([values, np.zeros(len(left) - len(values))])
 
 
 def simplest(basis: Array) -> Array:

@@ -51,12 +51,13 @@ def draw_map(found: Sequence[ShapeStrength], depth: int, path: Path) -> None:
         ):
             axes = figure.add_subplot(1, 2, 1 + place)
             least = np.array([weakest(rank)[0] for rank in ranks]).reshape(len(bends), len(rolls))
-            shown = axes.pcolormesh(
-                np.degrees(rolls), np.degrees(bends), np.log10(np.maximum(least, 1e-12)), cmap="viridis"
-            )
-            for s, rank in zip(found, ranks, strict=True):
-                where = (math.degrees(s.roll_rad), math.degrees(s.bend_rad))
-                axes.annotate(weakest(rank)[1], where, ha="center", va="center", fontsize=6, color="white")
+            shown = axes.imshow(np.log10(np.maximum(least, 1e-12)), origin="lower", aspect="auto", cmap="viridis")
+            for (row, column), _ in np.ndenumerate(least):
+                name = weakest(ranks[row * len(rolls) + column])[1]
+                box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.6, "pad": 1.0}
+                axes.annotate(name, (column, row), ha="center", va="center", fontsize=6, bbox=box)
+            axes.set_xticks(range(len(rolls)), [f"{math.degrees(roll):.4g}" for roll in rolls])
+            axes.set_yticks(range(len(bends)), [f"{math.degrees(bend):.4g}" for bend in bends])
             axes.set(title=title, xlabel="roll of limb 2's bend [deg]", ylabel="bend of both limbs [deg]")
             figure.colorbar(shown, ax=axes, label="log10 of the least singular value [L, rad]")
         form = picture_format(path)

@@ -55,7 +55,8 @@ def _deviation(deviation: Deviation, length_m: float) -> Document:
     }
 
 
-def _swimmer(swimmer: Swimmer) -> Document:
+def swimmer_document(swimmer: Swimmer) -> Document:
+    """Return a swimmer's parameters."""
     return {**dataclasses.asdict(swimmer), "L_m": swimmer.length_m}
 
 
@@ -118,7 +119,7 @@ def plan_document(solution: Solution, file: str | None, saved: str | None = None
     return {
         "schema": f"purcell/{command}/1",
         "verdict": solution.verdict,
-        "swimmer": _swimmer(swimmer),
+        "swimmer": swimmer_document(swimmer),
         "controls": solution.controls,
         "joint_travel_rad": plan.joint_travel_rad,
         "duration_s": solution.duration_s,
@@ -161,7 +162,7 @@ def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, fil
         "amplitude_rad": stroke.amplitude_rad,
         "amplitude_means": gait.means,
         "cycles": cycles,
-        "swimmer": _swimmer(swimmer),
+        "swimmer": swimmer_document(swimmer),
         "approach": [{"control": c, "angle_rad": a} for c, a in stroke.approach],
         "cycle": [{"control": c, "angle_rad": a} for c, a in stroke.cycle],
         "joint_travel_rad": travel,
@@ -199,7 +200,7 @@ def verify_document(found: Verification, swimmer: Swimmer) -> Document:
     return {
         "schema": "purcell/verify/1",
         "verdict": "reached" if found.holds else "not reached",
-        "swimmer": _swimmer(swimmer),
+        "swimmer": swimmer_document(swimmer),
         "start_error": _deviation(found.start, swimmer.length_m),
         "verified_error": _deviation(found.certificate.deviation, swimmer.length_m),
         "tolerance": {"position_m": found.certificate.tolerance_m, "angle_rad": found.certificate.tolerance_rad},

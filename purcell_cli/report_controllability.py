@@ -11,8 +11,7 @@ import numpy as np
 from purcell_cli.bracket_gaits import TRUST, prediction
 from purcell_cli.controllability import DIRECTIONS, WEAK, Bracket, Controllability, Level, Rank, makers
 from purcell_cli.fields import word_name
-from purcell_cli.report import Document
-from purcell_cli.report import _swimmer as swimmer_document
+from purcell_cli.report import Document, swimmer_document
 from purcell_cli.rotations import Array, as_euler
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.weak_shapes import ShapeStrength, weakest
@@ -126,7 +125,7 @@ def sum_text(parts: Mapping[str, float]) -> str:
 
 
 def _values(rank: Mapping[str, Any]) -> str:
-    return " ".join(f"{v:.2g}" if v > rank["rounding"] else "0" for v in rank["singular_values"])
+    return " ".join(f"{v:.2g}" if k < rank["dimension"] else "0" for k, v in enumerate(rank["singular_values"]))
 
 
 def show_controllability(console: Console, document: Document) -> None:
