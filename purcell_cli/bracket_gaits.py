@@ -12,9 +12,9 @@ import dataclasses
 import numpy as np
 
 from purcell_cli import se3
-from purcell_cli.controllability import Bracket
 from purcell_cli.fields import Word
 from purcell_cli.lift import piece_displacements
+from purcell_cli.local_controllability import Bracket
 from purcell_cli.primitives import PrimitiveSequence, joined
 from purcell_cli.rotations import Array, as_euler
 from purcell_cli.swimmer import Swimmer

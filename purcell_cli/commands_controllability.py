@@ -49,10 +49,10 @@ def controllability(
     """Show what the swimmer can reach near a shape, by Lie brackets of its controls."""
     from purcell_cli import report_controllability as report
     from purcell_cli.configuration import Configuration
-    from purcell_cli.controllability import checked_depth
-    from purcell_cli.controllability import controllability as analysed
     from purcell_cli.errors import InputError
     from purcell_cli.files import load_configuration
+    from purcell_cli.local_controllability import checked_depth
+    from purcell_cli.local_controllability import controllability as analysed
 
     body = swimmer_of(swimmer)
     if over:

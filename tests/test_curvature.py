@@ -13,14 +13,14 @@ from helpers import UNIT, assert_close, bent, is_close, random_shapes, random_sw
 from purcell_cli import Swimmer, curvature, se3
 from purcell_cli.bracket_gaits import bracket_gait, gait_twist
 from purcell_cli.connection import COLLINEAR, connection
-from purcell_cli.controllability import controllability, rank_of
-from purcell_cli.curvature import loop_twist
+from purcell_cli.curvature_form import loop_twist
 from purcell_cli.errors import ParameterError
 from purcell_cli.fields import ALL_CONTROLS, brackets_by_depth, connection_polynomial, frame, word_name
+from purcell_cli.local_controllability import controllability, rank_of
 from purcell_cli.rotations import hat
 from purcell_cli.taylor import taylor
 
-AMPLITUDES = np.array([2e-3, 4e-3, 8e-3])
+AMPLITUDES = np.array([5e-4, 1e-3, 2e-3])
 
 
 def shape_of(seed: int) -> np.ndarray:

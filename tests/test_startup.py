@@ -31,7 +31,15 @@ def _loaded(*arguments: str) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--version"], ["--help"], ["plan", "--help"], ["gait", "--help"], ["run", "--help"]]
+    "arguments",
+    [
+        ["--version"],
+        ["--help"],
+        ["plan", "--help"],
+        ["gait", "--help"],
+        ["run", "--help"],
+        ["controllability", "--help"],
+    ],
 )
 def test_help_and_version_import_nothing_slow(arguments: list[str]) -> None:
     assert _loaded(*arguments) & SLOW == set()
