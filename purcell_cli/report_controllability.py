@@ -176,7 +176,7 @@ def _show_brackets(console: Console, document: Document) -> None:
     from rich.table import Table
 
     table = Table(title="Which bracket gives which motion, for turns of a \\[rad]", title_justify="left")
-    for heading in ("direction", "bracket", "motion", "beside it", "holds to a \\[rad]", "limb rolled back"):
+    for heading in ("direction", "bracket", "motion", "beside it", "holds to a \\[rad]", "limb to turn back"):
         table.add_column(heading)
     for part in document["directions"]:
         for k, bracket in enumerate(part["brackets"]):
