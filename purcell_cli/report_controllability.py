@@ -10,7 +10,8 @@ import numpy as np
 
 from purcell_cli.bracket_gaits import TRUST, prediction
 from purcell_cli.fields import word_name
-from purcell_cli.local_controllability import DIRECTIONS, WEAK, Bracket, Controllability, Level, Rank, makers
+from purcell_cli.local_controllability import DIRECTIONS, Bracket, Controllability, Level, makers
+from purcell_cli.ranks import WEAK, Rank
 from purcell_cli.report import Document, swimmer_document
 from purcell_cli.rotations import Array, as_euler
 from purcell_cli.swimmer import Swimmer

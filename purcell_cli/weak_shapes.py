@@ -12,7 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from purcell_cli.fields import brackets_by_depth, frame
-from purcell_cli.local_controllability import DIRECTIONS, Rank, rank_of
+from purcell_cli.local_controllability import DIRECTIONS
+from purcell_cli.ranks import Rank, rank_of
 from purcell_cli.rotations import Array, about_axis
 from purcell_cli.swimmer import Swimmer
 

@@ -25,6 +25,7 @@ FLOORS = [
     "lift",
     "taylor",
     "fields",
+    "ranks",
     "curvature_form",
     "local_controllability",
     "bracket_gaits",

@@ -15,8 +15,9 @@ from purcell_cli.bracket_gaits import TRUST, gait_twist, prediction
 from purcell_cli.cli import _run
 from purcell_cli.connection import COLLINEAR, connection
 from purcell_cli.errors import ParameterError
-from purcell_cli.local_controllability import DIRECTIONS, makers, rank_of, simplest
+from purcell_cli.local_controllability import DIRECTIONS, makers
 from purcell_cli.primitives import PrimitiveSequence
+from purcell_cli.ranks import rank_of, simplest
 from purcell_cli.rotations import about_axis
 from purcell_cli.weak_shapes import bent_alike, strength, weakest
 

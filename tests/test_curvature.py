@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from helpers import UNIT, assert_close, bent, is_close, random_shapes, random_swimmer, slope
 
-from purcell_cli import Swimmer, curvature, se3
+from purcell_cli import Swimmer, controllability, curvature, se3
 from purcell_cli.bracket_gaits import bracket_gait, gait_twist
 from purcell_cli.connection import COLLINEAR, connection
 from purcell_cli.curvature_form import loop_twist
 from purcell_cli.errors import ParameterError
 from purcell_cli.fields import ALL_CONTROLS, brackets_by_depth, connection_polynomial, frame, word_name
-from purcell_cli.local_controllability import controllability, rank_of
+from purcell_cli.ranks import rank_of
 from purcell_cli.rotations import hat
 from purcell_cli.taylor import taylor
 
