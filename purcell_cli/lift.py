@@ -220,12 +220,12 @@ def _base_rates(shapes: Array, rate: Array) -> Array:
 
 
 def _displacements(model: TwistModel, shapes: Array, rate: Array, duration: Array, accuracy: Accuracy) -> Array:
-    """Return the base's displacement on each piece, in units of L. Shape (n, 4, 4)."""
-    out = np.empty((len(duration), 4, 4))
+    """Return the base's displacement on each piece, in units of L, in extended precision. Shape (n, 4, 4)."""
+    out = se3.extended(np.zeros((len(duration), 4, 4)))
     for low in range(0, len(duration), _BATCH):
         part = slice(low, low + _BATCH)
         mesh = _mesh(model, shapes[part, :, :, 0], _base_rates(shapes[part], rate[part]), duration[part], accuracy.step)
-        poses = np.empty((len(mesh.piece), 4, 4))
+        poses = se3.extended(np.zeros((len(mesh.piece), 4, 4)))
         for first in range(0, len(poses), _BATCH):
             some = slice(first, first + _BATCH)
             poses[some] = _solve(model, mesh[some], accuracy, gradient=False).step_pose
@@ -248,7 +248,35 @@ def piece_displacements(
     Returns:
         Poses relative to each piece's beginning [m]. Shape (n, 4, 4).
     """
-    out = _displacements(twist_model(swimmer), shapes, rate, duration, accuracy)
+    out = _displacements(twist_model(swimmer), shapes, rate, duration, accuracy).astype(np.float64)
+    out[:, :3, 3] *= swimmer.length_m
+    return out
+
+
+def run_displacements(
+    swimmer: Swimmer,
+    pieces: tuple[Array, Array, Array],
+    counts: ArrayLike,
+    cycles: ArrayLike,
+    accuracy: Accuracy = EXACT,
+) -> Array:
+    """Return the base's body displacement along runs of pieces, each played a number of times.
+
+    Where a run repeats n times, an error of its heading grows with n squared. So steps and cycles
+    are put together in extended precision, where the machine has it.
+
+    Args:
+        swimmer: The swimmer.
+        pieces: Shapes, limb rates and durations, as for `piece_displacements`, of one cycle each.
+        counts: How many pieces each run has, in order. Shape (k,).
+        cycles: How often each run is played. Shape (k,).
+        accuracy: Order and step of the method.
+
+    Returns:
+        Poses relative to each run's beginning [m]. Shape (k, 4, 4).
+    """
+    once = se3.products(_displacements(twist_model(swimmer), *pieces, accuracy), counts)
+    out = se3.repeated(once, cycles).astype(np.float64)
     out[:, :3, 3] *= swimmer.length_m
     return out
 

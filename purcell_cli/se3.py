@@ -166,8 +166,13 @@ def power(pose: Array, exponent: ArrayLike) -> Array:
     return np.where((n == 1.0)[..., None, None], pose, exp(n[..., None] * log(pose)))
 
 
+def extended(poses: Array) -> Array:
+    """Return poses in extended precision, where the machine has it: products of thousands lose nothing. Shape (...)."""
+    return np.asarray(poses, dtype=np.longdouble)
+
+
 def products(poses: Array, counts: ArrayLike) -> Array:
-    """Return the products of consecutive runs of displacements.
+    """Return the products of consecutive runs of displacements, in their precision.
 
     Args:
         poses: Displacements. Shape (n, 4, 4).
@@ -178,11 +183,30 @@ def products(poses: Array, counts: ArrayLike) -> Array:
     """
     length = np.asarray(counts, dtype=np.int64)
     first = np.cumsum(length) - length
-    out = np.tile(np.eye(4), (len(length), 1, 1))
+    out = np.tile(np.eye(4, dtype=poses.dtype), (len(length), 1, 1))
     for k in range(int(length.max(initial=0))):
         live = np.flatnonzero(length > k)
         out[live] = out[live] @ poses[first[live] + k]
     return normalised(out)
+
+
+def repeated(poses: Array, counts: ArrayLike) -> Array:
+    """Return whole powers of poses, by squaring, in their precision; the first power is the pose to the bit.
+
+    Args:
+        poses: Displacements. Shape (k, 4, 4).
+        counts: How often each is made, not negative. Shape (k,).
+
+    Returns:
+        Poses. Shape (k, 4, 4).
+    """
+    left = np.array(counts, dtype=np.int64)
+    done, power = np.tile(np.eye(4, dtype=poses.dtype), (len(left), 1, 1)), poses
+    while np.any(left):
+        done = np.where((left % 2 == 1)[:, None, None], done @ power, done)
+        left = left // 2
+        power = normalised(power @ power) if np.any(left) else power
+    return done
 
 
 def prefix_products(poses: Array) -> Array:
@@ -196,7 +220,7 @@ def prefix_products(poses: Array) -> Array:
     Returns:
         Poses before, between and after them. Shape (n + 1, 4, 4).
     """
-    out = np.empty((len(poses) + 1, 4, 4))
+    out = np.empty((len(poses) + 1, 4, 4), dtype=poses.dtype)
     out[0] = np.eye(4)
     out[1:] = poses
     reach = 1

@@ -18,7 +18,7 @@ from purcell_cli.configuration import Configuration
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.errors import ParameterError
 from purcell_cli.gaits import Stroke
-from purcell_cli.lift import EXACT, Accuracy, piece_displacements, piece_work
+from purcell_cli.lift import EXACT, Accuracy, piece_displacements, piece_work, run_displacements
 from purcell_cli.moves import ControlSequence, chained
 from purcell_cli.primitives import EMPTY
 from purcell_cli.rotations import Array, as_euler, as_quaternion, orthonormalised
@@ -88,11 +88,6 @@ class Pieces:
         """The block that each piece is of. Shape (n,)."""
         return np.repeat(np.arange(len(self.counts)), self.counts)
 
-    def displacements(self, swimmer: Swimmer, accuracy: Accuracy = EXACT) -> Array:
-        """Return the body displacement on each piece [m]. Shape (n, 4, 4)."""
-        q = self.sequence
-        return piece_displacements(swimmer, self.shapes[:-1], q.rates(), q.duration, accuracy)
-
 
 def starting_shapes(blocks: Sequence[Block], start: ArrayLike) -> Array:
     """Return the shape before each block, and after the last. Shape (k + 1, 2, 3, 3)."""
@@ -112,7 +107,9 @@ def block_displacements(
         accuracy: Of the flow.
     """
     pieces = Pieces.of(blocks, start)
-    return se3.power(se3.products(pieces.displacements(swimmer, accuracy), pieces.counts), pieces.cycles)
+    q = pieces.sequence
+    once = (pieces.shapes[:-1], q.rates(), q.duration)
+    return run_displacements(swimmer, once, pieces.counts, pieces.cycles, accuracy)
 
 
 def energies(swimmer: Swimmer, blocks: Sequence[Block], start: ArrayLike) -> Array:
@@ -300,17 +297,18 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
     time, phase, gait = np.empty(count), np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
     poses, limbs, controls = np.empty((count, 4, 4)), np.empty((count, 2, 3, 3)), np.empty((count, 6))
     names = tuple(dict.fromkeys(b.gait for b in blocks)) or ("none",)
-    here, end = start.pose, 0.0
+    here, end = se3.extended(start.pose), 0.0
     for k, (mine, out, begins) in enumerate(_played(blocks, rows)):
-        along = se3.prefix_products(moves[mine])
+        along = se3.prefix_products(se3.extended(moves[mine]))  # see `run_displacements`
         n, cycles = mine.stop - mine.start, len(begins)
-        origins = se3.normalised(here @ se3.power(along[-1], np.arange(cycles))) if cycles > 1 else here[None]
+        begun = here @ se3.prefix_products(np.broadcast_to(along[-1], (cycles, 4, 4)))
+        origins, along = begun[:-1].astype(np.float64), along.astype(np.float64)
         time[out] = (begins[:, None] + rows.time_s[mine]).ravel()
         phase[out], gait[out] = blocks[k].phase, names.index(blocks[k].gait)
         np.matmul(origins[:, None], along[:-1], out=poses[out].reshape(cycles, n, 4, 4))
         limbs[out].reshape(cycles, n, 2, 3, 3)[:] = shapes[mine]
         controls[out].reshape(cycles, n, 6)[:] = rates[mine] * rate
-        here = se3.normalised(here @ se3.power(along[-1], cycles))
+        here = se3.normalised(begun[-1])
         end = float(begins[0] + cycles * rows.lasts_s[k])
     last = blocks[-1] if blocks else Block(3, "none", EMPTY)
     time[-1], phase[-1], gait[-1] = end, last.phase, names.index(last.gait)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
-from purcell_cli.lift import EXACT, Accuracy, Repeat, flow_and_jacobian, piece_displacements, shape_gap
+from purcell_cli.lift import EXACT, Accuracy, Repeat, flow_and_jacobian, run_displacements, shape_gap
 from purcell_cli.primitives import PrimitiveSequence, joined
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
@@ -247,10 +247,10 @@ class Equations:
         """Return what is missing at some free angles [L, rad]. Shape (n,) to (m,)."""
         sequence = self.sequence_at(angle)
         shapes = sequence.shapes(self.start)
-        moves = piece_displacements(self.swimmer, shapes[:-1], sequence.rates(), sequence.duration, self.accuracy)
-        parts = [len(s.sequence) for s in self.stretches]
-        once = se3.products(moves, parts)
-        g = functools.reduce(np.matmul, se3.power(once, [s.cycles for s in self.stretches]), np.eye(4))
+        pieces = (shapes[:-1], sequence.rates(), sequence.duration)
+        parts, cycles = [len(s.sequence) for s in self.stretches], [s.cycles for s in self.stretches]
+        moves = run_displacements(self.swimmer, pieces, parts, cycles, self.accuracy)
+        g = functools.reduce(np.matmul, moves, np.eye(4))
         gaps = [shape_gap(sequence[:stop], shapes[: stop + 1], shape)[0] for stop, shape in self._targets]
         return np.concatenate([se3.log(se3.normalised(self._wanted_inverse @ g)), *gaps])
 

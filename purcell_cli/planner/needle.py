@@ -31,6 +31,8 @@ _LEAST = 1e-2  # rad
 _LONGEST_TURN = 0.5
 _THERE = 1e-7
 _WAYS = (1.0, -1.0)
+_REVIVED, _REVIVED_L, _REVIVED_RAD = 0.1, 1.0, 0.5
+"""An arc that only advances, or only turns, is weighed as if it did a little of the other too, so that it still can."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -117,7 +119,8 @@ def _looseness(arc: Array, fan: Fan) -> Array:
     """Return the inverse weights of quadratics that fall with the joint travel of arcs. Shape (n, 9)."""
     a, b = np.abs(arc[..., 0]), np.hypot(arc[..., 1], arc[..., 2])
     here = np.maximum(fan.cost(a, b), _LEAST)
-    a, b = np.maximum(a, 0.05 * fan.straight * here), np.maximum(b, 0.05 * fan.tight * here)
+    a = np.maximum(a, np.minimum(_REVIVED * fan.straight * here, _REVIVED_L))
+    b = np.maximum(b, np.minimum(_REVIVED * fan.tight * here, _REVIVED_RAD))
     here, more_a, more_b = fan.cost(np.stack([a, 1.01 * a, a]), np.stack([b, b, 1.01 * b]))
     loose_a = a**2 / (here * np.maximum(100.0 * (more_a / here - 1.0), 0.05))
     loose_b = b**2 / (here * np.maximum(100.0 * (more_b / here - 1.0), 0.05))
