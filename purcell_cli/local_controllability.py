@@ -258,7 +258,8 @@ def makers(found: Controllability, direction: int) -> Sequence[Bracket]:
         use = there & (np.abs(sizes[:, direction]) >= WEAK) & (shares >= 0.5)
         if (not out and np.any(there)) or np.any(use):
             among = np.flatnonzero(use if np.any(use) else there)
-            worth = np.round(np.abs(sizes[among, direction]) * shares[among], 9)
+            worth = np.abs(sizes[among, direction]) * shares[among]
+            worth = np.round(worth / worth.max(), 9)
             yaws = np.array(
                 [sum(control % 3 for control in mine[k].word) for k in among]
             )  # of equals, that with most yaw

@@ -27,7 +27,7 @@ class Rank:
         singular_values: Of all the twists, largest first [L, rad].
         floor: What rounding can leave of a zero singular value, by the largest.
         basis: An orthonormal basis of the span. Shape (directions, dimension).
-        weakest: The direction of the smallest singular value. Shape (directions,).
+        weakest: How much of each direction is in those of the smallest singular value. Shape (directions,).
     """
 
     dimension: int
@@ -75,7 +75,8 @@ def rank_of(vectors: Array) -> Rank:
     dimension = int(np.sum(shares > _ROUNDING * shares.max(initial=0.0)))
     basis = np.linalg.qr(size[:, None] * directions[:, :dimension])[0]
     values.setflags(write=False)
-    return Rank(dimension, values, floor, basis, left[:, -1])
+    least = values <= max(floor, (1.0 + 1e-6) * float(values[-1]))
+    return Rank(dimension, values, floor, basis, np.round(np.sum(left[:, least] ** 2, axis=1), 6))
 
 
 def _svd(matrix: Array) -> tuple[Array, Array]:

@@ -44,9 +44,9 @@ def bent_alike(bend_rad: float, roll_rad: float) -> Array:
 
 
 def weakest(rank: Rank) -> tuple[float, str]:
-    """Return the least singular value, rounding taken as 0, and the base direction it is mostly in."""
+    """Return the least singular value, rounding taken as 0, and the base direction it is mostly in, the first of equals."""
     value = float(rank.singular_values[-1])
-    return (value if rank.dimension == len(rank.weakest) else 0.0), DIRECTIONS[int(np.argmax(np.abs(rank.weakest)))]
+    return (value if rank.dimension == len(rank.weakest) else 0.0), DIRECTIONS[int(np.argmax(rank.weakest))]
 
 
 def strength(swimmer: Swimmer, bend_rad: float, roll_rad: float, depth: int) -> ShapeStrength:

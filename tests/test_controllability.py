@@ -138,6 +138,7 @@ def test_the_map_finds_the_weak_u() -> None:
     least = {bend: weakest(s.weak) for bend, s in found.items()}
     assert least[90][0] < 1e-3 < 0.1 < min(least[75][0], least[120][0])
     assert least[90][1] == "sway"
+    assert weakest(strength(UNIT, 0.0, 0.8, 3).strong)[1] == "pitch"  # yaw is as weak: the first of equals
     assert [s.direct.dimension for s in found.values()] == [5, 3, 5]
     assert_close(bent_alike(0.5, 0.0)[:, :, 0], [[np.cos(0.5), np.sin(0.5), 0], [np.cos(0.5), -np.sin(0.5), 0]], 1e-15)
     assert_close(bent_alike(0.5, np.pi)[1], about_axis(2, 0.5), 1e-15)
