@@ -44,7 +44,7 @@ def bent_alike(bend_rad: float, roll_rad: float) -> Array:
 
 
 def weakest(rank: Rank) -> tuple[float, str]:
-    """Return the least singular value, rounding taken as 0, and the base direction it is mostly in, the first of equals."""
+    """Return the least singular value, 0 for rounding, and the base direction it is mostly in, the first of equals."""
     value = float(rank.singular_values[-1])
     return (value if rank.dimension == len(rank.weakest) else 0.0), DIRECTIONS[int(np.argmax(rank.weakest))]
 
