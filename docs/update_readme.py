@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 README = Path(__file__).resolve().parent.parent / "README.md"
+PAGES = (README, README.parent / "docs" / "controllability.md")
 
 _BLOCK = re.compile(r"^<!-- (?P<mark>[^\n]*?) -->\n```\w*\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
 _COMMAND = "from purcell_cli.cli import main; main()"
@@ -122,14 +123,20 @@ def all_played(text: str) -> list[tuple[Block, str]]:
 
 
 def main() -> None:
-    """Bring the README up to date."""
-    text = README.read_text(encoding="utf-8")
+    """Bring the README and the pages with transcripts up to date."""
+    changed = sum(renewed(page) for page in PAGES)
+    sys.stdout.write(f"{changed} transcripts changed\n")
+
+
+def renewed(page: Path) -> int:
+    """Write the true outputs into a page and return how many have changed."""
+    text = page.read_text(encoding="utf-8")
     changed = 0
     for block, true in reversed(all_played(text)):
         changed += block.body != true
         text = text[: block.span[0]] + true + text[block.span[1] :]
-    README.write_text(text, encoding="utf-8")
-    sys.stdout.write(f"{changed} transcripts changed\n")
+    page.write_text(text, encoding="utf-8")
+    return changed
 
 
 if __name__ == "__main__":

@@ -12,12 +12,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from purcell_cli.certificate import certify
     from purcell_cli.configuration import Configuration
+    from purcell_cli.curvature_form import curvature
     from purcell_cli.documents import load_plan, write_plan
     from purcell_cli.errors import PurcellError
     from purcell_cli.export import read_csv, write_csv
     from purcell_cli.files import load_configuration, load_gait, load_goal, load_scenario, load_swimmer
     from purcell_cli.gaits import realise
     from purcell_cli.lift import flow, flow_and_jacobian, flow_and_jacobian_of_moves, flow_of_rates
+    from purcell_cli.local_controllability import controllability
     from purcell_cli.moves import MoveSequence
     from purcell_cli.primitives import PrimitiveSequence
     from purcell_cli.solution import plan
@@ -35,6 +37,8 @@ _HOMES = {
     "Swimmer": "swimmer",
     "Workspace": "workspace",
     "certify": "certificate",
+    "controllability": "local_controllability",
+    "curvature": "curvature_form",
     "flow": "lift",
     "flow_and_jacobian": "lift",
     "flow_and_jacobian_of_moves": "lift",
@@ -62,6 +66,8 @@ __all__ = [
     "Swimmer",
     "Workspace",
     "certify",
+    "controllability",
+    "curvature",
     "flow",
     "flow_and_jacobian",
     "flow_and_jacobian_of_moves",

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from purcell_cli import __version__, commands_batch, commands_design, commands_files, commands_pictures
+from purcell_cli import (
+    __version__,
+    commands_batch,
+    commands_controllability,
+    commands_design,
+    commands_files,
+    commands_pictures,
+)
 from purcell_cli.terminal import GaitFolder, Json, SwimmerFile
 from purcell_cli.terminal import busy as _busy
 from purcell_cli.terminal import show as _show
@@ -339,6 +346,7 @@ commands_pictures.register(app)
 commands_design.register(app)
 commands_batch.register(app)
 commands_files.register(app)
+commands_controllability.register(app)
 
 
 def main() -> None:

@@ -26,11 +26,16 @@ _E_X = np.array([1.0, 0.0, 0.0])
 _SIDE = {1: 1.0, 2: -1.0}
 
 
-def _limb(shape: ArrayLike, limb: int) -> Array:
+def checked_shape(shape: ArrayLike) -> Array:
+    """Return a shape as an array of two orientations. Shape (..., 2, 3, 3)."""
     r = np.asarray(shape, dtype=np.float64)
     if r.ndim < 3 or r.shape[-3:] != (2, 3, 3):
         raise ParameterError(f"a shape is an array (..., 2, 3, 3) of two limb orientations, found {r.shape}")
-    return r[..., limb - 1, :, :]
+    return r
+
+
+def _limb(shape: ArrayLike, limb: int) -> Array:
+    return checked_shape(shape)[..., limb - 1, :, :]
 
 
 def centre(swimmer: Swimmer, shape: ArrayLike, limb: int) -> Array:

@@ -64,7 +64,7 @@ def test_no_command_is_shown_unplayed() -> None:
 
 
 def test_transcripts_are_true() -> None:
-    played = readme.all_played(TEXT)
+    played = [pair for page in readme.PAGES for pair in readme.all_played(page.read_text(encoding="utf-8"))]
     wrong = [line for block, true in played for line in _differences(block.body, true)]
     assert not wrong, "\n".join([*wrong, "python docs/update_readme.py brings the README up to date"])
 

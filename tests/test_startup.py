@@ -41,6 +41,7 @@ def _loaded(*arguments: str) -> set[str]:
         ["plot", "--help"],
         ["batch", "--help"],
         ["init", "--help"],
+        ["controllability", "--help"],
     ],
 )
 def test_help_and_version_import_nothing_slow(arguments: list[str]) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-
 from benchmarks.random_queries import random_rotations, shape
+
 from purcell_cli import Configuration, Swimmer, se3
 from purcell_cli.connection import COLLINEAR
 
