@@ -16,37 +16,16 @@ import numpy as np
 
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
+from purcell_cli.curvature_form import twists_and_slopes
 from purcell_cli.moves import ControlSequence
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
-from purcell_cli.twist import twist_model
 
 _STEP = 0.01
 """Step of the finite difference of the curvature, in units of the roll sharpness."""
 _NOTHING = 1e-7
 """An order counts as cancelled below this part of the sum of its terms' sizes."""
 _AXES = np.eye(3)
-
-
-def _twists_and_slopes(swimmer: Swimmer, shapes: Array) -> tuple[Array, Array]:
-    """Return the base's twist for each unit control, and its derivative by turning the limbs about their own axes.
-
-    Args:
-        swimmer: The swimmer.
-        shapes: Shapes. Shape (n, 2, 3, 3).
-
-    Returns:
-        Twists (n, control, 6) and derivatives (n, turn, control, 6) [L, rad].
-    """
-    n = len(shapes)
-    axes = np.repeat(shapes[:, None, :, :, 0], 6, axis=1)
-    rates = np.zeros((n, 6, 2, 3))
-    for control in range(6):
-        rates[:, control, control // 3] = shapes[:, control // 3, :, control % 3]
-    rows = (np.ascontiguousarray(x.reshape(6 * n, 2, 3).transpose(2, 1, 0)) for x in (axes, rates))
-    xi, change = twist_model(swimmer).twist_and_change(*rows)
-    slopes = np.einsum("alknc,nlki->nlica", change.reshape(6, 2, 3, n, 6), shapes)
-    return np.moveaxis(xi.reshape(6, n, 6), 0, -1), slopes.reshape(n, 6, 6, 6)
 
 
 def curvature(swimmer: Swimmer, shapes: Array) -> Array:
@@ -62,7 +41,7 @@ def curvature(swimmer: Swimmer, shapes: Array) -> Array:
     Returns:
         Twists by (i, j). Shape (n, 6, 6, 6) [L/rad^2, rad/rad^2].
     """
-    xi, slopes = _twists_and_slopes(swimmer, shapes)
+    xi, slopes = twists_and_slopes(swimmer, shapes)
     return np.asarray(slopes - slopes.swapaxes(1, 2) + se3.bracket(xi[:, :, None], xi[:, None, :]))
 
 
@@ -74,7 +53,7 @@ def _nested(swimmer: Swimmer) -> Array:
         turns[:, k, k // 3, k % 3] = [2.0 * h, h, -h, -2.0 * h]
     there = curvature(swimmer, (COLLINEAR @ se3.rotation(turns)).reshape(24, 2, 3, 3)).reshape(4, 6, 6, 6, 6)
     slope = (8.0 * (there[1] - there[2]) - (there[0] - there[3])) / (12.0 * h)
-    xi, slopes = (x[0] for x in _twists_and_slopes(swimmer, COLLINEAR[None]))
+    xi, slopes = (x[0] for x in twists_and_slopes(swimmer, COLLINEAR[None]))
     here = curvature(swimmer, COLLINEAR[None])[0]
     limb = np.zeros((6, 6, 6))  # the limbs' part of [f_i, f_j]: their axes' cross product
     for part in (slice(0, 3), slice(3, 6)):
@@ -124,7 +103,7 @@ def predicted(swimmer: Swimmer, sequence: ControlSequence) -> Prediction:
         sequence: Primitives or moves.
     """
     l1, l2, l3 = _logarithm(sequence.rates() * sequence.duration[:, None])
-    xi, _ = _twists_and_slopes(swimmer, COLLINEAR[None])
+    xi, _ = twists_and_slopes(swimmer, COLLINEAR[None])
     fields = (xi[0], curvature(swimmer, COLLINEAR[None])[0] / 2.0, _nested(swimmer) / 3.0)  # Dynkin's 1/n
     terms = [(w[..., None] * f).reshape(-1, 6) for w, f in zip((l1, l2, l3), fields, strict=True)]
     return Prediction(np.array([t.sum(axis=0) for t in terms]), np.array([np.abs(t).sum(axis=0) for t in terms]))

@@ -32,17 +32,7 @@ def curvature(swimmer: Swimmer, shape: ArrayLike) -> Array:
         Shape (..., 6, 6, 6), the twist's components first.
     """
     shapes = checked_shape(shape)
-    r = shapes.reshape(-1, 2, 3, 3)
-    n = len(r)
-    # Rates of control j in base coordinates: column j of its limb's orientation.
-    axes = np.repeat(r[..., 0].transpose(2, 1, 0)[..., None], 6, axis=-1).reshape(3, 2, 6 * n)
-    rates = np.zeros((3, 2, n, 6))
-    for control in range(6):
-        rates[:, control // 3, :, control] = r[:, control // 3, :, control % 3].T
-    xi, change = twist_model(swimmer).twist_and_change(axes, rates.reshape(3, 2, 6 * n))
-    xi = xi.reshape(6, n, 6).transpose(1, 2, 0)  # (n, j, twist)
-    along = np.einsum("tlkns,nlki->nlist", change.reshape(6, 2, 3, n, 6), r)
-    along = along.reshape(n, 6, 6, 6)  # (n, i, j, twist): E_i of xi_j
+    xi, along = twists_and_slopes(swimmer, shapes.reshape(-1, 2, 3, 3))
     out = along.swapaxes(1, 2) - along - se3.bracket(xi[:, :, None], xi[:, None])
     # dA(e_i, e_j) also takes A of [e_i, e_j], which xi = -A turns into + xi([e_i, e_j]).
     for limb in range(2):
@@ -51,6 +41,28 @@ def curvature(swimmer: Swimmer, shape: ArrayLike) -> Array:
         out[:, part, part] += np.einsum("ijk,nkt->nijt", both, xi[:, part])
     out[..., :3] *= swimmer.length_m
     return np.asarray(np.moveaxis(out, -1, 1).reshape(*shapes.shape[:-3], 6, 6, 6))
+
+
+def twists_and_slopes(swimmer: Swimmer, shapes: Array) -> tuple[Array, Array]:
+    """Return the base's twist for each unit control, xi = -A e_j, and its derivatives along all of them.
+
+    Args:
+        swimmer: The swimmer.
+        shapes: Shapes. Shape (n, 2, 3, 3).
+
+    Returns:
+        Twists by the control, shape (n, 6, 6), and their derivatives by the control that turns the limbs and the
+        one of the twist, shape (n, 6, 6, 6), in units of L [L, rad].
+    """
+    n = len(shapes)
+    axes = np.repeat(shapes[:, None, :, :, 0], 6, axis=1)
+    rates = np.zeros((n, 6, 2, 3))
+    for control in range(6):
+        rates[:, control, control // 3] = shapes[:, control // 3, :, control % 3]
+    rows = (np.ascontiguousarray(x.reshape(6 * n, 2, 3).transpose(2, 1, 0)) for x in (axes, rates))
+    xi, change = twist_model(swimmer).twist_and_change(*rows)
+    slopes = np.einsum("alknc,nlki->nlica", change.reshape(6, 2, 3, n, 6), shapes)
+    return np.moveaxis(xi.reshape(6, n, 6), 0, -1), slopes.reshape(n, 6, 6, 6)
 
 
 def loop_twist(swimmer: Swimmer, shape: ArrayLike, first: int, second: int, area: float) -> Array:

@@ -12,9 +12,8 @@ import dataclasses
 import numpy as np
 from numpy.typing import ArrayLike
 
-from purcell_cli import se3
-from purcell_cli.connection import base_to_limb, centre, connection, rate_to_limb, resistance_and_coupling
-from purcell_cli.rotations import Array, about_axis, hat
+from purcell_cli.curvature_form import curvature
+from purcell_cli.rotations import Array, about_axis
 from purcell_cli.swimmer import Swimmer
 
 
@@ -61,9 +60,8 @@ def angles_in(plane: Plane, shapes: Array) -> Array:
 def planar_curvature(swimmer: Swimmer, plane: Plane, angles: ArrayLike) -> Array:
     """Return the curvature of the planar connection, as a body displacement per area of shape plane.
 
-    With xi = a_1 alpha_1' + a_2 alpha_2' it is d a_2 / d alpha_1 - d a_1 / d alpha_2 + [a_1, a_2]: what the
-    displacement of a small loop, alpha_1 first, tends to over its area. The derivative is exact:
-    d(P^-1 Q) = P^-1 (dQ - dP P^-1 Q).
+    What the displacement of a small loop, alpha_1 first, tends to over its area: of the curvature DA(r), minus the
+    part of one control of each limb.
 
     Args:
         swimmer: The swimmer.
@@ -73,32 +71,5 @@ def planar_curvature(swimmer: Swimmer, plane: Plane, angles: ArrayLike) -> Array
     Returns:
         Along x, sideways [m/rad^2], and the turn [1/rad]. Shape (..., 3).
     """
-    alpha, unit = np.asarray(angles, dtype=np.float64), swimmer.scaled()
-    shape = about_axis(plane.axis, alpha)
-    controls = [plane.axis, 3 + plane.axis]
-    p, _ = resistance_and_coupling(unit, shape)
-    a = connection(unit, shape)
-    slope = [np.linalg.solve(p, _change(unit, plane, shape, limb, a)) for limb in (1, 2)]
-    first, second = (-a[..., :, c] for c in controls)
-    curl = -slope[0][..., :, controls[1]] + slope[1][..., :, controls[0]]
-    out = (curl + se3.bracket(first, second))[..., list(plane.twist)]
-    out[..., :2] *= swimmer.length_m
-    return np.asarray(out)
-
-
-def _change(swimmer: Swimmer, plane: Plane, shape: Array, limb: int, a: Array) -> Array:
-    """Return dQ - dP A, the derivatives by one limb's angle. Shape (..., 6, 6)."""
-    side = 1.0 if limb == 1 else -1.0
-    turned = shape[..., limb - 1, :, :]
-    turning = turned @ hat(np.eye(3)[plane.axis])
-    moving = side * swimmer.limb_half_length_m * turning[..., :, 0]
-    b, db = base_to_limb(swimmer, shape, limb), np.zeros((*shape.shape[:-3], 6, 6))
-    turning_t = np.swapaxes(turning, -1, -2)
-    db[..., :3, :3] = db[..., 3:, 3:] = turning_t
-    db[..., :3, 3:] = -turning_t @ hat(centre(swimmer, shape, limb)) - np.swapaxes(turned, -1, -2) @ hat(moving)
-    drag = swimmer.drag(limb)
-    grown = np.swapaxes(db, -1, -2) @ drag
-    dp = grown @ b
-    out = -(dp + np.swapaxes(dp, -1, -2)) @ a
-    out[..., 3 * limb - 3 : 3 * limb] += grown @ rate_to_limb(swimmer, limb)
-    return out
+    shape = about_axis(plane.axis, np.asarray(angles, dtype=np.float64))
+    return np.asarray(-curvature(swimmer, shape)[..., list(plane.twist), plane.axis, 3 + plane.axis])

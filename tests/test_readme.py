@@ -110,8 +110,10 @@ def test_files_that_are_shown_can_be_read(tmp_path: Path) -> None:
     assert files.load_scenario(tmp_path / "across.yaml").expect.verdict == "reached"
     assert find_cases([str(tmp_path / "rolls.yaml")]).count == 4
     assert files.load_gait(tmp_path / "my-gaits" / "pitch-cruise.yaml").free
+    assert files.load_gait(tmp_path / "my-gaits" / "twist.yaml").curve is not None
+    files.load_swimmer(tmp_path / "swimmer.yaml")
     shown = [b.detail for b in BLOCKS if b.kind == "file"]
-    assert len(shown) == 6
+    assert len(shown) == 7
 
 
 def test_swimmer_file_shows_every_parameter_and_its_default(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 States at the ends of all intervals and the controls in them are unknowns; one Runge-Kutta step of order four per
 interval ties them together. The integral of the squared controls is minimised: with joint travel itself IPOPT needs
 some five times as long. Every start swims random sines, its states by simulation, over one of a few horizons. The
-Jacobian is handed to IPOPT in closed form, with which an iteration takes a few per cent of the time it takes with
+Jacobian is handed to IPOPT in closed form, with which an iteration takes much less time than with
 CasADi's own; the Hessian is approximated, since its exact form costs more than it spares.
 """
 

@@ -37,6 +37,8 @@ _CRANK_RAD = 1.6
 _SHORT_RAD = 40.0
 """Up to this joint travel stored gaits one after the other are tried too."""
 _NEGLIGIBLE = 1e-12
+_SLIGHT_ROLL_RAD = 1e-4
+"""Rolls by less are left to the finish."""
 _SLIGHT_RAD, _SAME = 0.3, 1e-4
 """Arcs of less joint travel are left out; neighbours are one if that costs them no more than so much."""
 _FAR_L = 3.0
@@ -225,8 +227,9 @@ def _arcs(swimmer: Swimmer, loops: Fan, crank: Gait, arc: Array, roll: float) ->
             change = math.remainder(math.atan2(-p, q) - tilt - plane, 2.0 * math.pi)
             if abs(change) > 0.5 * math.pi:
                 change, turn = math.remainder(change + math.pi, 2.0 * math.pi), -turn
-            out += _rolls(swimmer, crank, change)
-            plane += change
+            if abs(change) > _SLIGHT_ROLL_RAD:
+                out += _rolls(swimmer, crank, change)
+                plane += change
         out += arc_blocks(loops, advance, turn)
     return _last_apart(out) + _rolls(swimmer, crank, roll - plane)
 
@@ -243,7 +246,7 @@ def _last_apart(blocks: list[Block]) -> list[Block]:
 
 def _rolls(swimmer: Swimmer, crank: Gait, angle: float) -> list[Block]:
     angle = math.remainder(angle, 2.0 * math.pi)
-    if abs(angle) < _NEGLIGIBLE:
+    if abs(angle) < _SLIGHT_ROLL_RAD:
         return []
     count = math.ceil(abs(angle) / _CRANK_RAD)
     one = guessed(crank, swimmer, angle / count)
