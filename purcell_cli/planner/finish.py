@@ -26,7 +26,7 @@ _PATIENCE = 2
 _WEAKEST = 1e-9
 _REACH_RAD = 0.25
 _ROUNDS = 20
-_LOST = 6
+_LOST = 3
 """Rounds in which the residual does not even halve before the approach is given up."""
 _SHORTER = (1.0, 0.4, 0.15, 0.05)
 """What is tried of a step until it gains something."""

@@ -148,8 +148,8 @@ class _Best:
     def joint_travel_rad(self) -> float:
         return math.inf if self.motion is None else self.motion.joint_travel_rad
 
-    def consider(self, motion: Equations, words: str) -> Equations:
-        """Bring a motion to the goal, keep it if it is the best, and return it nearly there.
+    def consider(self, motion: Equations, words: str) -> tuple[Equations, bool]:
+        """Bring a motion to the goal, keep it if it is the best, and return it nearly there, and whether it is.
 
         Args:
             motion: The motion.
@@ -167,7 +167,7 @@ class _Best:
                 self.motion, self._off, self._excess, self._cost, self.words = exact, off, excess, spent, words
         elif self.motion is None:
             self.motion, self._off = near, off
-        return near
+        return near, off < _CLOSE
 
     def _cost_of(self, motion: Equations) -> float:
         return cost(self.measure, motion.swimmer, motion.blocks(), motion.start)
@@ -177,11 +177,13 @@ class _Best:
 
     def explore(self, found: Sequence[Candidate], rough: Equations, how: Effort, progress: Progress) -> None:
         """Carry on with candidates, and with random words for small displacements."""
-        for k, candidate in enumerate(found):
-            if k >= how.candidates and self.good:
-                break
-            near = self.consider(rough.of(stretches_of(candidate.blocks)), candidate.words)
-            self._tell(progress, k + 1, how)
+        waiting, k = list(found), 0
+        while waiting and (k < how.candidates or not self.good):
+            candidate, k = waiting.pop(0), k + 1
+            near, arrived = self.consider(rough.of(stretches_of(candidate.blocks)), candidate.words)
+            if candidate.kind and not arrived:
+                waiting.sort(key=lambda c: c.kind == candidate.kind)
+            self._tell(progress, k, how)
             if how.pace is not None and near.joint_travel_rad < how.longest_rad:
                 shorter = shorten(near.of(stretches_of(_apart(near, how.most))), self.bend, how.pace)
                 self.consider(shorter, f"{candidate.words}, joined")

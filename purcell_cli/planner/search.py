@@ -69,10 +69,12 @@ class Candidate:
     Attributes:
         words: What it is made of.
         blocks: Its strokes.
+        kind: Candidates of one kind, where one of them does not arrive, are hard to make arrive.
     """
 
     words: str
     blocks: tuple[Block, ...]
+    kind: str = ""
 
     @property
     def joint_travel_rad(self) -> float:
@@ -126,7 +128,8 @@ def candidates(
             inner = _arcs(swimmer, loops, cranks[0], arcs, roll)
             if inner:
                 words = f"{len(arcs)} arc{'s' * (len(arcs) != 1)} with rolls between"
-                found.append(_candidate(words, first, i, inner, last, j))
+                one = _candidate(words, first, i, inner, last, j)
+                found.append(dataclasses.replace(one, kind="across" if across else ""))
     if not found or min(c.joint_travel_rad for c in found) < _SHORT_RAD:
         book = stroke_book(tuple(gaits.values()), swimmer)
         for (i, j), displacement in list(zip(pairs, missing, strict=True))[:2]:
