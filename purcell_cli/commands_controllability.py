@@ -78,7 +78,8 @@ def _map(body: Swimmer, depth: int, picture: Path | None, json: bool) -> int:
     from purcell_cli.weak_shapes import strengths
 
     if picture is not None:
-        from purcell_cli.plot_controllability import draw_map, picture_format
+        from purcell_cli.plot import picture_format
+        from purcell_cli.plot_controllability import draw_map
 
         picture_format(picture)
         writable(picture)

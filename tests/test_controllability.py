@@ -208,7 +208,8 @@ def test_the_map_is_shown_and_drawn(capsys: pytest.CaptureFixture[str], tmp_path
 
 def test_the_map_needs_no_matplotlib(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    monkeypatch.delitem(sys.modules, "purcell_cli.plot_controllability", raising=False)
+    for module in ("purcell_cli.plot", "purcell_cli.plot_controllability"):
+        monkeypatch.delitem(sys.modules, module, raising=False)
     code, out, _ = played(capsys, "--map", "--depth", "2")
     assert code == 0
     assert "weakest: " in out
