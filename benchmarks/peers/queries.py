@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from benchmarks.random_queries import random_rotations, shape
+from benchmarks.planner import random_rotations, shape
 
 from purcell_cli import Configuration, Swimmer, se3
 from purcell_cli.connection import COLLINEAR
