@@ -5,8 +5,8 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from benchmarks.planner import random_rotations, shape
 
+from benchmarks.planner import random_rotations, shape
 from purcell_cli import Configuration, Swimmer, se3
 from purcell_cli.connection import COLLINEAR
 
