@@ -270,9 +270,6 @@ def _integrate(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) 
     solved = solve_ivp(plain_equation, (0.0, 1.0), np.zeros(12 * n), method="DOP853", t_eval=[1.0], **control)
     pieces = se3.extended(np.tile(np.eye(4), (n, 1, 1)))
     pieces[:, :3] += solved.y[:, -1].reshape(4, 3, n).transpose(2, 1, 0)
-    out = se3.extended(np.tile(np.eye(4), (len(parts), 1, 1)))
-    for j in range(int(parts.max())):
-        live = parts > j
-        out[live] = out[live] @ pieces[(np.cumsum(parts) - parts)[live] + j]
+    out = se3.products(pieces, parts)
     out[:, :3, 3] *= swimmer.length_m
     return out

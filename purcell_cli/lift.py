@@ -229,7 +229,7 @@ def _displacements(model: TwistModel, shapes: Array, rate: Array, duration: Arra
         for first in range(0, len(poses), _BATCH):
             some = slice(first, first + _BATCH)
             poses[some] = _solve(model, mesh[some], accuracy, gradient=False).step_pose
-        out[part] = se3.products(poses, np.bincount(mesh.piece, minlength=len(duration[part])))
+        out[part] = se3.normalised(se3.products(poses, np.bincount(mesh.piece, minlength=len(duration[part]))))
     return out
 
 
@@ -275,7 +275,7 @@ def run_displacements(
     Returns:
         Poses relative to each run's beginning [m]. Shape (k, 4, 4).
     """
-    once = se3.products(_displacements(twist_model(swimmer), *pieces, accuracy), counts)
+    once = se3.normalised(se3.products(_displacements(twist_model(swimmer), *pieces, accuracy), counts))
     out = se3.repeated(once, cycles).astype(np.float64)
     out[:, :3, 3] *= swimmer.length_m
     return out

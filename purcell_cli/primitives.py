@@ -100,6 +100,11 @@ class PrimitiveSequence:
         """Return the sequence repeated a number of times."""
         return PrimitiveSequence(np.tile(self.control, count), np.tile(self.angle, count))
 
+    def busy(self) -> PrimitiveSequence:
+        """Return the sequence without the primitives that turn nothing."""
+        used = np.flatnonzero(self.angle)
+        return PrimitiveSequence(self.control[used], self.angle[used])
+
     def with_angles(self, angle: ArrayLike) -> PrimitiveSequence:
         """Return the same controls with other angles [rad]. Shape (n,)."""
         return PrimitiveSequence(self.control, np.asarray(angle, dtype=np.float64))

@@ -187,7 +187,7 @@ def products(poses: Array, counts: ArrayLike) -> Array:
     for k in range(int(length.max(initial=0))):
         live = np.flatnonzero(length > k)
         out[live] = out[live] @ poses[first[live] + k]
-    return normalised(out)
+    return out
 
 
 def repeated(poses: Array, counts: ArrayLike) -> Array:

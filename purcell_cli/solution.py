@@ -171,14 +171,14 @@ def carried_out(plan: Plan, dt_s: float = 0.05, limits: Limits | None = None) ->
     moved = block_displacements(swimmer, blocks, start.shape)
     shape = starting_shapes(blocks, start.shape)[-1]
     end = Configuration(se3.normalised(start.pose @ se3.prefix_products(moved)[-1]), shape)
-    known = plan.limits is not None and plan.limits.limits == wanted
+    known = plan.limits
     return Solution(
         plan,
         spacing(swimmer, blocks, dt_s),
         Deviation.between(end, goal),
         certify(swimmer, start, goal, *schedule(swimmer, blocks)),
         moved,
-        plan.limits if plan.limits is not None and known else check(swimmer, start, blocks, wanted),
+        known if known is not None and known.limits == wanted else check(swimmer, start, blocks, wanted),
     )
 
 

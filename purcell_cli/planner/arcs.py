@@ -67,7 +67,7 @@ def stroke(beat: float, offset: float, across: bool) -> tuple[PrimitiveSequence,
         there = [(_YAW_1, 0.5 * corner), (_YAW_2, -corner), (_YAW_1, 0.5 * corner)]
         back = [(control, -angle) for control, angle in reversed(there)]
     loop = [(_YAW_1, 2.0 * beat), (_YAW_2, -2.0 * beat), (_YAW_1, -2.0 * beat), (_YAW_2, 2.0 * beat)]
-    parts = [PrimitiveSequence.of([step for step in part if step[1]]) for part in (there, loop, back)]
+    parts = [PrimitiveSequence.of(part).busy() for part in (there, loop, back)]
     return parts[0], parts[1], parts[2]
 
 

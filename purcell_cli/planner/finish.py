@@ -106,7 +106,7 @@ def arrive(
     few = last.tail + _independent(rough.derivative[:, last.tail :])
     angle, closer = _rounds(last, last.angles, rough, max_bend_rad, rounded, few)
     return (
-        (last.of([s.changed(busy) if s.free else s for s in last.with_angles(angle)]), closer)
+        (last.of([s.changed(PrimitiveSequence.busy) if s.free else s for s in last.with_angles(angle)]), closer)
         if closer < best
         else (here, best)
     )
@@ -139,12 +139,6 @@ def _offered_last(stretches: Sequence[Stretch]) -> list[Stretch]:
     """Return a motion with every control offered at every switch after its last repeated stroke."""
     last = max(k for k, s in enumerate(stretches) if not s.free)
     return [s if k <= last else s.changed(lambda part: offered(part, 1)) for k, s in enumerate(stretches)]
-
-
-def busy(sequence: PrimitiveSequence) -> PrimitiveSequence:
-    """Return a sequence without the primitives that turn nothing."""
-    used = np.flatnonzero(sequence.angle)
-    return PrimitiveSequence(sequence.control[used], sequence.angle[used])
 
 
 def _independent(columns: Array) -> NDArray[np.int64]:

@@ -60,8 +60,7 @@ class Ways:
 
     def sequence(self, k: int) -> PrimitiveSequence:
         """Return the primitives of one of the ways, without empty turns."""
-        used = np.flatnonzero(self.angle[k])
-        return PrimitiveSequence(self.control[k, used], self.angle[k, used])
+        return PrimitiveSequence(self.control[k], self.angle[k]).busy()
 
 
 def turns_to(rotation: Array, limb: int) -> Ways:

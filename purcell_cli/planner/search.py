@@ -114,22 +114,8 @@ def candidates(
     for across in (True, False) if far or breadth.both else (False,):
         loops = fan(swimmer, measure, across)
         pairs, missing = _pairs(first, last, wanted, loops, breadth.pairs)
-        way = steer(missing, loops, math.ceil(breadth.starts / len(pairs)))
-        if not cranks or not len(way.roll):
-            continue
-        travel = loops.cost(way.arc[..., 0], np.hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1)
-        travel += np.array([first.joint_travel_rad[i] + last.joint_travel_rad[j] for i, j in pairs])[way.displacement]
-        for k in _distinct(travel):
-            i, j = pairs[way.displacement[k]]
-            made = missing[way.displacement[k]]
-            arcs, roll, off = settled(_swum(loops, _fewest(loops, way.arc[k])), float(way.roll[k]), made)
-            if off > _FAR_OFF:  # on a long way slight arcs count
-                arcs, roll, _ = settled(_swum(loops, way.arc[k]), float(way.roll[k]), made)
-            inner = _arcs(swimmer, loops, cranks[0], arcs, roll)
-            if inner:
-                words = f"{len(arcs)} arc{'s' * (len(arcs) != 1)} with rolls between"
-                one = _candidate(words, first, i, inner, last, j)
-                found.append(dataclasses.replace(one, kind="across" if across else ""))
+        if cranks:
+            found += _steered(swimmer, loops, cranks[0], (first, last), pairs, missing, breadth.starts)
     if not found or min(c.joint_travel_rad for c in found) < _SHORT_RAD:
         book = stroke_book(tuple(gaits.values()), swimmer)
         for (i, j), displacement in list(zip(pairs, missing, strict=True))[:2]:
@@ -141,6 +127,34 @@ def candidates(
                 raise
             found.append(_candidate("stored gaits one after the other", first, i, inner, last, j))
     return sorted(found, key=lambda c: float(f"{cost(measure, swimmer, c.blocks, start):.9e}"))
+
+
+def _steered(
+    swimmer: Swimmer,
+    loops: Fan,
+    crank: Gait,
+    limbs: tuple[Straightenings, Straightenings],
+    pairs: list[tuple[int, int]],
+    missing: Array,
+    starts: int,
+) -> list[Candidate]:
+    """Return motions by the loops of one fan and rolls between, for pairs of ways in and out and what they leave."""
+    first, last = limbs
+    way = steer(missing, loops, math.ceil(starts / len(pairs)))
+    travel = loops.cost(way.arc[..., 0], np.hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1)
+    travel += np.array([first.joint_travel_rad[i] + last.joint_travel_rad[j] for i, j in pairs])[way.displacement]
+    out = []
+    for k in _distinct(travel):
+        i, j = pairs[way.displacement[k]]
+        made = missing[way.displacement[k]]
+        arcs, roll, off = settled(_swum(loops, _fewest(loops, way.arc[k])), float(way.roll[k]), made)
+        if off > _FAR_OFF:  # on a long way slight arcs count
+            arcs, roll, _ = settled(_swum(loops, way.arc[k]), float(way.roll[k]), made)
+        inner = _arcs(swimmer, loops, crank, arcs, roll)
+        if inner:
+            words = f"{len(arcs)} arc{'s' * (len(arcs) != 1)} with rolls between"
+            out.append(_candidate(words, first, i, inner, last, j, "across" if loops.across else ""))
+    return out
 
 
 def _distinct(travel: Array) -> list[int]:
@@ -155,7 +169,7 @@ def _distinct(travel: Array) -> list[int]:
 
 
 def _candidate(
-    words: str, first: Straightenings, i: int, inner: list[Block], last: Straightenings, j: int
+    words: str, first: Straightenings, i: int, inner: list[Block], last: Straightenings, j: int, kind: str = ""
 ) -> Candidate:
     before, after = first.sequence(i), last.sequence(j).inverse()
     return Candidate(
@@ -165,6 +179,7 @@ def _candidate(
             *inner,
             *([Block(3, PHASES[3], after)] if len(after) else []),
         ),
+        kind,
     )
 
 
