@@ -14,52 +14,24 @@ import dataclasses
 
 import numpy as np
 
-from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
-from purcell_cli.curvature_form import twists_and_slopes
+from purcell_cli.curvature_form import bracket_twists, twists_and_slopes
+from purcell_cli.fields import brackets_by_depth, frame
 from purcell_cli.moves import ControlSequence
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 
-_STEP = 0.01
-"""Step of the finite difference of the curvature, in units of the roll sharpness."""
 _NOTHING = 1e-7
 """An order counts as cancelled below this part of the sum of its terms' sizes."""
-_AXES = np.eye(3)
-
-
-def curvature(swimmer: Swimmer, shapes: Array) -> Array:
-    """Return the curvature of the connection: the base's part of [f_i, f_j], per area of a small loop.
-
-    A loop that turns by e about i, by e about j, back about i and back about j moves the base by
-    e^2 times this, to leading order.
-
-    Args:
-        swimmer: The swimmer.
-        shapes: Shapes. Shape (n, 2, 3, 3).
-
-    Returns:
-        Twists by (i, j). Shape (n, 6, 6, 6) [L/rad^2, rad/rad^2].
-    """
-    xi, slopes = twists_and_slopes(swimmer, shapes)
-    return np.asarray(slopes - slopes.swapaxes(1, 2) + se3.bracket(xi[:, :, None], xi[:, None, :]))
 
 
 def _nested(swimmer: Swimmer) -> Array:
     """Return the base's part of [f_k, [f_i, f_j]] at the collinear shape. Shape (k, i, j, 6)."""
-    h = _STEP * swimmer.roll_sharpness()
-    turns = np.zeros((4, 6, 2, 3))
-    for k in range(6):
-        turns[:, k, k // 3, k % 3] = [2.0 * h, h, -h, -2.0 * h]
-    there = curvature(swimmer, (COLLINEAR @ se3.rotation(turns)).reshape(24, 2, 3, 3)).reshape(4, 6, 6, 6, 6)
-    slope = (8.0 * (there[1] - there[2]) - (there[0] - there[3])) / (12.0 * h)
-    xi, slopes = (x[0] for x in twists_and_slopes(swimmer, COLLINEAR[None]))
-    here = curvature(swimmer, COLLINEAR[None])[0]
-    limb = np.zeros((6, 6, 6))  # the limbs' part of [f_i, f_j]: their axes' cross product
-    for part in (slice(0, 3), slice(3, 6)):
-        limb[part, part, part] = np.cross(_AXES[:, None], _AXES[None])
-    back = np.einsum("ijs,ska->kija", limb, slopes)
-    return np.asarray(slope - back + se3.bracket(xi[:, None, None], here[None]))
+    out = np.zeros((6, 6, 6, 6))
+    _, fields = brackets_by_depth(frame(swimmer, COLLINEAR, 2))
+    for (k, i, j), twist in zip(fields.words, fields.twist[0], strict=True):
+        out[k, i, j], out[k, j, i] = twist, -twist
+    return out
 
 
 def _logarithm(turns: Array) -> tuple[Array, Array, Array]:
@@ -104,6 +76,6 @@ def predicted(swimmer: Swimmer, sequence: ControlSequence) -> Prediction:
     """
     l1, l2, l3 = _logarithm(sequence.rates() * sequence.duration[:, None])
     xi, _ = twists_and_slopes(swimmer, COLLINEAR[None])
-    fields = (xi[0], curvature(swimmer, COLLINEAR[None])[0] / 2.0, _nested(swimmer) / 3.0)  # Dynkin's 1/n
+    fields = (xi[0], bracket_twists(swimmer, COLLINEAR[None])[0] / 2.0, _nested(swimmer) / 3.0)  # Dynkin's 1/n
     terms = [(w[..., None] * f).reshape(-1, 6) for w, f in zip((l1, l2, l3), fields, strict=True)]
     return Prediction(np.array([t.sum(axis=0) for t in terms]), np.array([np.abs(t).sum(axis=0) for t in terms]))

@@ -32,8 +32,9 @@ def curvature(swimmer: Swimmer, shape: ArrayLike) -> Array:
         Shape (..., 6, 6, 6), the twist's components first.
     """
     shapes = checked_shape(shape)
-    xi, along = twists_and_slopes(swimmer, shapes.reshape(-1, 2, 3, 3))
-    out = along.swapaxes(1, 2) - along - se3.bracket(xi[:, :, None], xi[:, None])
+    unit = shapes.reshape(-1, 2, 3, 3)
+    xi, _ = twists_and_slopes(swimmer, unit)
+    out = -bracket_twists(swimmer, unit)
     # dA(e_i, e_j) also takes A of [e_i, e_j], which xi = -A turns into + xi([e_i, e_j]).
     for limb in range(2):
         part = slice(3 * limb, 3 * limb + 3)
@@ -41,6 +42,23 @@ def curvature(swimmer: Swimmer, shape: ArrayLike) -> Array:
         out[:, part, part] += np.einsum("ijk,nkt->nijt", both, xi[:, part])
     out[..., :3] *= swimmer.length_m
     return np.asarray(np.moveaxis(out, -1, 1).reshape(*shapes.shape[:-3], 6, 6, 6))
+
+
+def bracket_twists(swimmer: Swimmer, shapes: Array) -> Array:
+    """Return the base's part of the Lie brackets [f_i, f_j] of the control fields.
+
+    A loop that turns by e about i, by e about j, back about i and back about j moves the base by
+    e^2 times this, to leading order, beside what the limbs are left turned by.
+
+    Args:
+        swimmer: The swimmer.
+        shapes: Shapes. Shape (n, 2, 3, 3).
+
+    Returns:
+        Twists by (i, j), in units of L. Shape (n, 6, 6, 6) [L/rad^2, rad/rad^2].
+    """
+    xi, slopes = twists_and_slopes(swimmer, shapes)
+    return np.asarray(slopes - slopes.swapaxes(1, 2) + se3.bracket(xi[:, :, None], xi[:, None]))
 
 
 def twists_and_slopes(swimmer: Swimmer, shapes: Array) -> tuple[Array, Array]:

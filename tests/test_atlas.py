@@ -13,9 +13,10 @@ from helpers import PITCH_1, UNIT, YAW_1, YAW_2, assert_close, bent, random_shap
 
 from purcell_cli import se3
 from purcell_cli.atlas import efficiency, entry, ratio_sweep, steps, straight_drag, sweep
-from purcell_cli.brackets import curvature, predicted
+from purcell_cli.brackets import predicted
 from purcell_cli.cli import _run
 from purcell_cli.connection import COLLINEAR, connection, power
+from purcell_cli.curvature_form import bracket_twists
 from purcell_cli.curves import WayPoints, played
 from purcell_cli.errors import ParameterError
 from purcell_cli.gaits import Stroke, realise
@@ -33,7 +34,7 @@ def test_a_small_loop_anywhere_moves_the_base_by_its_area_times_the_curvature() 
     rng = np.random.default_rng(3)
     shape = random_shapes(rng, 1)
     swimmer = dataclasses.replace(random_swimmer(rng)).scaled()
-    found = curvature(swimmer, shape)[0]
+    found = bracket_twists(swimmer, shape)[0]
     for i, j in ((YAW_1, YAW_2), (PITCH_1, YAW_2), (0, YAW_2)):
         sizes = np.array([0.004, 0.002, 0.001])
         off = []
