@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
+from purcell_cli.cli import _run
 from purcell_cli.connection import COLLINEAR, connection
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array, about_axis, from_quaternion, hat
 from purcell_cli.swimmer import Swimmer
+
+Run = Callable[..., tuple[int, str, str]]
+"""Runs a command in this process: exit code, stdout, stderr."""
 
 DATA = Path(__file__).parent / "data"
 
@@ -21,6 +27,18 @@ UNIT = Swimmer(base_half_length_m=1.0, limb_half_length_m=1.0)
 """The paper's swimmer with L = 1 m, so that metres are units of L."""
 
 ROLL_1, PITCH_1, YAW_1, ROLL_2, PITCH_2, YAW_2 = range(6)
+
+
+def runner(capsys: pytest.CaptureFixture[str], *first: str) -> Run:
+    """Return a function that runs a command in this process, in the working folder, its first arguments given."""
+
+    def command(*arguments: str) -> tuple[int, str, str]:
+        capsys.readouterr()
+        code = _run([*first, *arguments])
+        shown = capsys.readouterr()
+        return code, shown.out, shown.err
+
+    return command
 
 
 def assert_close(found: ArrayLike, wanted: ArrayLike, tolerance: float, scale: float = 1.0) -> None:

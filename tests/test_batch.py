@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import polars as pl
 import pytest
 from batches import QUICK, results, roll, rows, still, written
+from helpers import Run, runner
 from lxml import etree
 
 from purcell_cli import load_plan, read_csv
 from purcell_cli.batch.cases import find_cases
 from purcell_cli.batch.folder import ResultsFolder
-from purcell_cli.cli import _run
 from purcell_cli.errors import InputError
 
 DATA = Path(__file__).parent / "data"
 
-Run = Callable[..., tuple[int, str, str]]
 
 MIXED = [
     roll("slowest-first", 9, "expect: {max_joint_travel_rad: 5, max_duration_s: 5, min_clearance_m: 0.1}"),
@@ -55,14 +53,7 @@ FAILED = {
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     """Return a function that runs a batch in an empty folder: exit code, stdout, stderr."""
     monkeypatch.chdir(tmp_path)
-
-    def command(*arguments: str) -> tuple[int, str, str]:
-        capsys.readouterr()
-        code = _run(["batch", *QUICK, *arguments])
-        shown = capsys.readouterr()
-        return code, shown.out, shown.err
-
-    return command
+    return runner(capsys, "batch", *QUICK)
 
 
 def test_each_scenario_is_judged_and_a_failing_one_stops_no_other(run: Run, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import os
 import random
 import resource
 import signal
+import subprocess
 import threading
 import time
 from pathlib import Path
@@ -154,12 +155,18 @@ def assert_gone(group: int) -> None:
         pytest.fail("processes of the batch are still there")
 
 
-def test_an_interrupt_says_how_far_the_batch_came_and_leaves_no_process(tmp_path: Path) -> None:
-    scenarios = written(tmp_path / "s", [still("a", 1), *(roll(f"r{k}", k + 1) for k in range(40))])
-    batch = process(str(scenarios), "--jobs", "2", cwd=tmp_path)
-    while not finished(tmp_path / "purcell-results"):
+def under_way(folder: Path) -> subprocess.Popen[str]:
+    """Return a batch of 41 scenarios that has finished one."""
+    scenarios = written(folder / "s", [still("a", 1), *(roll(f"r{k}", k + 1) for k in range(40))])
+    batch = process(str(scenarios), "--jobs", "2", cwd=folder)
+    while not finished(folder / "purcell-results"):
         assert batch.poll() is None
         time.sleep(0.01)
+    return batch
+
+
+def test_an_interrupt_says_how_far_the_batch_came_and_leaves_no_process(tmp_path: Path) -> None:
+    batch = under_way(tmp_path)
     os.killpg(batch.pid, signal.SIGINT)
     _, err = batch.communicate()
     assert batch.returncode == 130
@@ -169,11 +176,7 @@ def test_an_interrupt_says_how_far_the_batch_came_and_leaves_no_process(tmp_path
 
 
 def test_workers_end_when_their_batch_is_killed(tmp_path: Path) -> None:
-    scenarios = written(tmp_path / "s", [still("a", 1), *(roll(f"r{k}", k + 1) for k in range(40))])
-    batch = process(str(scenarios), "--jobs", "2", cwd=tmp_path)
-    while not finished(tmp_path / "purcell-results"):
-        assert batch.poll() is None
-        time.sleep(0.01)
+    batch = under_way(tmp_path)
     batch.kill()
     batch.communicate()
     assert_gone(batch.pid)

@@ -18,11 +18,11 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import pytest
+from helpers import Run, runner
 
 import purcell_cli.solution
 from purcell_cli import Configuration, __version__, plan, write_csv
 from purcell_cli.certificate import Certificate
-from purcell_cli.cli import _run
 from purcell_cli.solution import Solution
 
 DONE, NOT_REACHED, MISUSE = 0, 1, 2
@@ -65,19 +65,10 @@ def good(folder: Path) -> Path:
 
 
 @pytest.fixture
-def run(folder: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+def run(folder: Path, capsys: pytest.CaptureFixture[str]) -> Run:
     """Return a function that runs a command in the working folder: exit code, stdout, stderr."""
 
-    def command(*arguments: str) -> tuple[int, str, str]:
-        capsys.readouterr()
-        code = _run(list(arguments))
-        shown = capsys.readouterr()
-        return code, shown.out, shown.err
-
-    return command
-
-
-Run = Callable[..., tuple[int, str, str]]
+    return runner(capsys)
 
 
 def contents(folder: Path) -> dict[str, bytes | None]:

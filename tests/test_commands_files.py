@@ -6,21 +6,18 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import jsonschema
 import pytest
 import yaml
+from helpers import Run, runner
 
 from purcell_cli import Swimmer, load_scenario, load_swimmer, stored_scenarios
-from purcell_cli.cli import _run
 from purcell_cli.files import SCHEMAS
 from purcell_cli.stored import _folder
 from purcell_cli.templates import FILES
-
-Run = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
@@ -28,13 +25,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     """Return a function that runs a command in an empty folder: exit code, stdout, stderr."""
     monkeypatch.chdir(tmp_path)
 
-    def command(*arguments: str) -> tuple[int, str, str]:
-        capsys.readouterr()
-        code = _run(list(arguments))
-        shown = capsys.readouterr()
-        return code, shown.out, shown.err
-
-    return command
+    return runner(capsys)
 
 
 def test_init_writes_files_that_are_good_and_refuses_to_write_over_any(run: Run, tmp_path: Path) -> None:

@@ -8,18 +8,16 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from helpers import random_rotations, random_swimmer
+from helpers import Run, random_rotations, random_swimmer, runner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from purcell_cli import Configuration, PrimitiveSequence, Swimmer, load_plan, stored_scenarios, write_csv, write_plan
-from purcell_cli.cli import _run
 from purcell_cli.documents import PLAN, SCHEMA, PlanDocument
 from purcell_cli.errors import InputError
 from purcell_cli.files import load_scenario
@@ -128,17 +126,11 @@ def test_a_plan_of_nothing_reads_back(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     """Return a function that runs a command in an empty folder: exit code, stdout, stderr."""
     monkeypatch.chdir(tmp_path)
 
-    def command(*arguments: str) -> tuple[int, str, str]:
-        capsys.readouterr()
-        code = _run(list(arguments))
-        shown = capsys.readouterr()
-        return code, shown.out, shown.err
-
-    return command
+    return runner(capsys)
 
 
 def test_run_plays_what_plan_wrote_and_says_the_same(run: Any, tmp_path: Path) -> None:
