@@ -10,7 +10,6 @@ again unless one with the same rates, the same duration to the bit and the same 
 from __future__ import annotations
 
 import dataclasses
-import itertools
 
 import numpy as np
 
@@ -28,7 +27,7 @@ TOLERANCE_L = 1e-9
 TOLERANCE_RAD = 1e-9
 """Angle tolerance of an arrival [rad]."""
 
-_RELATIVE, _ABSOLUTE = 1e-13, 1e-14
+_RELATIVE, _ABSOLUTE = 1e-12, 1e-13
 _SAME_SHAPE_DIGITS = 11
 _COARSE_RAD = 0.2
 """Longest pieces when it is looked how near the straight line they come [rad]."""
@@ -36,6 +35,8 @@ _PIECE_RAD, _PIECE = 0.05, 0.09
 """Longest pieces: an angle, and a part of the distance from the straight line, where A(r) is sharp.
 
 So short that DOP853 keeps its tolerance in one step or two: long rows in few steps cost the least."""
+_BATCH = 1024
+"""Pieces solved as one system: bounds the memory of a long path."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -101,7 +102,7 @@ def replay(swimmer: Swimmer, start: Configuration, time_s: Array, rate_rad_s: Ar
     )
     first, which = _distinct(keys)
     moves = _integrate(swimmer, shapes[:-1][first], rates[first], durations[first])
-    pose = np.array([*itertools.accumulate(moves[which], np.matmul, initial=se3.extended(start.pose))])
+    pose = se3.running_products(se3.extended(start.pose), moves[which])
     return Replay(row, pose.astype(np.float64), shapes, len(first))
 
 
@@ -215,9 +216,10 @@ class _Turning:
         self._speed_rows = np.ascontiguousarray(speed.transpose(1, 2, 0))
 
     def axes(self, time: Array) -> Array:
-        """Return the limbs' axes at times. Shapes (m,) to (2, 3, m)."""
-        angle = self._speed_rows * time
-        return np.asarray(self._rows[0] + np.sin(angle) * self._rows[1] + (1.0 - np.cos(angle)) * self._rows[2])
+        """Return the limbs' axes at times. Shapes (k, m) to (2, 3, k, m)."""
+        angle = self._speed_rows[:, :, None] * time
+        first, across, about = (rows[:, :, None] for rows in self._rows)
+        return np.asarray(first + np.sin(angle) * across + (1.0 - np.cos(angle)) * about)
 
     def shapes(self, time: Array) -> Array:
         """Return the shapes R A at times, R = 1 + sin(w t) hat(n) + (1 - cos(w t)) hat(n)^2. Shape (m, 2, 3, 3)."""
@@ -229,10 +231,8 @@ class _Turning:
 def _integrate(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) -> Array:
     """Return the displacements of stretches of constant control by DOP853 [m]. Shape (m, 4, 4).
 
-    Long stretches are cut, so that all pieces can be solved as one system with few steps.
+    Long stretches are cut into pieces so short that one step or two will do.
     """
-    from scipy.integrate import solve_ivp
-
     if not len(durations):
         return np.empty((0, 4, 4))
     unit = swimmer.scaled()
@@ -249,15 +249,42 @@ def _integrate(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) 
     whole, index = _cut(again)
     owner, length = owner[whole], (length / again)[whole]
     begun = _Turning(ends[0][whole], rates[owner]).shapes(index * length)
-    parts = np.bincount(owner, minlength=len(parts))
-    n = len(owner)
-    turning = _Turning(begun, rates[owner])
+    pieces = se3.extended(np.tile(np.eye(4), (len(owner), 1, 1)))
+    for low in range(0, len(owner), _BATCH):
+        some = slice(low, low + _BATCH)
+        pieces[some, :3] += _integrate_pieces(unit, _Turning(begun[some], rates[owner[some]]), length[some])
+    out = se3.products(pieces, np.bincount(owner, minlength=len(parts)))
+    out[:, :3, 3] *= swimmer.length_m
+    return out
 
+
+def _integrate_pieces(unit: Swimmer, turning: _Turning, length: Array) -> Array:
+    """Return by how much the displacements of pieces differ from none. Shape (n, 3, 4).
+
+    Args:
+        unit: The swimmer, scaled to L = 1.
+        turning: The limbs' turning on each piece.
+        length: How long each piece lasts. Shape (n,).
+    """
+    from scipy.integrate import DOP853, solve_ivp
+
+    n = len(length)
     identity = np.eye(3)[:, :, None]
+    known: dict[float, Array] = {}
+
+    def twists(part: Array) -> Array:
+        """Return xi at parts of the pieces, times their length. Shape (6, k, n)."""
+        axes = turning.axes(part[:, None] * length).reshape(2, 3, -1)
+        rate = np.broadcast_to(turning.rate[:, :, None], (2, 3, len(part), n)).reshape(2, 3, -1)
+        return np.asarray(base_twist_rows(unit, axes, rate).reshape(6, len(part), n) * length)
 
     def plain_equation(part: float, state: Array) -> Array:
+        if part not in known:
+            # xi depends on time alone: the nodes of a first step over the whole piece are evaluated at once.
+            parts = np.unique([0.0, *DOP853.C, 1.0]) if not known else np.array([part])
+            known.update(zip(parts.tolist(), twists(parts).swapaxes(0, 1), strict=True))
+        xi = known[part]
         rotation, out = state.reshape(4, 3, n)[:3] + identity, np.empty((4, 3, n))
-        xi = base_twist_rows(unit, turning.axes(part * length), turning.rate) * length
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
             out[i] = xi[3 + k] * rotation[j] - xi[3 + j] * rotation[k]
@@ -267,9 +294,5 @@ def _integrate(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) 
     # The state is what differs from the identity, column by column, then the position: small numbers
     # lose less, and are put together in extended precision. Errors of a cycle's heading grow with n^2.
     control = {"rtol": _RELATIVE, "atol": _ABSOLUTE, "first_step": 1.0}
-    solved = solve_ivp(plain_equation, (0.0, 1.0), np.zeros(12 * n), method="DOP853", t_eval=[1.0], **control)
-    pieces = se3.extended(np.tile(np.eye(4), (n, 1, 1)))
-    pieces[:, :3] += solved.y[:, -1].reshape(4, 3, n).transpose(2, 1, 0)
-    out = se3.products(pieces, parts)
-    out[:, :3, 3] *= swimmer.length_m
-    return out
+    solved = solve_ivp(plain_equation, (0.0, 1.0), np.zeros(12 * n), method="DOP853", **control)
+    return np.asarray(solved.y[:, -1].reshape(4, 3, n).transpose(2, 1, 0))

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.rotations import Array, hat
-from purcell_cli.rows import cross_rows, dot_rows, solved_rows
+from purcell_cli.rows import cross_rows, dot_rows, factored_rows, solved_rows
 from purcell_cli.swimmer import Swimmer
 
 COLLINEAR: Array = np.stack([np.eye(3), np.eye(3)])
@@ -170,7 +170,7 @@ def base_twist_rows(swimmer: Swimmer, axis: Array, turning: Array) -> Array:
         push = (side * half * drag[1]) * cross_rows(u, a)
         q[:3] += push
         q[3:] += drag[4] * u + ((drag[3] - drag[4]) * dot_rows(a, u)) * a + cross_rows(c, push)
-    xi = solved_rows(p, -q)
+    xi = solved_rows(factored_rows(p), -q)
     xi[:3] *= swimmer.length_m
     return xi
 

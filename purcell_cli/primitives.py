@@ -63,6 +63,15 @@ class PrimitiveSequence:
         object.__setattr__(self, "angle", angle)
 
     @classmethod
+    def _known(cls, control: NDArray[np.int64], angle: Array) -> PrimitiveSequence:
+        """Return the sequence of controls and angles taken from sequences, which need no second check."""
+        out = object.__new__(cls)
+        for name, values in (("control", control), ("angle", angle)):
+            values.setflags(write=False)
+            object.__setattr__(out, name, values)
+        return out
+
+    @classmethod
     def of(cls, steps: Iterable[tuple[str | int, float]]) -> PrimitiveSequence:
         """Return the sequence of (control, angle) pairs; a control is its name or its index."""
         pairs = [(control_index(c) if isinstance(c, str) else c, a) for c, a in steps]
@@ -75,12 +84,10 @@ class PrimitiveSequence:
         return iter([(CONTROL_NAMES[c], float(a)) for c, a in zip(self.control, self.angle, strict=True)])
 
     def __add__(self, other: PrimitiveSequence) -> PrimitiveSequence:
-        return PrimitiveSequence(
-            np.concatenate([self.control, other.control]), np.concatenate([self.angle, other.angle])
-        )
+        return joined([self, other])
 
     def __getitem__(self, part: slice) -> PrimitiveSequence:
-        return PrimitiveSequence(self.control[part], self.angle[part])
+        return self._known(self.control[part], self.angle[part])
 
     @property
     def joint_travel_rad(self) -> float:
@@ -94,16 +101,16 @@ class PrimitiveSequence:
 
     def inverse(self) -> PrimitiveSequence:
         """Return the sequence run backwards, which undoes the motion (no inertia)."""
-        return PrimitiveSequence(self.control[::-1], -self.angle[::-1])
+        return self._known(self.control[::-1], -self.angle[::-1])
 
     def times(self, count: int) -> PrimitiveSequence:
         """Return the sequence repeated a number of times."""
-        return PrimitiveSequence(np.tile(self.control, count), np.tile(self.angle, count))
+        return self._known(np.tile(self.control, count), np.tile(self.angle, count))
 
     def busy(self) -> PrimitiveSequence:
         """Return the sequence without the primitives that turn nothing."""
         used = np.flatnonzero(self.angle)
-        return PrimitiveSequence(self.control[used], self.angle[used])
+        return self._known(self.control[used], self.angle[used])
 
     def with_angles(self, angle: ArrayLike) -> PrimitiveSequence:
         """Return the same controls with other angles [rad]. Shape (n,)."""
@@ -148,4 +155,4 @@ EMPTY = PrimitiveSequence(np.empty(0, dtype=np.int64), np.empty(0))
 def joined(sequences: Sequence[PrimitiveSequence]) -> PrimitiveSequence:
     """Return sequences played one after the other."""
     parts = [EMPTY, *sequences]
-    return PrimitiveSequence(np.concatenate([s.control for s in parts]), np.concatenate([s.angle for s in parts]))
+    return EMPTY._known(np.concatenate([s.control for s in parts]), np.concatenate([s.angle for s in parts]))

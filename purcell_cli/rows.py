@@ -19,7 +19,8 @@ def cross_rows(a: Array, b: Array) -> Array:
     out = np.empty((3, *np.broadcast_shapes(a.shape[1:], b.shape[1:])))
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
-        out[i] = a[j] * b[k] - a[k] * b[j]
+        np.multiply(a[j], b[k], out=out[i])
+        out[i] -= a[k] * b[j]
     return out
 
 
@@ -28,24 +29,39 @@ def dot_rows(a: Array, b: Array) -> Array:
     return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
-def solved_rows(matrix: Array, wanted: Array) -> Array:
-    """Return the solutions of positive definite systems, by elimination without pivots.
+def factored_rows(matrix: Array) -> Array:
+    """Return the factors L and D of positive definite matrices L D L^T, by elimination without pivots.
 
     Args:
         matrix: Matrices. Shape (k, k, n). Overwritten.
+
+    Returns:
+        D on the diagonal and L below it. Shape (k, k, n).
+    """
+    for j in range(len(matrix) - 1):
+        row = matrix[j, j + 1 :].copy()
+        factor = np.divide(row, matrix[j, j], out=matrix[j + 1 :, j])
+        for i in range(j + 1, len(matrix)):
+            matrix[i, i:] -= factor[i - j - 1] * row[i - j - 1 :]
+    return matrix
+
+
+def solved_rows(factors: Array, wanted: Array) -> Array:
+    """Return the solutions of positive definite systems.
+
+    Args:
+        factors: Their `factored_rows`. Shape (k, k, n).
         wanted: Right sides. Shape (k, ..., n). Overwritten.
 
     Returns:
         Solutions. Shape (k, ..., n).
     """
-    k = len(matrix)
-    many = wanted.reshape(k, math.prod(wanted.shape[1:-1]), matrix.shape[-1])
+    k = len(factors)
+    many = wanted.reshape(k, math.prod(wanted.shape[1:-1]), factors.shape[-1])
     for j in range(k - 1):
-        factor = matrix[j + 1 :, j] / matrix[j, j]
-        matrix[j + 1 :, j + 1 :] -= factor[:, None] * matrix[j, j + 1 :]
-        many[j + 1 :] -= factor[:, None] * many[j]
+        many[j + 1 :] -= factors[j + 1 :, j, None] * many[j]
     for j in reversed(range(k)):
+        many[j] /= factors[j, j]
         for i in range(j + 1, k):
-            many[j] -= matrix[j, i] * many[i]
-        many[j] /= matrix[j, j]
+            many[j] -= factors[i, j] * many[i]
     return many.reshape(wanted.shape)

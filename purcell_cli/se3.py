@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -228,3 +231,27 @@ def prefix_products(poses: Array) -> Array:
         out[1 + reach :] = out[1:-reach] @ out[1 + reach :]
         reach *= 2
     return normalised(out)
+
+
+def running_products(start: Array, moves: Array) -> Array:
+    """Return start, start g_1, start g_1 g_2, ... in their precision.
+
+    The moves are cut into about as many runs as each is long, and all runs go on at once.
+
+    Args:
+        start: A pose. Shape (4, 4).
+        moves: Displacements. Shape (n, 4, 4).
+
+    Returns:
+        Poses. Shape (n + 1, 4, 4).
+    """
+    n = len(moves)
+    length = max(math.isqrt(n), 1)
+    runs = -(-n // length)
+    along = np.tile(np.eye(4, dtype=moves.dtype), (runs * length, 1, 1))
+    along[:n] = moves
+    along = along.reshape(runs, length, 4, 4)
+    for k in range(1, length):
+        along[:, k] = along[:, k - 1] @ along[:, k]
+    begun = np.array([*itertools.accumulate(along[:, -1], np.matmul, initial=start)])
+    return np.concatenate([start[None], (begun[:-1, None] @ along).reshape(-1, 4, 4)[:n]])

@@ -43,23 +43,32 @@ FARTHEST_L = 1e9
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Solution:
-    """A plan with everything that is known about it; rows and energies are computed when first asked for.
+    """A plan with everything that is known about it; rows, energies and the like are computed when first asked for.
 
     Attributes:
         plan: The strokes of the three phases.
         dt_s: Longest time between rows of the trajectory [s].
-        deviation: How far the planner's own flow ends from the goal.
         certificate: What an independent re-integration of the controls found.
-        displacement: Body displacement of each block of the plan [m]. Shape (n, 4, 4).
         limits: How near the motion comes to its limits, and which it breaks.
     """
 
     plan: Plan
     dt_s: float
-    deviation: Deviation
     certificate: Certificate
-    displacement: Array
     limits: LimitsReport
+
+    @functools.cached_property
+    def displacement(self) -> Array:
+        """Body displacement of each block of the plan [m]. Shape (n, 4, 4)."""
+        return block_displacements(self.plan.swimmer, self.plan.blocks, self.plan.start.shape)
+
+    @property
+    def deviation(self) -> Deviation:
+        """How far the planner's own flow ends from the goal."""
+        start = self.plan.start
+        shape = starting_shapes(self.plan.blocks, start.shape)[-1]
+        pose = se3.normalised(start.pose @ se3.prefix_products(self.displacement)[-1])
+        return Deviation.between(Configuration(pose, shape), self.plan.goal)
 
     @functools.cached_property
     def trajectory(self) -> Trajectory:
@@ -168,16 +177,11 @@ def carried_out(plan: Plan, dt_s: float = 0.05, limits: Limits | None = None) ->
     """
     swimmer, start, goal, blocks = plan.swimmer, plan.start, plan.goal, plan.blocks
     wanted = limits or Limits()
-    moved = block_displacements(swimmer, blocks, start.shape)
-    shape = starting_shapes(blocks, start.shape)[-1]
-    end = Configuration(se3.normalised(start.pose @ se3.prefix_products(moved)[-1]), shape)
     known = plan.limits
     return Solution(
         plan,
         spacing(swimmer, blocks, dt_s),
-        Deviation.between(end, goal),
         certify(swimmer, start, goal, *schedule(swimmer, blocks)),
-        moved,
         known if known is not None and known.limits == wanted else check(swimmer, start, blocks, wanted),
     )
 

@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from purcell_cli.rotations import Array
-from purcell_cli.rows import cross_rows, dot_rows, solved_rows
+from purcell_cli.rows import cross_rows, dot_rows, factored_rows, solved_rows
 from purcell_cli.swimmer import Swimmer
 
 _E_X = np.array([1.0, 0.0, 0.0])[:, None, None]
@@ -105,8 +105,11 @@ class TwistModel:
 
     def twist(self, axes: Array, rates: Array) -> Array:
         """Return the base's twist xi = -P^-1 q for limb rates in base coordinates. Shapes (3, 2, n) to (6, n)."""
+        return self._twist(factored_rows(self.resistance(axes)), axes, rates)
+
+    def _twist(self, factors: Array, axes: Array, rates: Array) -> Array:
         wrench = self.to_base(*self.limb_wrench(axes, 0.0, rates))
-        return solved_rows(self.resistance(axes), -wrench[:, 0] - wrench[:, 1])
+        return solved_rows(factors, -wrench[:, 0] - wrench[:, 1])
 
     def _seen_by_limbs(self, xi: Array) -> tuple[Array, Array]:
         """Return the joints' velocities and the base's angular velocity. Shapes (3, 2, n) and (3, 1, n)."""
@@ -132,20 +135,21 @@ class TwistModel:
             Twists, shape (6, n), and derivatives along eta = e_x, e_y, e_z for each limb, shape
             (6, 2, 3, n).
         """
-        xi = self.twist(axes, rates)
+        factors = factored_rows(self.resistance(axes))
+        xi = self._twist(factors, axes, rates)
         v_joint, w = self._seen_by_limbs(xi)
         force, torque = self.limb_wrench(axes, v_joint, w + rates)
         eta = np.eye(3)[:, :, None, None]  # (3, 3, 1, 1): broadcasts over limbs and shapes
         seen = self.limb_wrench(axes[:, None], cross_rows(eta, v_joint[:, None]), cross_rows(eta, w[:, None]))
         change = self.to_base(seen[0] - cross_rows(eta, force[:, None]), seen[1] - cross_rows(eta, torque[:, None]))
         columns = np.ascontiguousarray(change.transpose(0, 2, 1, 3))
-        return xi, solved_rows(self.resistance(axes), columns)
+        return xi, solved_rows(factors, columns)
 
     def per_rate(self, axes: Array) -> Array:
         """Return the twist for unit limb rates along e_x, e_y, e_z in base coordinates. Shape (6, 2, 3, n)."""
         each = np.eye(3)[:, :, None, None]
         wrench = self.to_base(*self.limb_wrench(axes[:, None], 0.0, each))  # (6, 3, 2, n)
-        return solved_rows(self.resistance(axes), -wrench.transpose(0, 2, 1, 3))
+        return solved_rows(factored_rows(self.resistance(axes)), -wrench.transpose(0, 2, 1, 3))
 
 
 def _spread(moments: Array) -> Array:

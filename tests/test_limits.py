@@ -104,7 +104,7 @@ def test_limbs_are_straightened_without_touching_and_without_bending_further(see
     here = Configuration(np.eye(4), shape)
     if not check(swimmer, here, []).kept:
         pytest.skip("the limbs touch to begin with")
-    ways = straightenings(swimmer, shape)
+    ways = straightenings(swimmer, [shape])[0]
     assert np.all(np.diff(ways.joint_travel_rad) >= -1e-8)
     for k in range(0, len(ways.joint_travel_rad), 7):
         found = check(swimmer, here, [Block(1, "any", ways.sequence(k))])

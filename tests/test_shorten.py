@@ -38,8 +38,8 @@ def test_plans_meet_the_best_known_joint_travel(name: str) -> None:
     assert np.max(np.arccos(np.clip(axes, -1.0, 1.0))) <= bend + 1e-8
     quick = plan(Configuration(), goal, swimmer, effort="quick")
     assert quick.verdict == "reached"
-    assert quick.joint_travel_rad >= found.joint_travel_rad
-    assert "20 L" in name or "roll" in name or quick.joint_travel_rad > 1.2 * best
+    assert quick.joint_travel_rad >= found.joint_travel_rad - 1e-6
+    assert "20 L" in name or "roll" in name or quick.joint_travel_rad > 1.1 * best
 
 
 def test_offered_controls_change_nothing_until_they_turn() -> None:

@@ -25,6 +25,10 @@ _PATIENCE = 2
 """Rounds without gain before the best is taken: rounding to the clock falls out anew in each."""
 _WEAKEST = 1e-9
 _REACH_RAD = 0.25
+_TELLING_RAD = 1e-8
+"""Steps by less say nothing of the derivative: rounding does."""
+_STRICT = 100.0
+"""How much nearer the bend limit is to be kept than the goal, on the approach: the last steps change bends too."""
 _ROUNDS = 20
 _LOST = 3
 """Rounds in which the residual does not even halve before the approach is given up."""
@@ -48,29 +52,20 @@ def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[E
     values = equations.at(angle)
     best, kept, known, idle, halved = np.inf, angle, values, 0, np.inf
     for _ in range(_ROUNDS):
-        room, _ = bend_rows(equations, values.shapes, least)
-        off = max(values.size, float(-np.min(room, initial=0.0)))
+        room, slope = bend_rows(equations, values.shapes, least)
+        off = max(values.size, _STRICT * float(-np.min(room, initial=0.0)))
         if off < best:
             best, kept, known = off, angle, values
         idle, halved = (0, best) if best < 0.5 * halved else (idle + 1, halved)
         if best < close or idle > _LOST:
             break
-        step = _bounded(equations, values, least)
+        step = bounded_step(values.derivative, values.residual, room, slope, _REACH_RAD, _least)
         for shorter in _SHORTER:
             there = equations.at(angle + shorter * step)
             if there.size < values.size:
                 break
         angle, values = angle + shorter * step, there
     return equations.of(equations.with_angles(kept)), known, float(best)
-
-
-def _bounded(equations: Equations, values: Values, least: Array, may: NDArray[np.int64] | None = None) -> Array:
-    """Return the least step of some or all free angles to the arrival that bends no limb too far. Shape (n,)."""
-    room, slope = bend_rows(equations, values.shapes, least)
-    step = np.zeros(values.derivative.shape[1])
-    some = np.arange(len(step)) if may is None else may
-    step[some] = bounded_step(values.derivative[:, some], values.residual, room, slope[:, some], _REACH_RAD, _least)
-    return step
 
 
 def _least(rows: Array, wanted: Array) -> Array:
@@ -105,11 +100,10 @@ def arrive(
     rough = last.at_accuracy(SEARCHING).at(last.angles)
     few = last.tail + _independent(rough.derivative[:, last.tail :])
     angle, closer = _rounds(last, last.angles, rough, max_bend_rad, rounded, few)
-    return (
-        (last.of([s.changed(PrimitiveSequence.busy) if s.free else s for s in last.with_angles(angle)]), closer)
-        if closer < best
-        else (here, best)
-    )
+    if closer >= best:
+        return here, best
+    busy = [s.changed(PrimitiveSequence.busy) if s.free else s for s in last.with_angles(angle)]
+    return last.of(busy), closer
 
 
 def _rounds(
@@ -122,12 +116,19 @@ def _rounds(
 ) -> tuple[Array, float]:
     """Return the best angles that some of them, changed in turn, lead to, and the largest residual there."""
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
+    room, slope = bend_rows(equations, rough.shapes, least)
+    begun, derivative = angle, rough.derivative[:, may]
     missing, idle = equations.residual(angle), 0
     best, kept = float(np.max(np.abs(missing))), angle
     while idle < _PATIENCE and best > _ENOUGH:
-        step = _bounded(equations, Values(missing, rough.derivative, rough.shapes), least, may)
-        angle = rounded(angle + step)
+        left = room + slope @ (angle - begun)
+        step = np.zeros(len(angle))
+        step[may] = bounded_step(derivative, missing, left, slope[:, may], _REACH_RAD, _least)
+        angle, before = rounded(angle + step), missing
         missing = equations.residual(angle)
+        if (length := float(step @ step)) > _TELLING_RAD**2:
+            change = (missing - before - derivative @ step[may]) / length
+            derivative = derivative + change[:, None] * step[may]  # Broyden (1965), Math. Comp. 19, 577
         size = float(np.max(np.abs(missing)))
         idle = idle + 1 if size > 0.5 * best else 0
         if size < best:

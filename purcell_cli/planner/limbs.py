@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import warnings
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,19 +123,30 @@ class Straightenings:
         return joined([self.limbs[limb].sequence(int(self.way[k, limb])) for limb in (i, 1 - i)])
 
 
-def straightenings(swimmer: Swimmer, shape: Array, clearance_m: float = 0.0) -> Straightenings:
-    """Return the ways to straighten both limbs of a scaled swimmer, one limb after the other.
+def straightenings(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0) -> list[Straightenings]:
+    """Return, for each of some shapes, the ways to straighten both limbs of a scaled swimmer, one after the other.
 
     No limb bends further on the way than it does at the beginning or the bend limit allows, and the
     limbs stay apart. Where no way keeps them apart, the ways on which they come least near are returned.
 
     Args:
         swimmer: The swimmer, scaled to L = 1.
-        shape: The shape to begin with. Shape (2, 3, 3).
+        shapes: The shapes to begin with. Each of shape (2, 3, 3).
         clearance_m: How far the limbs' surfaces stay apart, in units of L.
     """
-    limbs = tuple(_within(turns_to(shape[i].T, i + 1), shape, i, swimmer.max_bend_rad) for i in (0, 1))
-    played = [_played(swimmer, shape, limbs, straight, clearance_m) for straight in (False, True)]
+    limbs = [_within(swimmer, shape, [turns_to(shape[i].T, i + 1) for i in (0, 1)]) for shape in shapes]
+    played = _played(swimmer, shapes, limbs, clearance_m)
+    return [_pairs(*one, clearance_m) for one in zip(limbs, played, strict=True)]
+
+
+def _pairs(limbs: tuple[Ways, Ways], played: tuple[_Played, _Played], clearance_m: float) -> Straightenings:
+    """Return the ways of two limbs in pairs, either limb first.
+
+    Args:
+        limbs: The ways of either limb.
+        played: What they do while the other limb is as it was, and while it is straight.
+        clearance_m: How far the limbs' surfaces stay apart, in units of L.
+    """
     travels = [limb.joint_travel_rad for limb in limbs]
     orders = (0, 1) if np.any(travels[0]) and np.any(travels[1]) else (0,)
     apart = [np.minimum(played[0].apart[i][:, None], played[1].apart[1 - i]) for i in orders]
@@ -150,7 +162,7 @@ def straightenings(swimmer: Swimmer, shape: Array, clearance_m: float = 0.0) -> 
         displacement.append(played[0].moves[i][kept[:, 0]] @ played[1].moves[1 - i][kept[:, 1]])
     order = np.argsort(np.round(np.concatenate(travel), 9), kind="stable")
     columns = [np.concatenate(column)[order] for column in (first, way, travel, displacement)]
-    return Straightenings((limbs[0], limbs[1]), *columns)
+    return Straightenings(limbs, *columns)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -180,27 +192,36 @@ def _turning(ways: Ways, shape: Array, limb: int) -> tuple[Array, Array, Array]:
     return shapes.reshape(-1, 2, 3, 3), rates.reshape(-1, 6), np.abs(ways.angle).ravel()
 
 
-def _played(swimmer: Swimmer, shape: Array, limbs: tuple[Ways, ...], straight: bool, clearance_m: float) -> _Played:
-    """Return what each limb's ways do while the other limb is as it was, or straight."""
+def _played(
+    swimmer: Swimmer, shapes: Sequence[Array], limbs: Sequence[tuple[Ways, Ways]], clearance_m: float
+) -> list[tuple[_Played, _Played]]:
+    """Return what the ways of each shape's limbs do while the other limb is as it was, and while it is straight."""
     parts = []
-    for i, ways in enumerate(limbs):
-        here = shape.copy()
-        if straight:
-            here[1 - i] = np.eye(3)
-        parts.append(_turning(ways, here, i))
+    for shape, both in zip(shapes, limbs, strict=True):
+        for straight in (False, True):
+            for i, ways in enumerate(both):
+                here = shape.copy()
+                if straight:
+                    here[1 - i] = np.eye(3)
+                parts.append(_turning(ways, here, i))
     pieces = [np.concatenate(column) for column in zip(*parts, strict=True)]
     moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], _ROUGH).reshape(-1, 3, 4, 4)
     apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m).reshape(-1, 3).min(axis=1)
     whole = se3.normalised(moves[:, 0] @ moves[:, 1] @ moves[:, 2])
-    n = len(limbs[0])
-    return _Played((whole[:n], whole[n:]), (apart[:n], apart[n:]))
+    stops = np.cumsum([len(part[2]) // 3 for part in parts])[:-1]
+    each = list(zip(np.split(whole, stops), np.split(apart, stops), strict=True))
+    done = [_Played((a[0], b[0]), (a[1], b[1])) for a, b in zip(each[::2], each[1::2], strict=True)]
+    return list(zip(done[::2], done[1::2], strict=True))
 
 
-def _within(ways: Ways, shape: Array, limb: int, max_bend_rad: float) -> Ways:
+def _within(swimmer: Swimmer, shape: Array, limbs: Sequence[Ways]) -> tuple[Ways, Ways]:
     """Return the ways that bend a limb no further than it is, or than the limit; the first if there are none."""
-    if not np.any(ways.angle[0]):
-        return ways[np.array([0])]
-    limit = max(max_bend_rad, float(bends(shape[limb, :, 0]))) + _BEND_SLACK_RAD
-    bend = Sweeps.of(*_turning(ways, shape, limb)).largest_bends()[0][:, limb].reshape(-1, 3).max(axis=1)
-    good = np.flatnonzero(bend <= limit)
-    return ways[good if len(good) else np.array([0])]
+    pieces = [np.concatenate(c) for c in zip(*(_turning(w, shape, i) for i, w in enumerate(limbs)), strict=True)]
+    bend = Sweeps.of(pieces[0], pieces[1], pieces[2]).largest_bends()[0].reshape(-1, 3, 2).max(axis=1)
+    kept, low = [], 0
+    for i, ways in enumerate(limbs):
+        limit = max(swimmer.max_bend_rad, float(bends(shape[i, :, 0]))) + _BEND_SLACK_RAD
+        good = np.flatnonzero(bend[low : low + len(ways), i] <= limit)
+        low += len(ways)
+        kept.append(ways[good if len(good) and np.any(ways.angle[0]) else np.array([0])])
+    return kept[0], kept[1]

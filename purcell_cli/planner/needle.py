@@ -22,14 +22,13 @@ from purcell_cli.planner.arcs import Fan
 from purcell_cli.rotations import Array, about_axis, hat
 
 _ARCS = 3
-_ROUNDS = 20
-_SETTLING = 6
+_ROUNDS = 10
+_SETTLING = 3
 _SMALL_RAD = 1e-3
 _E_ROLL = np.eye(6)[3]
 _ROLL_PRICE = 0.1
 _LEAST = 1e-2  # rad
 _LONGEST_TURN = 0.5
-_THERE = 1e-7
 _WAYS = (1.0, -1.0)
 _REVIVED, _REVIVED_L, _REVIVED_RAD = 0.1, 1.0, 0.5
 """An arc that only advances, or only turns, is weighed as if it did a little of the other too, so that it still can."""
@@ -125,31 +124,6 @@ def _looseness(arc: Array, fan: Fan) -> Array:
     loose_a = a**2 / (here * np.maximum(100.0 * (more_a / here - 1.0), 0.05))
     loose_b = b**2 / (here * np.maximum(100.0 * (more_b / here - 1.0), 0.05))
     return np.stack([loose_a, loose_b, loose_b], axis=-1).reshape(len(arc), 9)
-
-
-def settled(arc: Array, roll: float, displacement: Array) -> tuple[Array, float, float]:
-    """Return arcs and roll changed, each about in proportion, until they make a displacement.
-
-    Args:
-        arc: Advance [L] and turns about y and z [rad] of each arc. Shape (m, 3).
-        roll: The last roll [rad].
-        displacement: Body displacement [L]. Shape (4, 4).
-
-    Returns:
-        Arcs, shape (m, 3), roll [rad], and by how much they miss the displacement [L, rad].
-    """
-    x = np.append(arc.ravel(), roll)[None]
-    inverse = se3.inverse(displacement)[None]
-    loose = np.append(np.repeat(np.abs(arc).sum(axis=1) + 0.05, 3), 1.0) ** 2
-    residual, jacobian = _equations(x, inverse)
-    for _ in range(_SETTLING):
-        if np.max(np.abs(residual)) < _THERE:
-            break
-        lever = jacobian[0] * loose
-        step = lever.T @ np.linalg.lstsq(lever @ jacobian[0].T, -residual[0], rcond=1e-12)[0]
-        x = x + step * min(1.0, _LONGEST_TURN / max(float(np.max(np.abs(step))), 1e-300))
-        residual, jacobian = _equations(x, inverse)
-    return x[0, :-1].reshape(-1, 3), float(x[0, -1]), float(np.max(np.abs(residual)))
 
 
 def _swum(arc: Array) -> tuple[Array, Array, Array]:

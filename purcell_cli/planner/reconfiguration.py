@@ -85,9 +85,9 @@ class Plan:
 _THERE = 1e-14
 """A start this near its goal (L, rad) is there already."""
 
-_CLOSE, _ARRIVED = 1e-5, 1e-10
-_MARGIN_RAD = 1e-7
-"""Room left below the bend limit for the exact finish."""
+_CLOSE, _ARRIVED = 1e-4, 1e-10
+_MARGIN_RAD, _LAST_MARGIN_RAD = 1e-5, 3e-6
+"""Room left below the bend limit on the approach, for the exact finish, and in the finish, for its second order."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -112,10 +112,10 @@ class Effort:
 
 
 EFFORTS: Mapping[str, Effort] = {
-    "quick": Effort(1),
+    "quick": Effort(1, breadth=Breadth(chains=1, rounds=4)),
     "standard": Effort(1, Pace(rounds=3, steps=20), most=24, longest_rad=16.0),
     "thorough": Effort(
-        4, Pace(rounds=5, steps=40, price=300.0), most=60, words=64, breadth=Breadth(48, 1152, both=True)
+        4, Pace(rounds=5, steps=40, price=300.0), most=60, words=64, breadth=Breadth(48, 1152, chains=24, rounds=30)
     ),
 }
 
@@ -148,8 +148,8 @@ class _Best:
     def joint_travel_rad(self) -> float:
         return math.inf if self.motion is None else self.motion.joint_travel_rad
 
-    def consider(self, motion: Equations, words: str) -> tuple[Equations, bool]:
-        """Bring a motion to the goal, keep it if it is the best, and return it nearly there, and whether it is.
+    def consider(self, motion: Equations, words: str) -> Equations:
+        """Bring a motion to the goal, keep it if it is the best, and return it nearly there.
 
         Args:
             motion: The motion.
@@ -167,7 +167,7 @@ class _Best:
                 self.motion, self._off, self._excess, self._cost, self.words = exact, off, excess, spent, words
         elif self.motion is None:
             self.motion, self._off = near, off
-        return near, off < _CLOSE
+        return near
 
     def _cost_of(self, motion: Equations) -> float:
         return cost(self.measure, motion.swimmer, motion.blocks(), motion.start)
@@ -180,9 +180,7 @@ class _Best:
         waiting, k = list(found), 0
         while waiting and (k < how.candidates or not self.good):
             candidate, k = waiting.pop(0), k + 1
-            near, arrived = self.consider(rough.of(stretches_of(candidate.blocks)), candidate.words)
-            if candidate.kind and not arrived:
-                waiting.sort(key=lambda c: c.kind == candidate.kind)
+            near = self.consider(rough.of(stretches_of(candidate.blocks)), candidate.words)
             self._tell(progress, k, how)
             if how.pace is not None and near.joint_travel_rad < how.longest_rad:
                 shorter = shorten(near.of(stretches_of(_apart(near, how.most))), self.bend, how.pace)
@@ -256,7 +254,7 @@ def reconfigure(
     found = [
         c for m in measures for c in candidates(unit, start.shape, goal.shape, wanted, gaits, m, apart, how.breadth)
     ]
-    found.sort(key=lambda c: float(f"{cost(minimize, unit, c.blocks, start.shape):.9e}"))
+    found.sort(key=lambda c: c.rank(minimize, unit, start.shape))
     best = _Best(swimmer, start, kept_to, minimize)
     try:
         best.explore(found, Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING), how, progress)
@@ -298,4 +296,4 @@ def _exact(swimmer: Swimmer, motion: Equations, values: Values) -> tuple[Equatio
         s if s.free else dataclasses.replace(s, sequence=s.sequence.with_angles(on_the_clock(s.sequence.angle)))
         for s in motion.stretches
     ]
-    return arrive(motion.at_accuracy(EXACT).of(timed), values, swimmer.max_bend_rad, on_the_clock)
+    return arrive(motion.at_accuracy(EXACT).of(timed), values, swimmer.max_bend_rad - _LAST_MARGIN_RAD, on_the_clock)

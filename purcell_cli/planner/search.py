@@ -1,9 +1,9 @@
 """The search: which strokes, in which order, take the swimmer to its goal at the least cost.
 
 Three choices are made together. How the limbs are straightened and bent again moves the base, so it
-decides what is left for phase 2; the needle then says by which arcs and rolls that is made; and for
-short ways stored gaits one after the other may be shorter than arcs. What comes out is almost a
-plan: it arrives but for a few per cent, and the finish does the rest.
+decides what is left for phase 2; the needle then says by which arcs and rolls that is made, and a
+chain of loops makes it; and for short ways stored gaits one after the other may be shorter than
+arcs. What comes out is almost a plan: it arrives but for a few per cent, and the finish does the rest.
 
 Conventions: `rotations`; lengths in units of L.
 """
@@ -11,40 +11,40 @@ Conventions: `rotations`; lengths in units of L.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from purcell_cli import se3
+from purcell_cli.connection import COLLINEAR
 from purcell_cli.errors import GaitError
-from purcell_cli.gaits import Gait, guessed
-from purcell_cli.planner.arcs import Fan, arc_blocks, fan
+from purcell_cli.gaits import Gait
+from purcell_cli.lift import SEARCHING
+from purcell_cli.planner.arcs import Fan, fan
+from purcell_cli.planner.chain import Chains, linked
+from purcell_cli.planner.crank import Crank, crank
 from purcell_cli.planner.limbs import Straightenings, straightenings
 from purcell_cli.planner.measures import cost
-from purcell_cli.planner.needle import settled, steer
+from purcell_cli.planner.needle import steer
 from purcell_cli.planner.strokes import phase_two, stroke_book
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
-from purcell_cli.trajectory import Block
+from purcell_cli.trajectory import Block, block_displacements
 
 PHASES = {1: "limbs to collinear", 2: "stored gaits", 3: "limbs to the goal shape"}
 
-_TRIED = 4
-"""How many of the needle's ways are made into strokes."""
-_CRANK_RAD = 1.6
-"""The largest roll of one crank."""
+_WEIGHED = 24
+"""How many of the needle's ways are weighed as loops."""
 _SHORT_RAD = 40.0
 """Up to this joint travel stored gaits one after the other are tried too."""
-_NEGLIGIBLE = 1e-12
-_SLIGHT_ROLL_RAD = 1e-4
-"""Rolls by less are left to the finish."""
 _SLIGHT_RAD, _SAME = 0.3, 1e-4
 """Arcs of less joint travel are left out; neighbours are one if that costs them no more than so much."""
-_FAR_L = 3.0
-"""From this distance on loops with offsets across their plane are tried too: their ways in and out pay there."""
-_FAR_OFF = 0.3
-"""Arcs that miss their displacement by more (L, rad) are too few."""
+_FAR_OFF, _FAR_L = 0.02, 2.0
+"""Chains that miss by more (L, rad) are astray; by twice as much at such a distance."""
+_CORRECTED, _CORRECTIONS = 0.05, 6
+"""Chains that miss by more on the flow (L, rad) settle again, for some rounds."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -54,32 +54,41 @@ class Breadth:
     Attributes:
         pairs: Pairs of ways to straighten and to bend that are steered for.
         starts: Starts of the needle, for all pairs together.
-        both: Whether both fans of loops are tried on short ways too.
+        chains: How many of the needle's ways are settled as chains of loops.
+        rounds: Rounds in which they settle.
     """
 
     pairs: int = 12
     starts: int = 96
-    both: bool = False
+    chains: int = 4
+    rounds: int = 8
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Candidate:
     """A motion that almost arrives.
 
     Attributes:
         words: What it is made of.
-        blocks: Its strokes.
-        kind: Candidates of one kind, where one of them does not arrive, are hard to make arrive.
+        joint_travel_rad: About its joint travel [rad].
+        make: Makes its strokes.
+        astray: Whether it misses by so much that it may not arrive.
     """
 
     words: str
-    blocks: tuple[Block, ...]
-    kind: str = ""
+    joint_travel_rad: float
+    make: Callable[[], tuple[Block, ...]]
+    astray: bool = False
 
-    @property
-    def joint_travel_rad(self) -> float:
-        """Its joint travel [rad]."""
-        return sum(b.joint_travel_rad for b in self.blocks)
+    @functools.cached_property
+    def blocks(self) -> tuple[Block, ...]:
+        """Its strokes."""
+        return self.make()
+
+    def rank(self, measure: str, swimmer: Swimmer, start: Array) -> tuple[bool, float]:
+        """Return what to sort by: whether it is astray, and what it spends from a start shape (`measures.costs`)."""
+        spent = self.joint_travel_rad if measure == "travel" else cost(measure, swimmer, self.blocks, start)
+        return self.astray, float(f"{spent:.9e}")
 
 
 def candidates(
@@ -107,15 +116,13 @@ def candidates(
     Raises:
         GaitError: No stored gait for a motion that is needed.
     """
-    first, last = (straightenings(swimmer, shape, clearance) for shape in (start, goal))
+    outer = _Outer(*straightenings(swimmer, (start, goal), clearance))
     found: list[Candidate] = []
-    far = float(np.linalg.norm(wanted[:3, 3])) >= _FAR_L
-    cranks = [g for g in gaits.values() if g.moves == "roll" and g.amplitude_is_displacement]
-    for across in (True, False) if far or breadth.both else (False,):
-        loops = fan(swimmer, measure, across)
-        pairs, missing = _pairs(first, last, wanted, loops, breadth.pairs)
-        if cranks:
-            found += _steered(swimmer, loops, cranks[0], (first, last), pairs, missing, breadth.starts)
+    rolling = [g for g in gaits.values() if g.moves == "roll" and g.amplitude_is_displacement]
+    fans = tuple(fan(swimmer, measure, across) for across in (True, False))
+    pairs, missing = _pairs(outer, wanted, max(fans, key=_tightness), breadth.pairs)
+    if rolling:
+        found += _steered(fans, crank(rolling[0], swimmer), outer, pairs, missing, breadth)
     if not found or min(c.joint_travel_rad for c in found) < _SHORT_RAD:
         book = stroke_book(tuple(gaits.values()), swimmer)
         for (i, j), displacement in list(zip(pairs, missing, strict=True))[:2]:
@@ -125,36 +132,89 @@ def candidates(
                 if found:
                     continue
                 raise
-            found.append(_candidate("stored gaits one after the other", first, i, inner, last, j))
-    return sorted(found, key=lambda c: float(f"{cost(measure, swimmer, c.blocks, start):.9e}"))
+            blocks = outer.around(i, inner, j)
+            travel = sum(b.joint_travel_rad for b in blocks)
+            found.append(Candidate("stored gaits one after the other", travel, functools.partial(tuple, blocks)))
+    return sorted(found, key=lambda c: c.rank(measure, swimmer, start))
+
+
+def _tightness(fan: Fan) -> float:
+    return fan.tight
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Outer:
+    """The ways to straighten the limbs of the start and of the goal: phases 1 and 3."""
+
+    first: Straightenings
+    last: Straightenings
+
+    def joint_travel_rad(self, i: int, j: int) -> float:
+        return float(self.first.joint_travel_rad[i] + self.last.joint_travel_rad[j])
+
+    def around(self, i: int, inner: Sequence[Block], j: int) -> tuple[Block, ...]:
+        """Return the strokes of a phase 2 with ways in and out."""
+        before, after = self.first.sequence(i), self.last.sequence(j).inverse()
+        return (
+            *([Block(1, PHASES[1], before)] if len(before) else []),
+            *inner,
+            *([Block(3, PHASES[3], after)] if len(after) else []),
+        )
 
 
 def _steered(
-    swimmer: Swimmer,
-    loops: Fan,
-    crank: Gait,
-    limbs: tuple[Straightenings, Straightenings],
+    fans: tuple[Fan, ...],
+    turning: Crank,
+    outer: _Outer,
     pairs: list[tuple[int, int]],
     missing: Array,
-    starts: int,
+    breadth: Breadth,
 ) -> list[Candidate]:
-    """Return motions by the loops of one fan and rolls between, for pairs of ways in and out and what they leave."""
-    first, last = limbs
-    way = steer(missing, loops, math.ceil(starts / len(pairs)))
-    travel = loops.cost(way.arc[..., 0], np.hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1)
-    travel += np.array([first.joint_travel_rad[i] + last.joint_travel_rad[j] for i, j in pairs])[way.displacement]
+    """Return motions by arcs with rolls between, for pairs of ways in and out and what they leave."""
+    steering = max(fans, key=_tightness)
+    limbs = np.array([outer.joint_travel_rad(i, j) for i, j in pairs])
+    way = steer(missing, steering, math.ceil(breadth.starts / len(pairs)))
+    around = limbs[way.displacement]
+    travel = steering.cost(way.arc[..., 0], np.hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1) + around
+    picked = np.array(_distinct(travel), dtype=np.int64)
+    arcs = [_swum(steering, _fewest(steering, way.arc[k])) for k in picked]
+    # The cheapest loops at every arc; and, since only those go exactly straight, loops that are bent in the plane.
+    only = np.repeat([-1, fans.index(next(f for f in fans if not f.loops.across))], len(picked))
+    picked = np.concatenate([picked, picked])
+    chains = linked(turning, fans, arcs + arcs, way.roll[picked], only)
+    order = np.argsort(np.round(chains.costs()[0] + around[picked], 9), kind="stable")
+    plane = order[only[order] >= 0][:1]
+    best = np.concatenate([order[only[order] < 0][: max(breadth.chains - 1, 1)], plane])
+    picked, chains = picked[best], chains[best]
+    wanted = missing[way.displacement[picked]]
+    near = _FAR_OFF * (1.0 + np.linalg.norm(wanted[:, :3, 3], axis=1) / _FAR_L)
+    chains, off, spent = chains.settled(wanted, breadth.rounds)
+    if len(few := np.flatnonzero(off > near)):
+        longer, left, paid = chains[few].longer().settled(wanted[few], breadth.rounds)
+        gained = np.flatnonzero(left < off[few])
+        few = few[gained]
+        chains, off[few], spent[few] = chains.put(few, longer[gained]), left[gained], paid[gained]
+    spent = spent + around[picked]
     out = []
-    for k in _distinct(travel):
-        i, j = pairs[way.displacement[k]]
-        made = missing[way.displacement[k]]
-        arcs, roll, off = settled(_swum(loops, _fewest(loops, way.arc[k])), float(way.roll[k]), made)
-        if off > _FAR_OFF:  # on a long way slight arcs count
-            arcs, roll, _ = settled(_swum(loops, way.arc[k]), float(way.roll[k]), made)
-        inner = _arcs(swimmer, loops, crank, arcs, roll)
-        if inner:
-            words = f"{len(arcs)} arc{'s' * (len(arcs) != 1)} with rolls between"
-            out.append(_candidate(words, first, i, inner, last, j, "across" if loops.across else ""))
+    for n in range(len(chains)):
+        if not chains.idle(n):
+            count, pair = chains.arcs(n), pairs[way.displacement[picked[n]]]
+            words = f"{count} arc{'s' * (count != 1)} with rolls between"
+            make = functools.partial(_played, chains[np.array([n])], wanted[n], outer, pair)
+            out.append(Candidate(words, float(spent[n]), make, bool(off[n] > near[n])))
     return out
+
+
+def _played(chain: Chains, wanted: Array, outer: _Outer, pair: tuple[int, int]) -> tuple[Block, ...]:
+    """Return the strokes of a chain, settled once more if on the flow it misses its displacement by much."""
+    blocks = chain.blocks(0)
+    swimmer = chain.crank.swimmer
+    true = se3.normalised(functools.reduce(np.matmul, block_displacements(swimmer, blocks, COLLINEAR, SEARCHING)))
+    if float(np.max(np.abs(se3.log(se3.inverse(true) @ wanted)))) > _CORRECTED:
+        # What the tables leave out stays about the same when the chain changes a little.
+        aim = wanted @ se3.inverse(true) @ chain.displacements()[0]
+        blocks = chain.settled(se3.normalised(aim)[None], _CORRECTIONS)[0].blocks(0)
+    return outer.around(pair[0], _last_apart(blocks), pair[1])
 
 
 def _distinct(travel: Array) -> list[int]:
@@ -163,34 +223,18 @@ def _distinct(travel: Array) -> list[int]:
     for k in np.argsort(travel, kind="stable").tolist():
         if not out or travel[k] > travel[out[-1]] + 0.01:
             out.append(k)
-        if len(out) == _TRIED:
+        if len(out) == _WEIGHED:
             break
     return out
 
 
-def _candidate(
-    words: str, first: Straightenings, i: int, inner: list[Block], last: Straightenings, j: int, kind: str = ""
-) -> Candidate:
-    before, after = first.sequence(i), last.sequence(j).inverse()
-    return Candidate(
-        words,
-        (
-            *([Block(1, PHASES[1], before)] if len(before) else []),
-            *inner,
-            *([Block(3, PHASES[3], after)] if len(after) else []),
-        ),
-        kind,
-    )
-
-
-def _pairs(
-    first: Straightenings, last: Straightenings, wanted: Array, loops: Fan, most: int
-) -> tuple[list[tuple[int, int]], Array]:
+def _pairs(outer: _Outer, wanted: Array, loops: Fan, most: int) -> tuple[list[tuple[int, int]], Array]:
     """Return the pairs of ways in and out that promise the least joint travel, and what they leave to be made.
 
     What is left costs at least the change of heading at the tightest loop's rate, and at least the
     distance at the straight loop's.
     """
+    first, last = outer.first, outer.last
     gone = se3.inverse(first.displacement) @ wanted
     done = last.displacement  # phase 3 is played backwards, so this is what undoes it
     heading = np.clip(gone[:, 0, :3] @ done[:, :3, 0].T, -1.0, 1.0)
@@ -234,24 +278,6 @@ def _cost(loops: Fan, arc: Array) -> float:
     return float(loops.cost(arc[0], np.hypot(arc[1], arc[2])))
 
 
-def _arcs(swimmer: Swimmer, loops: Fan, crank: Gait, arc: Array, roll: float) -> list[Block]:
-    """Return the strokes of arcs with the rolls between them: never more than a quarter turn to the next plane."""
-    out: list[Block] = []
-    plane = 0.0
-    for advance, p, q in arc.tolist():
-        turn = math.hypot(p, q)
-        if turn > _NEGLIGIBLE:
-            tilt = loops.at(loops.knot(advance, turn), loops.tilt)
-            change = math.remainder(math.atan2(-p, q) - tilt - plane, 2.0 * math.pi)
-            if abs(change) > 0.5 * math.pi:
-                change, turn = math.remainder(change + math.pi, 2.0 * math.pi), -turn
-            if abs(change) > _SLIGHT_ROLL_RAD:
-                out += _rolls(swimmer, crank, change)
-                plane += change
-        out += arc_blocks(loops, advance, turn)
-    return _last_apart(out) + _rolls(swimmer, crank, roll - plane)
-
-
 def _last_apart(blocks: list[Block]) -> list[Block]:
     """Return blocks with the last cycle of all that repeat on its own: it takes up what the others leave."""
     repeated = [k for k, b in enumerate(blocks) if b.cycles > 1]
@@ -260,12 +286,3 @@ def _last_apart(blocks: list[Block]) -> list[Block]:
     k = repeated[-1]
     fewer, one = (dataclasses.replace(blocks[k], cycles=n) for n in (blocks[k].cycles - 1, 1))
     return [*blocks[:k], fewer, one, *blocks[k + 1 :]]
-
-
-def _rolls(swimmer: Swimmer, crank: Gait, angle: float) -> list[Block]:
-    angle = math.remainder(angle, 2.0 * math.pi)
-    if abs(angle) < _SLIGHT_ROLL_RAD:
-        return []
-    count = math.ceil(abs(angle) / _CRANK_RAD)
-    one = guessed(crank, swimmer, angle / count)
-    return [Block(2, crank.name, one.cycle, 1, angle / count)] * count

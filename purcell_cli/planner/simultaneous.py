@@ -146,7 +146,7 @@ def _seen_rolled(leg: Leg, across_rad: float) -> Leg:
 
     def seen(turns: Array) -> Array:
         """Turn columns of limbs' vectors into the rolled limbs' frames. Shape (6 n, m)."""
-        parts = turns.reshape(-1, 2, 3, turns.shape[1])
+        parts = turns.reshape(len(turns) // 6, 2, 3, turns.shape[1])
         return np.asarray(np.einsum("lij,nljm->nlim", back, parts).reshape(turns.shape))
 
     turn = seen(leg.turn.reshape(-1, 1)).reshape(-1, 6)
