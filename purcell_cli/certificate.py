@@ -27,7 +27,10 @@ TOLERANCE_L = 1e-9
 TOLERANCE_RAD = 1e-9
 """Angle tolerance of an arrival [rad]."""
 
-_RELATIVE, _ABSOLUTE = 1e-12, 1e-13
+_TOLERANCES, _FINE = (1e-12, 1e-13), (1e-13, 1e-14)
+"""Relative and absolute tolerances of DOP853, and those of long repetitions, whose errors grow with their square."""
+_LONG = 10
+"""A motion of so many times more stretches than distinct ones is a long repetition."""
 _SAME_SHAPE_DIGITS = 11
 _COARSE_RAD = 0.2
 """Longest pieces when it is looked how near the straight line they come [rad]."""
@@ -101,7 +104,8 @@ def replay(swimmer: Swimmer, start: Configuration, time_s: Array, rate_rad_s: Ar
         [np.round(shapes[:-1].reshape(len(rates), 18), _SAME_SHAPE_DIGITS) + 0.0, rates, durations[:, None]], axis=1
     )
     first, which = _distinct(keys)
-    moves = _integrate(swimmer, shapes[:-1][first], rates[first], durations[first])
+    tolerances = _FINE if len(rates) > _LONG * len(first) else _TOLERANCES
+    moves = _integrate(swimmer, shapes[:-1][first], rates[first], durations[first], tolerances)
     pose = se3.running_products(se3.extended(start.pose), moves[which])
     return Replay(row, pose.astype(np.float64), shapes, len(first))
 
@@ -228,7 +232,9 @@ class _Turning:
         return np.asarray(self._shapes + turned @ self._shapes)
 
 
-def _integrate(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) -> Array:
+def _integrate(
+    swimmer: Swimmer, shapes: Array, rates: Array, durations: Array, tolerances: tuple[float, float]
+) -> Array:
     """Return the displacements of stretches of constant control by DOP853 [m]. Shape (m, 4, 4).
 
     Long stretches are cut into pieces so short that one step or two will do.
@@ -252,19 +258,20 @@ def _integrate(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) 
     pieces = se3.extended(np.tile(np.eye(4), (len(owner), 1, 1)))
     for low in range(0, len(owner), _BATCH):
         some = slice(low, low + _BATCH)
-        pieces[some, :3] += _integrate_pieces(unit, _Turning(begun[some], rates[owner[some]]), length[some])
+        pieces[some, :3] += _integrate_pieces(unit, _Turning(begun[some], rates[owner[some]]), length[some], tolerances)
     out = se3.products(pieces, np.bincount(owner, minlength=len(parts)))
     out[:, :3, 3] *= swimmer.length_m
     return out
 
 
-def _integrate_pieces(unit: Swimmer, turning: _Turning, length: Array) -> Array:
+def _integrate_pieces(unit: Swimmer, turning: _Turning, length: Array, tolerances: tuple[float, float]) -> Array:
     """Return by how much the displacements of pieces differ from none. Shape (n, 3, 4).
 
     Args:
         unit: The swimmer, scaled to L = 1.
         turning: The limbs' turning on each piece.
         length: How long each piece lasts. Shape (n,).
+        tolerances: Relative and absolute tolerance.
     """
     from scipy.integrate import DOP853, solve_ivp
 
@@ -293,6 +300,6 @@ def _integrate_pieces(unit: Swimmer, turning: _Turning, length: Array) -> Array:
 
     # The state is what differs from the identity, column by column, then the position: small numbers
     # lose less, and are put together in extended precision. Errors of a cycle's heading grow with n^2.
-    control = {"rtol": _RELATIVE, "atol": _ABSOLUTE, "first_step": 1.0}
+    control = {"rtol": tolerances[0], "atol": tolerances[1], "first_step": 1.0}
     solved = solve_ivp(plain_equation, (0.0, 1.0), np.zeros(12 * n), method="DOP853", **control)
     return np.asarray(solved.y[:, -1].reshape(4, 3, n).transpose(2, 1, 0))

@@ -19,6 +19,7 @@ from purcell_cli import (
     commands_pictures,
 )
 from purcell_cli.terminal import GaitFolder, Json, SwimmerFile
+from purcell_cli.terminal import bar as _bar
 from purcell_cli.terminal import busy as _busy
 from purcell_cli.terminal import show as _show
 from purcell_cli.terminal import swimmer_of as _swimmer
@@ -179,7 +180,7 @@ def plan(
     if plan_out is not None:
         writable(plan_out)
         _two_files("--plan-out", plan_out, file)
-    with _busy("planning") as progress:
+    with _bar("planning") as progress:
         solution = solve(
             query.start,
             query.goal,

@@ -2,37 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import re
-import sys
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from purcell_cli.terminal import Json, SwimmerFile, show, swimmer_of
-
-
-@contextlib.contextmanager
-def _bar(total: int) -> Iterator[Callable[[int, str], None]]:
-    """Show a progress bar on a terminal's stderr; what is yielded is told how many are done."""
-    if not sys.stderr.isatty():
-        yield lambda _done, _news: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (
-        TextColumn("designing"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TextColumn("{task.description}"),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("", total=total)
-        yield lambda done, news: progress.update(task, completed=done, description=f"best: {news}")
+from purcell_cli.terminal import Json, SwimmerFile, bar, show, swimmer_of
 
 
 _EPILOG = "Example: purcell design --direction x --max-bend 2.5 --out my-gait.yaml; Ctrl-C takes the best so far."
@@ -77,8 +53,8 @@ def design(
     task = Task(direction, maximize, body.max_bend_rad if max_bend is None else max_bend, planar, controls, moves)
     writable(out)
     name = re.sub(r"[^A-Za-z0-9._-]", "-", out.stem).lstrip(".")[:100] or "designed"
-    with _bar(starts) as told:
-        found = search(body, task, name, starts, seed, told)
+    with bar("designing") as told:
+        found = search(body, task, name, starts, seed, lambda done, news: told(done, starts, f"best: {news}"))
     write_gait(found.gait, out)
     document = report_design.design_document(found, body, str(out), interrupted=found.starts < starts)
     show(document, json, report_design.show_design)

@@ -126,7 +126,7 @@ def plan(
     minimize: str = "travel",
     clearance_m: float = 0.0,
     workspace: Workspace | None = None,
-    progress: Progress = lambda _: None,
+    progress: Progress = lambda _done, _of, _news: None,
 ) -> Solution:
     """Plan a motion from a start to a goal configuration, and check it.
 
@@ -142,7 +142,7 @@ def plan(
         minimize: What to spend least of: "travel" (of the joints), "energy" or "switches" (of control).
         clearance_m: How far the surfaces of limb 1 and limb 2 stay apart over the whole path, at least [m].
         workspace: A box that all three links stay in over the whole path.
-        progress: Is told in words how far the search is.
+        progress: Is told how far the search is.
 
     Raises:
         ParameterError: A clearance that is none, or a start or goal that does not keep it.

@@ -49,6 +49,22 @@ def busy(message: str) -> Iterator[Callable[[str], None]]:
         yield lambda news: status.update(f"{message}: {news}")
 
 
+@contextlib.contextmanager
+def bar(message: str) -> Iterator[Callable[[int, int, str], None]]:
+    """Show a bar on a terminal's stderr; what is yielded is told how many are done, of how many, and the news."""
+    if not sys.stderr.isatty():
+        yield lambda _done, _total, _news: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    news = TextColumn("{task.description}")
+    columns = (TextColumn(message), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), news)
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("", total=None)
+        yield lambda done, total, told: progress.update(task, completed=done, total=total, description=told)
+
+
 def swimmer_of(path: Path | None) -> Swimmer:
     """Return the swimmer in a file; the paper's where none is given."""
     from purcell_cli.files import load_swimmer

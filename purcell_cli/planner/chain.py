@@ -31,6 +31,7 @@ _SMALL = 1e-6
 _CLOSE = 3e-3
 """Chains that miss their displacement by less [L, rad] are told apart by what they cost."""
 _FULL_RAD = 1e-3
+_FAR_L = 2.0
 _LONGEST_RAD = 0.3
 _THRIFT_RAD = 2.0
 """How far the cost alone leads in a round, in joint travel."""
@@ -269,7 +270,7 @@ class Chains:
             rounds: How many.
 
         Returns:
-            The best chains of all rounds, what they miss by [L, rad], shape (n,), and their costs, shape (n,).
+            The best chains of all rounds, what they miss by (see `missed`), shape (n,), and their costs, shape (n,).
         """
         low, high = self._bounds()
         effort = 8.0 * (self.cycles + 0.5)
@@ -280,7 +281,7 @@ class Chains:
             here = self._with(x)
             residual, columns = here.residuals(wanted)
             cost, slope = here.costs()
-            size = np.max(np.abs(residual), axis=1)
+            size = missed(residual, wanted)
             better = np.where(np.maximum(size, off) < _CLOSE, cost < paid, size < off)
             best, off, paid = (
                 np.where(better[:, None], x, best),
@@ -297,6 +298,17 @@ class Chains:
         _, high = self._bounds()
         full = (self.which >= 0) & (self.bend > high[:, : self.which.shape[1]] - _FULL_RAD)
         return dataclasses.replace(self, cycles=self.cycles + full)
+
+    def shorter(self) -> tuple[Chains, NDArray[np.int64]]:
+        """Return the chains with one cycle fewer of one of their loops, as large as may be, and of which each is."""
+        _, high = self._bounds()
+        k, j = np.nonzero((self.which >= 0) & (self.cycles >= 1.0))
+        fewer, row = self[k], np.arange(len(k))
+        cycles, bend = fewer.cycles.copy(), fewer.bend.copy()
+        grown = bend[row, j] * np.sqrt(cycles[row, j] / np.maximum(cycles[row, j] - 1.0, 0.5))
+        cycles[row, j] -= 1.0
+        bend[row, j] = np.minimum(grown, high[k, j])
+        return dataclasses.replace(fewer, cycles=cycles, bend=bend), k
 
     def blocks(self, k: int) -> list[Block]:
         """Return the strokes of one of the chains, from the collinear shape and back to it."""
@@ -357,6 +369,18 @@ def linked(crank: Crank, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Arr
         before = before + turns[:, k]
     turns[np.arange(n), np.count_nonzero(live, axis=1)] = _wrapped(roll - before)
     return Chains(crank, fans, which, cycles, mirrored, backwards, bend, aside, turns)
+
+
+def missed(residual: Array, wanted: Array) -> Array:
+    """Return by how much displacements are missed [L, rad]; of far ones a position by less, for it is a heading.
+
+    Args:
+        residual: Twists log(D^-1 g). Shape (n, 6).
+        wanted: The displacements D. Shape (n, 4, 4).
+    """
+    far = 1.0 + np.linalg.norm(wanted[..., :3, 3], axis=-1) / _FAR_L
+    size = np.abs(residual)
+    return np.asarray(np.maximum(size[..., :3].max(axis=-1) / far, size[..., 3:].max(axis=-1)))
 
 
 def _wrapped(angle: Array) -> Array:

@@ -112,10 +112,10 @@ class Effort:
 
 
 EFFORTS: Mapping[str, Effort] = {
-    "quick": Effort(1, breadth=Breadth(chains=1, rounds=4)),
+    "quick": Effort(1, breadth=Breadth(chains=1, rounds=4, shorter=0)),
     "standard": Effort(1, Pace(rounds=3, steps=20), most=24, longest_rad=16.0),
     "thorough": Effort(
-        4, Pace(rounds=5, steps=40, price=300.0), most=60, words=64, breadth=Breadth(48, 1152, chains=24, rounds=30)
+        4, Pace(rounds=5, steps=40, price=300.0), most=60, words=64, breadth=Breadth(48, 1152, chains=24, rounds=24, shorter=8)
     ),
 }
 
@@ -124,7 +124,8 @@ _WORD_RAD = 25.0
 _PROMISING = 1.2
 """A word is carried on with if it is at most so many times as long as the best plan."""
 
-Progress = Callable[[str], None]
+Progress = Callable[[int, int, str], None]
+"""Is told how many ways are explored, of how many, and in words what was found."""
 
 
 class _Best:
@@ -212,7 +213,7 @@ class _Best:
             self._tell(progress, how.candidates + k + 1, how)
 
     def _tell(self, progress: Progress, done: int, how: Effort) -> None:
-        progress(f"{done} of {how.candidates + how.words} ways explored, joint travel {self.joint_travel_rad:.2f} rad")
+        progress(done, how.candidates + how.words, f"joint travel {self.joint_travel_rad:.2f} rad")
 
 
 def reconfigure(
@@ -223,7 +224,7 @@ def reconfigure(
     effort: str = "standard",
     minimize: str = "travel",
     limits: Limits | None = None,
-    progress: Progress = lambda _: None,
+    progress: Progress = lambda _done, _of, _news: None,
 ) -> Plan:
     """Return a plan from a start to a goal configuration.
 
@@ -235,7 +236,7 @@ def reconfigure(
         effort: One of `EFFORTS`. Interrupted, "thorough" returns the best plan so far.
         minimize: One of `measures.MEASURES`: what to spend least of.
         limits: What the plan must keep besides the bend limit; where none is found that does, the nearest to it.
-        progress: Is told in words how far the search is.
+        progress: Is told how far the search is.
 
     Raises:
         GaitError: No stored gait for a motion that is needed.

@@ -41,10 +41,10 @@ _SHORT_RAD = 40.0
 """Up to this joint travel stored gaits one after the other are tried too."""
 _SLIGHT_RAD, _SAME = 0.3, 1e-4
 """Arcs of less joint travel are left out; neighbours are one if that costs them no more than so much."""
-_FAR_OFF, _FAR_L = 0.02, 2.0
-"""Chains that miss by more (L, rad) are astray; by twice as much at such a distance."""
-_CORRECTED, _CORRECTIONS = 0.05, 6
-"""Chains that miss by more on the flow (L, rad) settle again, for some rounds."""
+_FAR_OFF = 0.02
+"""Chains that miss by more, as `chain.missed` has it, are astray."""
+_CORRECTED, _CORRECTIONS = 0.03, 6
+"""Chains that miss by more on the flow (L, rad) settle again, at most so often, as long as that halves it."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -56,12 +56,14 @@ class Breadth:
         starts: Starts of the needle, for all pairs together.
         chains: How many of the needle's ways are settled as chains of loops.
         rounds: Rounds in which they settle.
+        shorter: Rounds in which every chain tries to do with one cycle fewer of one of its loops.
     """
 
     pairs: int = 12
     starts: int = 96
     chains: int = 4
     rounds: int = 8
+    shorter: int = 2
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -187,34 +189,71 @@ def _steered(
     best = np.concatenate([order[only[order] < 0][: max(breadth.chains - 1, 1)], plane])
     picked, chains = picked[best], chains[best]
     wanted = missing[way.displacement[picked]]
-    near = _FAR_OFF * (1.0 + np.linalg.norm(wanted[:, :3, 3], axis=1) / _FAR_L)
-    chains, off, spent = chains.settled(wanted, breadth.rounds)
-    if len(few := np.flatnonzero(off > near)):
-        longer, left, paid = chains[few].longer().settled(wanted[few], breadth.rounds)
-        gained = np.flatnonzero(left < off[few])
-        few = few[gained]
-        chains, off[few], spent[few] = chains.put(few, longer[gained]), left[gained], paid[gained]
+    chains, off, spent = _settled(chains, wanted, breadth)
     spent = spent + around[picked]
     out = []
     for n in range(len(chains)):
         if not chains.idle(n):
             count, pair = chains.arcs(n), pairs[way.displacement[picked[n]]]
             words = f"{count} arc{'s' * (count != 1)} with rolls between"
-            make = functools.partial(_played, chains[np.array([n])], wanted[n], outer, pair)
-            out.append(Candidate(words, float(spent[n]), make, bool(off[n] > near[n])))
+            make = functools.partial(_played, chains[np.array([n])], wanted[n], breadth, outer, pair)
+            out.append(Candidate(words, float(spent[n]), make, bool(off[n] > _FAR_OFF)))
     return out
 
 
-def _played(chain: Chains, wanted: Array, outer: _Outer, pair: tuple[int, int]) -> tuple[Block, ...]:
-    """Return the strokes of a chain, settled once more if on the flow it misses its displacement by much."""
+def _settled(chains: Chains, wanted: Array, breadth: Breadth) -> tuple[Chains, Array, Array]:
+    """Return chains settled on displacements, with as many cycles as they need.
+
+    Args:
+        chains: The chains.
+        wanted: The displacements. Shape (n, 4, 4).
+        breadth: How widely to search.
+
+    Returns:
+        The chains, what they miss by (`chain.missed`), shape (n,), and their costs, shape (n,).
+    """
+    chains, off, spent = chains.settled(wanted, breadth.rounds)
+    if len(few := np.flatnonzero(off > _FAR_OFF)):
+        more, left, paid = chains[few].longer().settled(wanted[few], breadth.rounds)
+        gained = np.flatnonzero(left < off[few])
+        few = few[gained]
+        chains, off[few], spent[few] = chains.put(few, more[gained]), left[gained], paid[gained]
+    few = np.argsort(np.round(spent, 9), kind="stable")[: math.ceil(0.5 * len(chains))]
+    for _ in range(breadth.shorter):
+        fewer, owner = chains[few].shorter()
+        owner = few[owner]
+        fewer, left, paid = fewer.settled(wanted[owner], breadth.rounds)
+        gain = np.where(left <= _FAR_OFF, spent[owner] - paid, -np.inf)
+        order = np.lexsort((-np.round(gain, 9), owner))
+        best = order[np.unique(owner[order], return_index=True)[1]]  # of each chain's
+        best = best[gain[best] > 0.0]
+        few = owner[best]
+        if not len(few):
+            break
+        chains, off[few], spent[few] = chains.put(few, fewer[best]), left[best], paid[best]
+    return chains, off, spent
+
+
+def _played(
+    chain: Chains, wanted: Array, breadth: Breadth, outer: _Outer, pair: tuple[int, int]
+) -> tuple[Block, ...]:
+    """Return the strokes of a chain, settled again as long as on the flow it misses its displacement by much."""
+    swimmer, kept = chain.crank.swimmer, dataclasses.replace(breadth, shorter=0)
     blocks = chain.blocks(0)
-    swimmer = chain.crank.swimmer
-    true = se3.normalised(functools.reduce(np.matmul, block_displacements(swimmer, blocks, COLLINEAR, SEARCHING)))
-    if float(np.max(np.abs(se3.log(se3.inverse(true) @ wanted)))) > _CORRECTED:
+    best, least = blocks, math.inf
+    for _ in range(_CORRECTIONS):
+        true = se3.normalised(functools.reduce(np.matmul, block_displacements(swimmer, blocks, COLLINEAR, SEARCHING)))
+        off = float(np.max(np.abs(se3.log(se3.normalised(se3.inverse(wanted) @ true)))))
+        worth_it = off < 0.5 * least
+        if off < least:
+            best, least = blocks, off
+        if off < _CORRECTED or not worth_it:
+            break
         # What the tables leave out stays about the same when the chain changes a little.
-        aim = wanted @ se3.inverse(true) @ chain.displacements()[0]
-        blocks = chain.settled(se3.normalised(aim)[None], _CORRECTIONS)[0].blocks(0)
-    return outer.around(pair[0], _last_apart(blocks), pair[1])
+        aim = se3.normalised(wanted @ se3.inverse(true) @ chain.displacements()[0])
+        chain = _settled(chain, aim[None], kept)[0]
+        blocks = chain.blocks(0)
+    return outer.around(pair[0], _last_apart(best), pair[1])
 
 
 def _distinct(travel: Array) -> list[int]:
