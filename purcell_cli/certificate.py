@@ -143,18 +143,19 @@ def judged(found: Replay, goal: Configuration, tolerance_m: float, tolerance_rad
 
 def _shapes(start: Array, rates: Array, durations: Array) -> Array:
     """Return the shapes at the ends of stretches, by running products of quaternions. Shape (m + 1, 2, 3, 3)."""
-    from scipy.spatial.transform import Rotation
-
     out = np.empty((len(rates) + 1, 2, 3, 3))
     for i in (0, 1):
-        running = np.empty((len(rates) + 1, 4))
-        running[0] = Rotation.from_matrix(start[i]).as_quat()
-        running[1:] = Rotation.from_rotvec(rates[:, 3 * i : 3 * i + 3] * durations[:, None]).as_quat()
+        half = 0.5 * rates[:, 3 * i : 3 * i + 3] * durations[:, None]
+        size = np.linalg.norm(half, axis=1, keepdims=True)
+        running = np.zeros((len(rates) + 1, 4))
+        running[0, 3] = 1.0
+        running[1:] = np.concatenate([half * np.sinc(size / np.pi), np.cos(size)], axis=1)
         reach = 1
         while reach < len(running):
             running[reach:] = _hamilton(running[:-reach], running[reach:])
             reach *= 2
-        out[:, i] = Rotation.from_quat(running).as_matrix()
+        across = hat(running[:, :3])
+        out[:, i] = start[i] @ (np.eye(3) + 2.0 * (running[:, 3, None, None] * across + across @ across))
     out[0] = start
     return out
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import warnings
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -25,6 +25,7 @@ from purcell_cli.sweeps import Sweeps, bends
 from purcell_cli.swimmer import Swimmer
 
 _NEGLIGIBLE_RAD = 1e-15
+_LOCKED = 1e-12
 _ROUGH = Accuracy(stages=3, step=1.2)
 """Errors of 1e-4 (L, rad): the ways are compared by it, and the finish makes up for it."""
 _BEND_SLACK_RAD = 1e-9
@@ -74,12 +75,7 @@ def turns_to(rotation: Array, limb: int) -> Ways:
     Returns:
         Ways, all different, the least joint travel first.
     """
-    from scipy.spatial.transform import Rotation  # slow to import; few commands need it
-
-    rotor = Rotation.from_matrix(rotation)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # at gimbal lock one of the many equal ways is taken
-        angle = np.array([rotor.as_euler(order) for order in _ORDERS])
+    angle = np.array([_three_turns(rotation, *axes) for axes in _AXES.tolist()])
     angle = np.stack([angle, _other(angle)], axis=1).reshape(-1, 3)
     angle[np.abs(angle) <= _NEGLIGIBLE_RAD] = 0.0
     control = np.repeat(_AXES, 2, axis=0) + 3 * (limb - 1)
@@ -90,6 +86,26 @@ def turns_to(rotation: Array, limb: int) -> Ways:
     _, first = np.unique(np.concatenate([key, np.round(turned, 9) + 0.0], axis=1), axis=0, return_index=True)
     ways = Ways(control, angle)[np.sort(first)]
     return ways[np.argsort(np.round(ways.joint_travel_rad, 9), kind="stable")]
+
+
+def _three_turns(rotation: Array, i: int, j: int, k: int) -> tuple[float, float, float]:
+    """Return the angles of turns about own axes i, j and k that make a rotation [rad].
+
+    The second is from -pi / 2 to pi / 2 where all axes differ, and from 0 to pi where i is k. Where the
+    first and the last axis come to lie in one line, the last turn is empty (gimbal lock).
+    """
+    r, l = rotation.tolist(), 3 - i - j
+    sign = 1.0 if (j - i) % 3 == 1 else -1.0
+    if i == k:
+        middle, size = math.atan2(math.hypot(r[i][j], r[i][l]), r[i][i]), math.hypot(r[i][j], r[i][l])
+        first, last = math.atan2(r[j][i], -sign * r[l][i]), math.atan2(r[i][j], sign * r[i][l])
+    else:
+        size = math.hypot(r[i][i], r[i][j])
+        middle = math.atan2(sign * r[i][k], size)
+        first, last = math.atan2(-sign * r[j][k], r[k][k]), math.atan2(-sign * r[i][j], r[i][i])
+    if size < _LOCKED:
+        first, last = math.atan2(sign * r[l][j], r[j][j]), 0.0
+    return first, middle, last
 
 
 def _other(angle: Array) -> Array:

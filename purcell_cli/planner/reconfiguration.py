@@ -115,7 +115,11 @@ EFFORTS: Mapping[str, Effort] = {
     "quick": Effort(1, breadth=Breadth(chains=1, rounds=4, shorter=0)),
     "standard": Effort(1, Pace(rounds=3, steps=20), most=24, longest_rad=16.0),
     "thorough": Effort(
-        4, Pace(rounds=5, steps=40, price=300.0), most=60, words=64, breadth=Breadth(48, 1152, chains=24, rounds=24, shorter=8)
+        4,
+        Pace(rounds=5, steps=40, price=300.0),
+        most=60,
+        words=64,
+        breadth=Breadth(48, 1152, chains=24, rounds=24, shorter=8),
     ),
 }
 

@@ -234,9 +234,7 @@ def _settled(chains: Chains, wanted: Array, breadth: Breadth) -> tuple[Chains, A
     return chains, off, spent
 
 
-def _played(
-    chain: Chains, wanted: Array, breadth: Breadth, outer: _Outer, pair: tuple[int, int]
-) -> tuple[Block, ...]:
+def _played(chain: Chains, wanted: Array, breadth: Breadth, outer: _Outer, pair: tuple[int, int]) -> tuple[Block, ...]:
     """Return the strokes of a chain, settled again as long as on the flow it misses its displacement by much."""
     swimmer, kept = chain.crank.swimmer, dataclasses.replace(breadth, shorter=0)
     blocks = chain.blocks(0)
