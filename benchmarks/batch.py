@@ -2,10 +2,9 @@
 
     python benchmarks/batch.py --count 1000 --sweep 10000
 
-The small scenarios roll the swimmer by 1 to 20 degrees on the spot, with --effort quick. The sweep's keep
-bent limbs where they are, so that what is measured is the batch and not the planner. Memory is the largest
-resident size of the batch's own process, and that of a worker. Processor time is told beside the clock's: on a
-machine that others use too it says what the clock cannot, how much of the work only the batch itself can do.
+The small scenarios, the sweep's too, roll the swimmer by 1 to 20 degrees on the spot, with --effort quick. Memory is
+the largest resident size of the batch's own process, and that of a worker. Processor time is told beside the clock's:
+on a machine that others use too it says what the clock cannot, how much of the work only the batch itself can do.
 """
 
 from __future__ import annotations
@@ -34,13 +33,6 @@ name: roll
 start: {}
 goal: {base: {orientation: {euler_deg: [0, 0, 0]}}}
 sweep: {'goal.base.orientation.euler_deg[2]': {start: 1, stop: 20, num: COUNT}}
-"""
-
-_STILL = """
-name: still
-start: {limb1: {euler_deg: [0, 10, 0]}}
-goal: {limb1: {euler_deg: [0, 10, 0]}}
-sweep: {swimmer.viscosity_pa_s: {start: 0.5, stop: 1.5, num: COUNT}}
 """
 
 
@@ -86,7 +78,7 @@ def main() -> None:
         print(f"{asked.count} small scenarios, --jobs {jobs}: {told(found)}", flush=True)
     print(f"two workers are {rates[1] / rates[0]:.2f} times as fast as one")
     for count in (asked.sweep // 10, asked.sweep) if asked.sweep else ():
-        found = run(_STILL, count, 2, "--no-trajectories", "--parquet")
+        found = run(_ROLL, count, 2, "--no-trajectories", "--parquet")
         print(f"sweep of {count}: {told(found)}", flush=True)
 
 

@@ -10,7 +10,6 @@ import typer
 
 from purcell_cli.terminal import Json, SwimmerFile, bar, show, swimmer_of
 
-
 _EPILOG = "Example: purcell design --direction x --max-bend 2.5 --out my-gait.yaml; Ctrl-C takes the best so far."
 
 

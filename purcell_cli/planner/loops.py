@@ -16,17 +16,17 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from purcell_cli import se3
 from purcell_cli.connection import COLLINEAR
-from purcell_cli.lift import SEARCHING
+from purcell_cli.lift import Accuracy, piece_work, run_displacements
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
-from purcell_cli.trajectory import Block, block_displacements, energies
 
 NAME = "arc"
 """Name of the stroke."""
@@ -38,6 +38,8 @@ _LEAST_ASIDE = {False: 0.0, True: 4e-4}
 """How little, of the most, may lie aside: A(r) is sharp where little lies across the plane."""
 _POWER = {False: 1, True: 2}
 """The series' second variable is such a root of what lies aside, the finer the sharper A(r) is there."""
+_TABLED = Accuracy(stages=3, step=0.8)
+"""Errors of 1e-5 (L, rad): less than the series'."""
 _MARGIN_RAD = 2e-4
 """Room left below the bend limit for the finish."""
 _LEAST_BEND = 0.2
@@ -48,27 +50,36 @@ _TERMS = {False: (6, 6), True: (6, 12)}
 """How many terms the series have in the bend and in what lies aside."""
 
 
+_SQUARE = ((_YAW_1, 2.0, 0.0), (_YAW_2, -2.0, 0.0), (_YAW_1, -2.0, 0.0), (_YAW_2, 2.0, 0.0))
+_STROKES = {
+    False: (
+        ((_YAW_1, -0.5, 0.5), (_YAW_2, 1.0, -1.0), (_YAW_1, -0.5, 0.5)),
+        _SQUARE,
+        ((_YAW_1, 0.5, -0.5), (_YAW_2, -1.0, 1.0), (_YAW_1, 0.5, -0.5)),
+    ),
+    True: (
+        ((_PITCH_1, 0.0, 1.0), (_PITCH_2, 0.0, -1.0), (_YAW_1, -1.0, 0.0), (_YAW_2, 1.0, 0.0)),
+        _SQUARE,
+        ((_YAW_1, 1.0, 0.0), (_YAW_2, -1.0, 0.0), (_PITCH_2, 0.0, 1.0), (_PITCH_1, 0.0, -1.0)),
+    ),
+}
+"""The way to a loop's corner, the loop, and the way back: controls, and their angles per beat and per offset.
+
+With an offset across the plane the way back is not the way there: together they go round a square of the side
+`beat`, the same way round as the loop. In the plane, the way there moves limb 1 half way, limb 2, and limb 1
+again, which hardly turns the base.
+"""
+
+
 def stroke(beat: float, offset: float, across: bool) -> tuple[PrimitiveSequence, PrimitiveSequence, PrimitiveSequence]:
     """Return the way to a loop's corner, the loop, and the way back [rad].
-
-    With an offset across the plane the way back is not the way there: together they go round a square
-    of the side `beat`, the same way round as the loop. In the plane, the way there moves limb 1 half
-    way, limb 2, and limb 1 again, which hardly turns the base.
 
     Args:
         beat: Half the square's side [rad].
         offset: How far limb 1 is bent aside, and limb 2 the other way [rad].
         across: Whether they are bent aside across the loop's plane.
     """
-    if across:
-        there = [(_PITCH_1, offset), (_PITCH_2, -offset), (_YAW_1, -beat), (_YAW_2, beat)]
-        back = [(_YAW_1, beat), (_YAW_2, -beat), (_PITCH_2, offset), (_PITCH_1, -offset)]
-    else:
-        corner = offset - beat
-        there = [(_YAW_1, 0.5 * corner), (_YAW_2, -corner), (_YAW_1, 0.5 * corner)]
-        back = [(control, -angle) for control, angle in reversed(there)]
-    loop = [(_YAW_1, 2.0 * beat), (_YAW_2, -2.0 * beat), (_YAW_1, -2.0 * beat), (_YAW_2, 2.0 * beat)]
-    parts = [PrimitiveSequence.of(part).busy() for part in (there, loop, back)]
+    parts = [PrimitiveSequence.of((c, beat * p + offset * q) for c, p, q in part).busy() for part in _STROKES[across]]
     return parts[0], parts[1], parts[2]
 
 
@@ -167,15 +178,17 @@ class Loops:
 
 def _values(swimmer: Swimmer, beats: Array, offsets: Array, across: bool, measure: str) -> Array:
     """Return L and U, and with energy as the measure what they cost. Shape (n, 12) or (n, 14)."""
-    blocks: list[Block] = []
-    for beat, offset in zip(beats.tolist(), offsets.tolist(), strict=True):
-        blocks += [Block(2, NAME, s) for s in stroke(beat, offset, across)]
-    moves = block_displacements(swimmer, blocks, COLLINEAR, SEARCHING).reshape(-1, 3, 4, 4)
+    counts = np.tile([len(part) for part in _STROKES[across]], len(beats))
+    control, *share = (np.array(column) for column in zip(*itertools.chain(*_STROKES[across]), strict=True))
+    angle = beats[:, None] * share[0] + offsets[:, None] * share[1]
+    every = PrimitiveSequence(np.tile(control, len(beats)), angle.ravel())
+    pieces = (every.shapes(COLLINEAR)[:-1], every.rates(), every.duration)
+    moves = run_displacements(swimmer, pieces, counts, np.ones_like(counts), _TABLED).reshape(-1, 3, 4, 4)
     cycle = (se3.adjoint(moves[:, 0]) @ se3.log(moves[:, 1])[..., None])[..., 0]
-    ways = se3.log(se3.normalised(moves[:, 0] @ moves[:, 2]))
-    columns = [cycle, ways]
+    columns = [cycle, se3.log(se3.normalised(moves[:, 0] @ moves[:, 2]))]
     if measure == "energy":
-        paid = energies(swimmer, blocks, COLLINEAR).reshape(-1, 3)
+        first = np.cumsum(counts) - counts
+        paid = np.add.reduceat(piece_work(swimmer, *pieces), first).reshape(-1, 3)
         columns += [paid[:, 1:2], paid[:, :1] + paid[:, 2:]]
     return np.concatenate(columns, axis=1)
 
