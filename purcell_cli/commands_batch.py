@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from purcell_cli.terminal import GaitFolder, Json, show
+from purcell_cli.units import counted
 
 if TYPE_CHECKING:
     from purcell_cli.batch.run import Outcome
@@ -179,7 +180,7 @@ def _show(console: Any, document: dict[str, Any]) -> None:
     told = "" if document["compared"] is None else f", {document['compared']} of them in the baseline"
     before = document["scenarios"] - document["solved"]
     told += f", {before} finished before" if before else ""
-    console.print(f"{document['scenarios']} scenarios{told}, {document['failed']} failed")
+    console.print(f"{counted(document['scenarios'], 'scenario')}{told}, {document['failed']} failed")
     if document["passed_over"]:
         console.print(f"{document['passed_over']} files that are a configuration or a swimmer were passed over")
     colour = "green" if document["verdict"] == "passed" else "red"

@@ -22,6 +22,7 @@ from purcell_cli.primitives import CONTROL_NAMES, PrimitiveSequence
 from purcell_cli.rotations import Array, as_euler
 from purcell_cli.solution import Solution, phase_displacement, stroke_cycles
 from purcell_cli.swimmer import Swimmer
+from purcell_cli.units import counted
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -280,10 +281,11 @@ def show_plan(console: Console, document: Document) -> None:
         e = document[key]
         errors.add_row(label, *(f"{e[k]:.1e}" for k in ("position_over_L", "base_rad", "limb1_rad", "limb2_rad")))
     console.print(errors)
-    pieces = "primitives" if document["controls"] == "primitive" else "moves"
+    piece = "primitive" if document["controls"] == "primitive" else "move"
     console.print(
         f"joint travel {document['joint_travel_rad']:.4f} rad, {document['duration_s']:.3f} s, "
-        f"{document['primitives']} {pieces}, {document['cycles']} cycles, energy {document['energy_j']:.4g} J"
+        f"{counted(document['primitives'], piece)}, {counted(document['cycles'], 'cycle')}, "
+        f"energy {document['energy_j']:.4g} J"
     )
     _checked(console, document["certificate"])
     _show_limits(console, document)

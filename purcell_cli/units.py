@@ -1,4 +1,4 @@
-"""Units that suit the size of what is shown."""
+"""Units that suit the size of what is shown, and numbers of things."""
 
 from __future__ import annotations
 
@@ -9,3 +9,8 @@ def length_unit(largest_m: float) -> tuple[float, str]:
         if largest_m * factor >= 1.0:
             return factor, unit
     return (1e9, "nm") if largest_m > 0.0 else (1e3, "mm")
+
+
+def counted(number: int, thing: str) -> str:
+    """Return a number of things in words, one of them without the plural's s."""
+    return f"{number} {thing}{'s' * (number != 1)}"

@@ -32,6 +32,7 @@ from purcell_cli.planner.strokes import phase_two, stroke_book
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Block, block_displacements
+from purcell_cli.units import counted
 
 PHASES = {1: "limbs to collinear", 2: "stored gaits", 3: "limbs to the goal shape"}
 
@@ -195,7 +196,7 @@ def _steered(
     for n in range(len(chains)):
         if not chains.idle(n):
             count, pair = chains.arcs(n), pairs[way.displacement[picked[n]]]
-            words = f"{count} arc{'s' * (count != 1)} with rolls between"
+            words = f"{counted(count, 'arc')} with rolls between"
             make = functools.partial(_played, chains[np.array([n])], wanted[n], breadth, outer, pair)
             out.append(Candidate(words, float(spent[n]), make, bool(off[n] > _FAR_OFF)))
     return out
