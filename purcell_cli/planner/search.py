@@ -73,13 +73,13 @@ class Candidate:
 
     Attributes:
         words: What it is made of.
-        joint_travel_rad: About its joint travel [rad].
+        estimate_rad: About its joint travel, or what it spends in the same units [rad].
         make: Makes its strokes.
         astray: Whether it misses by so much that it may not arrive.
     """
 
     words: str
-    joint_travel_rad: float
+    estimate_rad: float
     make: Callable[[], tuple[Block, ...]]
     astray: bool = False
 
@@ -88,9 +88,15 @@ class Candidate:
         """Its strokes."""
         return self.make()
 
+    @property
+    def joint_travel_rad(self) -> float:
+        """Its joint travel, as estimated as long as its strokes are not made [rad]."""
+        made = "blocks" in self.__dict__
+        return sum(b.joint_travel_rad for b in self.blocks) if made else self.estimate_rad
+
     def rank(self, measure: str, swimmer: Swimmer, start: Array) -> tuple[bool, float]:
         """Return what to sort by: whether it is astray, and what it spends from a start shape (`measures.costs`)."""
-        spent = self.joint_travel_rad if measure == "travel" else cost(measure, swimmer, self.blocks, start)
+        spent = self.estimate_rad if measure == "travel" else cost(measure, swimmer, self.blocks, start)
         return self.astray, float(f"{spent:.9e}")
 
 
@@ -190,8 +196,7 @@ def _steered(
     best = np.concatenate([order[only[order] < 0][: max(breadth.chains - 1, 1)], plane])
     picked, chains = picked[best], chains[best]
     wanted = missing[way.displacement[picked]]
-    chains, off, spent = _settled(chains, wanted, breadth)
-    spent = spent + around[picked]
+    chains, off, spent = _settled(chains, wanted, around[picked], breadth)
     out = []
     for n in range(len(chains)):
         if not chains.idle(n):
@@ -202,28 +207,31 @@ def _steered(
     return out
 
 
-def _settled(chains: Chains, wanted: Array, breadth: Breadth) -> tuple[Chains, Array, Array]:
+def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> tuple[Chains, Array, Array]:
     """Return chains settled on displacements, with as many cycles as they need.
 
     Args:
         chains: The chains.
         wanted: The displacements. Shape (n, 4, 4).
+        around: What is spent before and after them [rad]. Shape (n,).
         breadth: How widely to search.
 
     Returns:
-        The chains, what they miss by (`chain.missed`), shape (n,), and their costs, shape (n,).
+        The chains, what they miss by (`chain.missed`), shape (n,), and what is spent in all, shape (n,).
     """
     chains, off, spent = chains.settled(wanted, breadth.rounds)
+    spent = spent + around
     if len(few := np.flatnonzero(off > _FAR_OFF)):
         more, left, paid = chains[few].longer().settled(wanted[few], breadth.rounds)
         gained = np.flatnonzero(left < off[few])
         few = few[gained]
-        chains, off[few], spent[few] = chains.put(few, more[gained]), left[gained], paid[gained]
+        chains, off[few], spent[few] = chains.put(few, more[gained]), left[gained], paid[gained] + around[few]
     few = np.argsort(np.round(spent, 9), kind="stable")[: math.ceil(0.5 * len(chains))]
     for _ in range(breadth.shorter):
         fewer, owner = chains[few].shorter()
         owner = few[owner]
         fewer, left, paid = fewer.settled(wanted[owner], breadth.rounds)
+        paid = paid + around[owner]
         gain = np.where(left <= _FAR_OFF, spent[owner] - paid, -np.inf)
         order = np.lexsort((-np.round(gain, 9), owner))
         best = order[np.unique(owner[order], return_index=True)[1]]  # of each chain's
@@ -241,7 +249,8 @@ def _played(chain: Chains, wanted: Array, breadth: Breadth, outer: _Outer, pair:
     blocks = chain.blocks(0)
     best, least = blocks, math.inf
     for _ in range(_CORRECTIONS):
-        true = se3.normalised(functools.reduce(np.matmul, block_displacements(swimmer, blocks, COLLINEAR, SEARCHING)))
+        moves = block_displacements(swimmer, blocks, COLLINEAR, SEARCHING)
+        true = se3.normalised(functools.reduce(np.matmul, moves, np.eye(4)))
         off = float(np.max(np.abs(se3.log(se3.normalised(se3.inverse(wanted) @ true)))))
         worth_it = off < 0.5 * least
         if off < least:
@@ -250,7 +259,7 @@ def _played(chain: Chains, wanted: Array, breadth: Breadth, outer: _Outer, pair:
             break
         # What the tables leave out stays about the same when the chain changes a little.
         aim = se3.normalised(wanted @ se3.inverse(true) @ chain.displacements()[0])
-        chain = _settled(chain, aim[None], kept)[0]
+        chain = _settled(chain, aim[None], np.zeros(1), kept)[0]
         blocks = chain.blocks(0)
     return outer.around(pair[0], _last_apart(best), pair[1])
 
