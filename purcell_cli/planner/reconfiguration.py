@@ -255,14 +255,16 @@ def reconfigure(
     wanted = displacement_between(start, goal, swimmer.length_m)
     kept_to = limits or Limits()
     apart = kept_to.clearance_m / swimmer.length_m
-    measures = dict.fromkeys(("travel", minimize))
-    found = [
-        c for m in measures for c in candidates(unit, start.shape, goal.shape, wanted, gaits, m, apart, how.breadth)
-    ]
-    found.sort(key=lambda c: c.rank(minimize, unit, start.shape))
+    rough = Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING)
     best = _Best(swimmer, start, kept_to, minimize)
+    found: list[Candidate] = []
     try:
-        best.explore(found, Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING), how, progress)
+        # Who looks for long looks for a little first: so there is a plan early, and never a longer one.
+        for effort_now in (EFFORTS["standard"], how) if how.words else (how,):
+            for measure in dict.fromkeys(("travel", minimize)):
+                found += candidates(unit, start.shape, goal.shape, wanted, gaits, measure, apart, effort_now.breadth)
+            found.sort(key=lambda c: c.rank(minimize, unit, start.shape))
+            best.explore(found, rough, effort_now, progress)
     except KeyboardInterrupt:
         if not best.good or not how.words:
             raise
