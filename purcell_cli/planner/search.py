@@ -45,7 +45,7 @@ _SLIGHT_RAD, _SAME = 0.3, 1e-4
 _FAR_OFF = 0.02
 """Chains that miss by more, as `chain.missed` has it, are astray."""
 _CORRECTED, _CORRECTIONS = 0.03, 6
-"""Chains that miss by more on the flow (L, rad) settle again, at most so often, as long as that halves it."""
+"""Chains that miss by more on the flow (L, rad) settle again, at most so often; where that does not halve it, with more cycles."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -247,18 +247,20 @@ def _played(chain: Chains, wanted: Array, breadth: Breadth, outer: _Outer, pair:
     """Return the strokes of a chain, settled again as long as on the flow it misses its displacement by much."""
     swimmer, kept = chain.crank.swimmer, dataclasses.replace(breadth, shorter=0)
     blocks = chain.blocks(0)
-    best, least = blocks, math.inf
+    best, least, longer = blocks, math.inf, False
     for _ in range(_CORRECTIONS):
         moves = block_displacements(swimmer, blocks, COLLINEAR, SEARCHING)
         true = se3.normalised(functools.reduce(np.matmul, moves, np.eye(4)))
         off = float(np.max(np.abs(se3.log(se3.normalised(se3.inverse(wanted) @ true)))))
-        worth_it = off < 0.5 * least
+        stuck = off > 0.5 * least
         if off < least:
             best, least = blocks, off
-        if off < _CORRECTED or not worth_it:
+        if off < _CORRECTED or (stuck and longer):
             break
         # What the tables leave out stays about the same when the chain changes a little.
         aim = se3.normalised(wanted @ se3.inverse(true) @ chain.displacements()[0])
+        if stuck:  # its loops are as large as they may be
+            chain, longer = chain.longer(), True
         chain = _settled(chain, aim[None], np.zeros(1), kept)[0]
         blocks = chain.blocks(0)
     return outer.around(pair[0], _last_apart(best), pair[1])
