@@ -45,7 +45,7 @@ _SLIGHT_RAD, _SAME = 0.3, 1e-4
 _FAR_OFF = 0.02
 """Chains that miss by more, as `chain.missed` has it, are astray."""
 _CORRECTED, _CORRECTIONS = 0.03, 6
-"""Chains that miss by more on the flow (L, rad) settle again, at most so often; where that does not halve it, with more cycles."""
+"""Chains that miss by more on the flow (L, rad) settle again, at most so often; with more cycles if that is in vain."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
