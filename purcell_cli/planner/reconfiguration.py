@@ -123,6 +123,8 @@ EFFORTS: Mapping[str, Effort] = {
     ),
 }
 
+_WIDE = Effort(1, breadth=Breadth(36, 432, chains=24, rounds=20, shorter=0))
+"""How to look where nothing arrives otherwise."""
 _WORD_RAD = 25.0
 """Phases 2 of less joint travel than this may be one random word."""
 _PROMISING = 1.2
@@ -148,6 +150,11 @@ class _Best:
     def good(self) -> bool:
         """Whether it arrives within limits."""
         return self._off < _ARRIVED and self._excess == 0.0
+
+    @property
+    def arrived(self) -> bool:
+        """Whether it arrives, within limits or not."""
+        return self._off < _ARRIVED
 
     @property
     def joint_travel_rad(self) -> float:
@@ -260,7 +267,9 @@ def reconfigure(
     found: list[Candidate] = []
     try:
         # Who looks for long looks for a little first: so there is a plan early, and never a longer one.
-        for effort_now in (EFFORTS["standard"], how) if how.words else (how,):
+        for effort_now in (EFFORTS["standard"], how) if how.words else (how, _WIDE):
+            if effort_now is _WIDE and best.arrived:
+                break
             for measure in dict.fromkeys(("travel", minimize)):
                 found += candidates(unit, start.shape, goal.shape, wanted, gaits, measure, apart, effort_now.breadth)
             found.sort(key=lambda c: c.rank(minimize, unit, start.shape))
