@@ -209,6 +209,11 @@ def as_vector(rotation: ArrayLike) -> Array:
     return np.asarray(stretch * q[..., 1:])
 
 
+def wrapped(angle: ArrayLike) -> Array:
+    """Return angles taken to between -pi and pi [rad]. Shape (...)."""
+    return np.asarray(np.remainder(np.asarray(angle, dtype=np.float64) + np.pi, 2.0 * np.pi) - np.pi)
+
+
 def angle_between(first: ArrayLike, second: ArrayLike) -> Array:
     """Return the angle [rad] of the rotation that takes one orientation to another. Shape (...).
 

@@ -38,7 +38,6 @@ class Fan:
         loops: The loops.
         bend: Their largest bends, from the best to go straight to the best to turn [rad]. Shape (k,).
         aside: How much of the bend lies aside. Shape (k,).
-        price: What a cycle costs [rad]. Shape (k,).
         advance: Advance per cost [L/rad]. Shape (k,).
         turn: Turn per cost. Shape (k,).
         straight: The largest advance per cost [L/rad].
@@ -67,7 +66,7 @@ class Fan:
         twist = cycle / price[:, None]
         turn = np.hypot(twist[:, 4], twist[:, 5])
         some = slice(int(np.argmax(turn)) + 1)
-        self.price, self.advance, self.turn = price[some], twist[some, 0], turn[some]
+        self.advance, self.turn = twist[some, 0], turn[some]
         self.bend, self.aside = (part[some] for part in loops.place(beat, offset))
         self.turn[0] = 0.0
         self.straight, self.tight = float(np.max(np.abs(self.advance))), float(np.max(np.abs(self.turn)))

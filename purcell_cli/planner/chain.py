@@ -21,7 +21,7 @@ from purcell_cli import se3
 from purcell_cli.planner.arcs import Fan
 from purcell_cli.planner.crank import Crank
 from purcell_cli.planner.loops import NAME, stroke
-from purcell_cli.rotations import Array, about_axis
+from purcell_cli.rotations import Array, about_axis, wrapped
 from purcell_cli.trajectory import Block
 
 _FITTING = 3
@@ -363,11 +363,11 @@ def linked(crank: Crank, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Arr
     turns, mirrored, before = np.zeros((n, m + 1)), np.zeros((n, m), dtype=bool), np.zeros(n)
     for k in range(m):
         bent = live[:, k] & (turn[:, k] > 0.0)
-        change = np.where(bent, _wrapped(plane[:, k] - before), 0.0)
+        change = np.where(bent, wrapped(plane[:, k] - before), 0.0)
         mirrored[:, k] = np.abs(change) > 0.5 * math.pi
-        turns[:, k] = np.where(mirrored[:, k], _wrapped(change + math.pi), change)
+        turns[:, k] = np.where(mirrored[:, k], wrapped(change + math.pi), change)
         before = before + turns[:, k]
-    turns[np.arange(n), np.count_nonzero(live, axis=1)] = _wrapped(roll - before)
+    turns[np.arange(n), np.count_nonzero(live, axis=1)] = wrapped(roll - before)
     return Chains(crank, fans, which, cycles, mirrored, backwards, bend, aside, turns)
 
 
@@ -381,11 +381,6 @@ def missed(residual: Array, wanted: Array) -> Array:
     far = 1.0 + np.linalg.norm(wanted[..., :3, 3], axis=-1) / _FAR_L
     size = np.abs(residual)
     return np.asarray(np.maximum(size[..., :3].max(axis=-1) / far, size[..., 3:].max(axis=-1)))
-
-
-def _wrapped(angle: Array) -> Array:
-    """Return angles from -pi to pi [rad]. Shape (...)."""
-    return np.asarray(np.remainder(angle + math.pi, 2.0 * math.pi) - math.pi)
 
 
 def _twist_of(change: Array) -> Array:

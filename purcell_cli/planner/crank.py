@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from purcell_cli.gaits import Gait, guessed
-from purcell_cli.rotations import Array
+from purcell_cli.rotations import Array, wrapped
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Block
 
@@ -37,7 +37,7 @@ class Crank:
 
     def travel(self, angle: Array) -> Array:
         """Return about how much joint travel rolls by angles take [rad]. Shape (...)."""
-        size = np.abs(np.remainder(angle + math.pi, 2.0 * math.pi) - math.pi)
+        size = np.abs(wrapped(angle))
         count = np.maximum(np.ceil(size / _LARGEST_RAD), 1.0)
         return np.asarray(count * np.interp(size / count, _KNOTS_RAD, self._travel))
 

@@ -20,7 +20,7 @@ from purcell_cli import se3
 from purcell_cli.clearance import TOLERANCE_L, clearances
 from purcell_cli.lift import Accuracy, piece_displacements
 from purcell_cli.primitives import PrimitiveSequence, joined
-from purcell_cli.rotations import Array, about_axis
+from purcell_cli.rotations import Array, about_axis, wrapped
 from purcell_cli.sweeps import Sweeps, bends
 from purcell_cli.swimmer import Swimmer
 
@@ -112,7 +112,7 @@ def _other(angle: Array) -> Array:
     """Return the other three turns that make the same rotation, in each of the orders [rad]. Shape (12, 3)."""
     middle = np.where(_AXES[:, 0] == _AXES[:, 2], -angle[:, 1], np.pi - angle[:, 1])
     turned = np.stack([angle[:, 0] + np.pi, middle, angle[:, 2] + np.pi], axis=1)
-    return np.asarray(np.remainder(turned + np.pi, 2.0 * np.pi) - np.pi)
+    return wrapped(turned)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

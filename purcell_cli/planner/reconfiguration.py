@@ -149,7 +149,7 @@ class _Best:
     @property
     def good(self) -> bool:
         """Whether it arrives within limits."""
-        return self._off < _ARRIVED and self._excess == 0.0
+        return self.arrived and self._excess == 0.0
 
     @property
     def arrived(self) -> bool:
@@ -268,8 +268,10 @@ def reconfigure(
     try:
         # Who looks for long looks for a little first: so there is a plan early, and never a longer one.
         for effort_now in (EFFORTS["standard"], how) if how.words else (how, _WIDE):
-            if effort_now is _WIDE and best.arrived:
-                break
+            if effort_now is _WIDE:
+                if best.arrived:
+                    break
+                found = []  # those have all been tried
             for measure in dict.fromkeys(("travel", minimize)):
                 found += candidates(unit, start.shape, goal.shape, wanted, gaits, measure, apart, effort_now.breadth)
             found.sort(key=lambda c: c.rank(minimize, unit, start.shape))
