@@ -164,22 +164,17 @@ def as_quaternion(rotation: ArrayLike) -> Array:
     r = np.asarray(rotation, dtype=np.float64)
     d0, d1, d2 = r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]
     # The four ways to read a quaternion off a matrix; the one with the largest divisor is accurate.
-    squares = np.stack([1 + d0 + d1 + d2, 1 + d0 - d1 - d2, 1 - d0 + d1 - d2, 1 - d0 - d1 + d2], axis=-1)
-    yz, xz, xy = r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]
-    syz, sxz, sxy = r[..., 2, 1] + r[..., 1, 2], r[..., 0, 2] + r[..., 2, 0], r[..., 1, 0] + r[..., 0, 1]
-    table = np.stack(
-        [
-            np.stack([squares[..., 0], yz, xz, xy], axis=-1),
-            np.stack([yz, squares[..., 1], sxy, sxz], axis=-1),
-            np.stack([xz, sxy, squares[..., 2], syz], axis=-1),
-            np.stack([xy, sxz, syz, squares[..., 3]], axis=-1),
-        ],
-        axis=-2,
-    )
-    best = np.argmax(squares, axis=-1)
-    q = np.take_along_axis(table, best[..., None, None], axis=-2)[..., 0, :]
-    q = q / np.linalg.norm(q, axis=-1, keepdims=True)
-    return np.asarray(np.where(q[..., :1] < 0, -q, q))
+    table = np.empty((*d0.shape, 4, 4))
+    table[..., 0, 0], table[..., 1, 1] = 1 + d0 + d1 + d2, 1 + d0 - d1 - d2
+    table[..., 2, 2], table[..., 3, 3] = 1 - d0 + d1 - d2, 1 - d0 - d1 + d2
+    for i, j, k in ((1, 2, 3), (2, 3, 1), (3, 1, 2)):
+        low, high = r[..., k - 1, j - 1], r[..., j - 1, k - 1]
+        table[..., 0, i] = table[..., i, 0] = low - high
+        table[..., j, k] = table[..., k, j] = low + high
+    best = np.argmax(np.einsum("...ii->...i", table), axis=-1)
+    q = table.reshape(-1, 4, 4)[np.arange(best.size), best.ravel()].reshape(*d0.shape, 4)
+    q /= np.sqrt(np.einsum("...i,...i->...", q, q))[..., None]
+    return np.where(q[..., :1] < 0, -q, q)
 
 
 def from_matrix(matrix: ArrayLike) -> Array:

@@ -11,25 +11,19 @@ from numpy.typing import ArrayLike
 from purcell_cli.rotations import Array, as_quaternion, cross, hat, orthonormalised
 
 _SERIES_BELOW = 0.25
-"""Rotation angle [rad] under which exp sums its series; above, the closed form loses nothing."""
+"""Rotation angle [rad] under which (t - sin t)/t^3 sums its series; above, the closed form loses nothing."""
 
 
 def exp_coefficients(angle_squared: Array) -> tuple[Array, Array, Array]:
     """Return sin(t)/t, (1 - cos t)/t^2 and (t - sin t)/t^3 as functions of t^2."""
     x = angle_squared
-    if not x.size or x.max() < _SERIES_BELOW**2:
-        # Taylor series to t^12: truncation under 1e-17 for t < 0.25.
-        a = 1 - x / 6 * (1 - x / 20 * (1 - x / 42 * (1 - x / 72 * (1 - x / 110))))
-        b = 0.5 * (1 - x / 12 * (1 - x / 30 * (1 - x / 56 * (1 - x / 90 * (1 - x / 132)))))
-        c = (1 - x / 20 * (1 - x / 42 * (1 - x / 72 * (1 - x / 110 * (1 - x / 156))))) / 6
-        return a, b, c
-    small = x < _SERIES_BELOW**2
-    low = exp_coefficients(np.where(small, x, 0.0))
-    t = np.sqrt(np.where(small, 1.0, x))
-    sine, half = np.sin(t), np.sin(0.5 * t)
-    high = (sine / t, 2 * (half / t) ** 2, (t - sine) / t**3)
-    a, b, c = (np.where(small, lo, hi) for lo, hi in zip(low, high, strict=True))
-    return a, b, c
+    t = np.sqrt(np.maximum(x, 1e-200))
+    a, half = np.sin(t) / t, np.sin(0.5 * t) / t
+    # Taylor series to t^10: truncation under 1e-17 for t < 0.25.
+    c = (1 - x / 20 * (1 - x / 42 * (1 - x / 72 * (1 - x / 110 * (1 - x / 156))))) / 6
+    if x.size and x.max() >= _SERIES_BELOW**2:
+        c = np.where(x < _SERIES_BELOW**2, c, (1.0 - a) / (t * t))
+    return a, 2.0 * half * half, c
 
 
 def exp(twist: ArrayLike) -> Array:
@@ -89,15 +83,15 @@ def log(pose: ArrayLike) -> Array:
     g = np.asarray(pose, dtype=np.float64)
     q = as_quaternion(g[..., :3, :3])
     sine = np.sqrt(np.einsum("...i,...i->...", q[..., 1:], q[..., 1:]))
-    still = sine == 0.0
-    angle = 2.0 * np.arctan2(sine, q[..., 0])
-    w = q[..., 1:] * np.where(still, 2.0, angle / np.where(still, 1.0, sine))[..., None]
+    half = np.arctan2(sine, q[..., 0])
+    stretch = 2.0 * np.where(sine > 0.0, half / np.where(sine > 0.0, sine, 1.0), 1.0)
+    w = q[..., 1:] * stretch[..., None]
     # The inverse of exp's integral of the rotation: 1 - hat(w) / 2 + (1 - t/2 cot t/2) / t^2 hat(w)^2.
-    x = angle * angle
-    a, b, _ = exp_coefficients(x)
-    series = (1 + x / 60 * (1 + x / 42 * (1 + x / 40 * (1 + 5 * x / 198)))) / 12
-    closed = (1.0 - 0.5 * a / b) / np.where(still, 1.0, x)
-    rest = np.where(x < _SERIES_BELOW**2, series, closed)
+    x = 4.0 * half * half
+    rest = (1 + x / 60 * (1 + x / 42 * (1 + x / 40 * (1 + 5 * x / 198)))) / 12
+    if x.size and x.max() >= _SERIES_BELOW**2:
+        closed = (1.0 - 0.5 * stretch * q[..., 0]) / np.where(sine > 0.0, x, 1.0)
+        rest = np.where(x < _SERIES_BELOW**2, rest, closed)
     p = g[..., :3, 3]
     wp = cross(w, p)
     return np.concatenate([p - 0.5 * wp + rest[..., None] * cross(w, wp), w], axis=-1)

@@ -31,7 +31,7 @@ _SMALL = 1e-6
 _CLOSE = 3e-3
 """Chains that miss their displacement by less [L, rad] are told apart by what they cost."""
 _FULL_RAD = 1e-3
-_FAR_L = 2.0
+_FAR_L = 1.0
 _LONGEST_RAD = 0.3
 _THRIFT_RAD = 2.0
 """How far the cost alone leads in a round, in joint travel."""
@@ -412,7 +412,9 @@ def _least_steps(columns: Array, wanted: Array, begun: Array, loose: Array, low:
         if np.all(size < _MET):
             break
         lever = columns * np.where((step > low) & (step < high), loose, 0.0)[:, None]
-        system = np.linalg.pinv(lever @ np.swapaxes(columns, 1, 2), rcond=_WEAKEST, hermitian=True)
-        lead = lead + (system @ missing[..., None])[..., 0]
+        system = lever @ np.swapaxes(columns, 1, 2)
+        # Damped by a little, where what is left free cannot meet all equations.
+        system += (_WEAKEST * np.trace(system, axis1=1, axis2=2) + 1e-30)[:, None, None] * np.eye(6)
+        lead = lead + np.linalg.solve(system, missing[..., None])[..., 0]
         step = np.clip(begun + loose * (lead[:, None] @ columns)[:, 0], low, high)
     return np.asarray(best)

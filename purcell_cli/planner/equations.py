@@ -186,12 +186,12 @@ class Equations:
         self.weight = np.array(weight)
         self._index, self._sign = np.array(index, dtype=np.int64), np.array(sign)
 
-    @functools.cached_property
-    def tie(self) -> Array:
-        """The derivative of every primitive's angle by every free angle. Shape (k, n)."""
-        out = np.zeros((len(self._index), len(self.weight)))
-        free = np.flatnonzero(self._index >= 0)
-        out[free, self._index[free]] = self._sign[free]
+    def by_free_angles(self, columns: Array) -> Array:
+        """Return derivatives by the free angles, of those by every primitive's angle. Shape (m, k) to (m, n)."""
+        own, opposite = (np.flatnonzero((self._index >= 0) & (sign * self._sign > 0)) for sign in (1.0, -1.0))
+        out = np.empty((len(columns), len(self.weight)))
+        out[:, self._index[own]] = columns[:, own]
+        out[:, self._index[opposite]] -= columns[:, opposite]
         return out
 
     @property
@@ -265,4 +265,4 @@ class Equations:
             gap, slope = shape_gap(sequence[:stop], shapes[: stop + 1], shape)
             residual.append(gap)
             derivative.append(np.pad(slope, ((0, 0), (0, len(sequence) - stop))))
-        return Values(np.concatenate(residual), np.concatenate(derivative) @ self.tie, shapes)
+        return Values(np.concatenate(residual), self.by_free_angles(np.concatenate(derivative)), shapes)

@@ -23,14 +23,15 @@ from purcell_cli.rotations import Array
 _ENOUGH = 2e-11
 _PATIENCE = 2
 """Rounds without gain before the best is taken: rounding to the clock falls out anew in each."""
-_WEAKEST = 1e-9
 _REACH_RAD = 0.25
 _TELLING_RAD = 1e-8
 """Steps by less say nothing of the derivative: rounding does."""
+_PLAIN = 2e-6
+"""Residuals at a rough accuracy are right to a few per cent above this [L, rad]."""
 _STRICT = 100.0
 """How much nearer the bend limit is to be kept than the goal, on the approach: the last steps change bends too."""
 _ROUNDS = 20
-_LOST = 3
+_LOST = 2
 """Rounds in which the residual does not even halve before the approach is given up."""
 _SHORTER = (1.0, 0.4, 0.15, 0.05)
 """What is tried of a step until it gains something."""
@@ -59,18 +60,13 @@ def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[E
         idle, halved = (0, best) if best < 0.5 * halved else (idle + 1, halved)
         if best < close or idle > _LOST:
             break
-        step = bounded_step(values.derivative, values.residual, room, slope, _REACH_RAD, _least)
+        step = bounded_step(values.derivative, values.residual, room, slope, _REACH_RAD)
         for shorter in _SHORTER:
             there = equations.at(angle + shorter * step)
             if there.size < values.size:
                 break
         angle, values = angle + shorter * step, there
     return equations.of(equations.with_angles(kept)), known, float(best)
-
-
-def _least(rows: Array, wanted: Array) -> Array:
-    """Return the least solution of few equations in many unknowns. Shape (n,)."""
-    return np.asarray(np.linalg.lstsq(rows, wanted, rcond=_WEAKEST)[0])
 
 
 def arrive(
@@ -118,12 +114,13 @@ def _rounds(
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
     room, slope = bend_rows(equations, rough.shapes, least)
     begun, derivative = angle, rough.derivative[:, may]
-    missing, idle = equations.residual(angle), 0
+    # As long as much is missing, it is known well enough.
+    missing, idle = rough.residual if rough.size > _PLAIN else equations.residual(angle), 0
     best, kept = float(np.max(np.abs(missing))), angle
     while idle < _PATIENCE and best > _ENOUGH:
         left = room + slope @ (angle - begun)
         step = np.zeros(len(angle))
-        step[may] = bounded_step(derivative, missing, left, slope[:, may], _REACH_RAD, _least)
+        step[may] = bounded_step(derivative, missing, left, slope[:, may], _REACH_RAD)
         angle, before = rounded(angle + step), missing
         missing = equations.residual(angle)
         if (length := float(step @ step)) > _TELLING_RAD**2:

@@ -25,7 +25,6 @@ _LEAST_PRICE, _PRICE = 200.0, 10.0
 """Cost of a violation [s per L or rad], and what it is at least per second of the motion."""
 _WORTH = 3e-4
 """A round that promises less than this part of the duration is the last."""
-_WEAKEST = 1e-14
 _NEWTON_REACH = 0.25
 _APPROACHES, _RESTORATIONS, _RESTORED = 40, 6, 1e-6
 _ENOUGH, _PATIENCE = 4e-12, 4
@@ -114,14 +113,6 @@ class _Search:
         ).unknown
 
 
-def _least(rows: Array, wanted: Array) -> Array:
-    """Return the least solution of few equations in many unknowns, by their Gram matrix. Shape (f,).
-
-    It is not as accurate as by the equations themselves; Newton's method makes up for that.
-    """
-    return np.asarray(rows.T @ np.linalg.lstsq(rows @ rows.T, wanted, rcond=_WEAKEST)[0])
-
-
 def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) -> Array:
     """Return the least step to the arrival that leaves no limb bent too far, as far as is linear. Shape (f,).
 
@@ -132,7 +123,7 @@ def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) ->
     """
     step = np.zeros(values.derivative.shape[1])
     arrival, slope = values.derivative[:, first:], values.room_derivative[:, first:]
-    step[first:] = bounded_step(arrival, values.residual, values.room, slope, reach, _least)
+    step[first:] = bounded_step(arrival, values.residual, values.room, slope, reach)
     return step
 
 

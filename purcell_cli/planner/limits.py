@@ -54,4 +54,4 @@ def bend_rows(equations: Equations, shapes: Array, least: Array) -> tuple[Array,
     about = shapes[np.arange(n), limb, :, axis]
     lever = about[None, :, 1] * ends[watched, None, 2] - about[None, :, 2] * ends[watched, None, 1]
     acts = (limb[None, :] == limb[watched, None]) & (np.arange(n)[None, :] <= watched[:, None])
-    return room[watched], np.where(acts, lever, 0.0) @ equations.tie
+    return room[watched], equations.by_free_angles(np.where(acts, lever, 0.0))

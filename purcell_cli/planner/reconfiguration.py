@@ -85,7 +85,7 @@ class Plan:
 _THERE = 1e-14
 """A start this near its goal (L, rad) is there already."""
 
-_CLOSE, _ARRIVED = 1e-4, 1e-10
+_CLOSE, _ARRIVED = 3e-4, 1e-10
 _MARGIN_RAD, _LAST_MARGIN_RAD = 1e-5, 3e-6
 """Room left below the bend limit on the approach, for the exact finish, and in the finish, for its second order."""
 

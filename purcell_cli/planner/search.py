@@ -63,7 +63,7 @@ class Breadth:
     pairs: int = 12
     starts: int = 96
     chains: int = 4
-    rounds: int = 8
+    rounds: int = 5
     shorter: int = 2
 
 

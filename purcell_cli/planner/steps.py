@@ -10,38 +10,56 @@ import numpy as np
 from purcell_cli.rotations import Array
 
 _BEND_SLACK = 1e-9
-_ACTIVE_ROUNDS = 4
+_ACTIVE_ROUNDS = 12
+_WEAKEST = 1e-9
 _FIRST_REACH, _LARGEST_REACH, _LEAST_REACH = 0.1, 0.5, 1e-4
 
 
-def bounded_step(
-    arrival: Array,
-    missing: Array,
-    room: Array,
-    room_derivative: Array,
-    reach: float,
-    least: Callable[[Array, Array], Array],
-) -> Array:
+def bounded_step(arrival: Array, missing: Array, room: Array, room_derivative: Array, reach: float) -> Array:
     """Return the least step to the arrival that leaves no limb bent too far, as far as is linear. Shape (n,).
 
+    An angle that moves the base by much counts for more: its changes are what is least linear.
+    Which limits bind is found by the multipliers' signs (primal-dual active sets: Hintermueller, Ito
+    and Kunisch 2002, SIAM J. Optim. 13, 865).
+
     Args:
-        arrival: Derivative of what is missing. Shape (m, n).
-        missing: What is missing [L, rad]. Shape (m,).
+        arrival: Derivative of what is missing, that of the base's pose [L, rad] first. Shape (m, n).
+        missing: What is missing. Shape (m,).
         room: Room left below the bend limit, in the cosine of the bend. Shape (k,).
         room_derivative: Its derivative. Shape (k, n).
         reach: The largest component of the step [rad].
-        least: Solves few equations in many unknowns by the least solution.
     """
-    active = room < 0.0
+    loose = 1.0 / np.sqrt(1.0 + np.sqrt(np.einsum("ij,ij->j", arrival[:6], arrival[:6])))
+    active = np.zeros(len(room), dtype=bool)
+    best, least = np.zeros(arrival.shape[1]), np.inf
+    tried: set[bytes] = set()
     for _ in range(_ACTIVE_ROUNDS):
         rows, wanted = np.concatenate([arrival, room_derivative[active]]), np.concatenate([-missing, -room[active]])
-        step = least(rows, wanted)
-        step = step * min(1.0, reach / max(float(np.max(np.abs(step), initial=0.0)), 1e-300))
-        broken = (room + room_derivative @ step < -_BEND_SLACK) & ~active
+        step, multipliers = _least(rows * loose, wanted)
+        step = loose * step
+        left = room + room_derivative @ step
+        broken = left < -_BEND_SLACK
+        if (worst := float(-np.min(left, initial=0.0))) < least:
+            best, least = step, worst
         if not np.any(broken):
             break
-        active |= broken
-    return step
+        tried.add(active.tobytes())
+        pushing = np.zeros(len(room), dtype=bool)
+        pushing[active] = multipliers[len(missing) :] > 0.0
+        renewed = pushing | broken
+        active = active | broken if renewed.tobytes() in tried else renewed
+    return best * min(1.0, reach / max(float(np.max(np.abs(best), initial=0.0)), 1e-300))
+
+
+def _least(rows: Array, wanted: Array) -> tuple[Array, Array]:
+    """Return the least solution of few equations in many unknowns, shape (n,), and its multipliers, shape (m,)."""
+    orthogonal, triangle = np.linalg.qr(rows.T)
+    size = np.abs(np.diagonal(triangle))
+    if len(size) == len(rows) and np.min(size) > _WEAKEST * np.max(size):
+        inner = np.linalg.solve(triangle.T, wanted)
+        return orthogonal @ inner, np.linalg.solve(triangle, inner)
+    step = np.linalg.lstsq(rows, wanted, rcond=_WEAKEST)[0]
+    return step, np.linalg.lstsq(rows.T, step, rcond=_WEAKEST)[0]
 
 
 class _Point(Protocol):
