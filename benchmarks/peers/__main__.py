@@ -18,11 +18,10 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from benchmarks.peers.contest import PLANNERS, outcome
 from benchmarks.peers.judge import LOOSE
 from benchmarks.peers.queries import CLASSES, query
+from benchmarks.peers.tables import middle, table
 from purcell_cli.certificate import TOLERANCE_L
 
 PAGE = Path(__file__).parents[2] / "docs" / "benchmarks.md"
@@ -41,16 +40,6 @@ def rows(results: list[dict[str, Any]]) -> list[list[str]]:
             travel = middle(near, "joint_travel_rad", ".1f")
             out.append([kind, name, f"{exact} of {len(mine)}", f"{len(near)} of {len(mine)}", *medians, travel])
     return out
-
-
-def middle(some: list[dict[str, Any]], key: str, form: str) -> str:
-    """Return a median as text."""
-    return format(float(np.median([r[key] for r in some])), form) if some else "-"
-
-
-def table(head: list[str], body: list[list[str]]) -> str:
-    """Return a Markdown table."""
-    return "\n".join("| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *body])
 
 
 def written(page: str, mark: str, text: str) -> str:
@@ -90,9 +79,13 @@ def main() -> None:
         results = []
         queries = [query(kind, number, asked.seed) for number in range(asked.count) for kind in CLASSES]
         with ThreadPoolExecutor(asked.jobs) as pool:  # each thread waits for a process
-            waiting = [pool.submit(outcome, n, q, asked.cap, asked.seed) for q in queries for n in PLANNERS]
+            waiting = {
+                pool.submit(outcome, planner, q, asked.cap, asked.seed): name
+                for q in queries
+                for name, planner in PLANNERS.items()
+            }
             for done in as_completed(waiting):
-                results.append(done.result())
+                results.append({"planner": waiting[done], **done.result()})
                 print(json.dumps(results[-1]), flush=True)
         if asked.out:
             asked.out.write_text(json.dumps(results, indent=1))

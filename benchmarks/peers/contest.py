@@ -37,19 +37,20 @@ def planned(effort: str, asked: Query, cap_s: float, _: int) -> Answer | None:
     return Answer(np.diff(swum.time_s), swum.rate_rad_s[:-1])
 
 
-PLANNERS: dict[str, Callable[[Query, float, int], Answer | None]] = {
+Planner = Callable[[Query, float, int], Answer | None]
+PLANNERS: dict[str, Planner] = {
     "purcell": functools.partial(planned, "standard"),
     "purcell, thorough": functools.partial(planned, "thorough"),
-    **{f"OMPL {name}": functools.partial(sampling.answer, name) for name in ("RRT", "KPIECE1", "EST")},
-    "CasADi + IPOPT": shooting.answer,
+    **{f"OMPL {name}": functools.partial(sampling.answer, name, chosen) for name, chosen in sampling.SETTINGS.items()},
+    "CasADi + IPOPT": functools.partial(shooting.answer, shooting.SETTINGS),
 }
 
 
-def figures(name: str, asked: Query, cap_s: float, seed: int, out: Any) -> None:
+def figures(planner: Planner, asked: Query, cap_s: float, seed: int, out: Any) -> None:
     """Let one planner answer one query and send its figures; the process then ends without ado."""
     plan(asked.start, asked.start, asked.swimmer)  # everything is loaded
     wall, processor = time.perf_counter(), time.process_time()
-    answer = PLANNERS[name](asked, cap_s, seed)
+    answer = planner(asked, cap_s, seed)
     found: dict[str, Any] = {"wall_s": time.perf_counter() - wall, "processor_s": time.process_time() - processor}
     found |= {"error": None, "joint_travel_rad": None, "fault": None}
     if answer is not None and len(answer.duration_s):
@@ -59,11 +60,11 @@ def figures(name: str, asked: Query, cap_s: float, seed: int, out: Any) -> None:
     os._exit(0)  # OMPL's bindings complain of objects that are left
 
 
-def outcome(name: str, asked: Query, cap_s: float, seed: int) -> dict[str, Any]:
+def outcome(planner: Planner, asked: Query, cap_s: float, seed: int) -> dict[str, Any]:
     """Return the figures of one planner and one query, from a process of its own, and what went wrong in it."""
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe(duplex=False)
-    process = context.Process(target=figures, args=(name, asked, cap_s, seed, there))
+    process = context.Process(target=figures, args=(planner, asked, cap_s, seed, there))
     process.start()
     there.close()
     patience = START_S + PATIENCE * cap_s
@@ -76,4 +77,4 @@ def outcome(name: str, asked: Query, cap_s: float, seed: int) -> dict[str, Any]:
             found["fault"] = "its process died"
     process.kill()
     process.join()
-    return {"planner": name, "kind": asked.kind, "number": asked.number, **found}
+    return {"kind": asked.kind, "number": asked.number, **found}

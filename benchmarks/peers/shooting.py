@@ -9,6 +9,7 @@ CasADi's own; the Hessian is approximated, since its exact form costs more than 
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from typing import Any
 
@@ -20,12 +21,26 @@ from benchmarks.peers.model import CONTROLS, STATES, Model, quaternion_product, 
 from benchmarks.peers.queries import Query
 from purcell_cli.configuration import Deviation
 
-INTERVALS_S = (0.1, 0.2)
-"""How long intervals are: on horizons up to 20 s, and above."""
+LONG_S = 20.0
+"""Horizons above this have intervals of their own [s]."""
 ARRIVED = 0.01
 """The simulated error with which a start has arrived (L, rad); the replay judges with more room."""
-HORIZONS = (0.5, 1.0, 2.0)
-"""Parts of the estimated time, one start after the other; each has a third of the cap at most."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Settings:
+    """What a user of multiple shooting would try.
+
+    Attributes:
+        intervals_s: How long intervals are: on horizons up to `LONG_S`, and above [s].
+        horizons: Parts of the estimated time, one start after the other; each has its share of the cap at most.
+    """
+
+    intervals_s: tuple[float, float] = (0.2, 0.4)
+    horizons: tuple[float, ...] = (0.5, 1.0, 2.0)
+
+
+SETTINGS = Settings()
 
 
 def estimated_time(query: Query) -> float:
@@ -109,10 +124,11 @@ class Shooting:
         return np.array(found["x"]).ravel()[STATES * n :].reshape(n, CONTROLS)
 
 
-def answer(query: Query, cap_s: float, seed: int) -> Answer | None:
+def answer(settings: Settings, query: Query, cap_s: float, seed: int) -> Answer | None:
     """Return what the first start that arrives comes to, or the one that ends nearest when the time is up.
 
     Args:
+        settings: How intervals and horizons are chosen.
         query: The query.
         cap_s: The processor time it has [s].
         seed: Of the starts.
@@ -120,10 +136,10 @@ def answer(query: Query, cap_s: float, seed: int) -> Answer | None:
     rng, over = np.random.default_rng(seed), time.process_time() + cap_s
     model, best, least, k = Model(query.swimmer), None, np.inf, 0
     while (left := over - time.process_time()) > 0.0 and least > ARRIVED:
-        seconds = estimated_time(query) * HORIZONS[k % len(HORIZONS)]
-        interval = INTERVALS_S[seconds > 20.0]
+        seconds = estimated_time(query) * settings.horizons[k % len(settings.horizons)]
+        interval = settings.intervals_s[seconds > LONG_S]
         count = int(np.ceil(seconds / interval))
-        program = Shooting(query, model, count, interval, min(left, cap_s / len(HORIZONS)))
+        program = Shooting(query, model, count, interval, min(left, cap_s / len(settings.horizons)))
         rates = program.solve(rng)
         if (off := program.simulated_error(rates)) < least:
             best, least = Answer(np.full(count, interval), rates), off
