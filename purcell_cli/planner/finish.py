@@ -32,18 +32,21 @@ _STRICT = 100.0
 """How much nearer the bend limit is to be kept than the goal, on the approach: the last steps change bends too."""
 _ROUNDS = 20
 _LOST = 2
-"""Rounds in which the residual does not even halve before the approach is given up."""
 _SHORTER = (1.0, 0.4, 0.15, 0.05)
 """What is tried of a step until it gains something."""
 
 
-def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[Equations, Values, float]:
+def approach(
+    equations: Equations, max_bend_rad: float, close: float, reach_rad: float = _REACH_RAD, patience: int = _LOST
+) -> tuple[Equations, Values, float]:
     """Return the motion with its angles changed to arrive, by short steps within the bend limit.
 
     Args:
         equations: The equations of a motion that almost arrives.
         max_bend_rad: How far a limb may bend in phase 2 [rad].
         close: Residual that is close enough [L, rad].
+        reach_rad: The largest change of an angle in a step [rad].
+        patience: Rounds in which the residual does not even halve before it is given up.
 
     Returns:
         The motion, its equations' values, and the largest residual left [L, rad].
@@ -58,9 +61,9 @@ def approach(equations: Equations, max_bend_rad: float, close: float) -> tuple[E
         if off < best:
             best, kept, known = off, angle, values
         idle, halved = (0, best) if best < 0.5 * halved else (idle + 1, halved)
-        if best < close or idle > _LOST:
+        if best < close or idle > patience:
             break
-        step = bounded_step(values.derivative, values.residual, room, slope, _REACH_RAD)
+        step = bounded_step(values.derivative, values.residual, room, slope, reach_rad)
         for shorter in _SHORTER:
             there = equations.at(angle + shorter * step)
             if there.size < values.size:

@@ -127,6 +127,8 @@ _WIDE = Effort(1, breadth=Breadth(36, 432, chains=24, rounds=20, shorter=0))
 """How to look where nothing arrives otherwise."""
 _WORD_RAD = 25.0
 """Phases 2 of less joint travel than this may be one random word."""
+_BOLD_RAD, _PATIENT = 0.6, 8
+"""Words begin anywhere: so they are brought to the goal by longer steps, and given up later."""
 _PROMISING = 1.2
 """A word is carried on with if it is at most so many times as long as the best plan."""
 
@@ -216,7 +218,7 @@ class _Best:
         inner = self.joint_travel_rad - sum(s.joint_travel_rad for s in outer)
         for k, word in enumerate(random_words(how.words if inner < _WORD_RAD else 0)):
             parts = [s for s in outer if s.phase == 1] + [word] + [s for s in outer if s.phase == 3]
-            near, _, off = approach(rough.of(parts), self.bend, _CLOSE)
+            near, _, off = approach(rough.of(parts), self.bend, _CLOSE, _BOLD_RAD, _PATIENT)
             if off < 1e-3:
                 first = tightened(near, self.bend, how.pace)
                 if first.joint_travel_rad < _PROMISING * self.joint_travel_rad:
