@@ -174,7 +174,7 @@ def as_quaternion(rotation: ArrayLike) -> Array:
     best = np.argmax(np.einsum("...ii->...i", table), axis=-1)
     q = table.reshape(-1, 4, 4)[np.arange(best.size), best.ravel()].reshape(*d0.shape, 4)
     q /= np.sqrt(np.einsum("...i,...i->...", q, q))[..., None]
-    return np.where(q[..., :1] < 0, -q, q)
+    return np.asarray(np.where(q[..., :1] < 0, -q, q))
 
 
 def from_matrix(matrix: ArrayLike) -> Array:

@@ -178,12 +178,18 @@ def products(poses: Array, counts: ArrayLike) -> Array:
     Returns:
         Poses, the identity for an empty run. Shape (k, 4, 4).
     """
-    length = np.asarray(counts, dtype=np.int64)
-    first = np.cumsum(length) - length
-    out = np.tile(np.eye(4, dtype=poses.dtype), (len(length), 1, 1))
-    for k in range(int(length.max(initial=0))):
-        live = np.flatnonzero(length > k)
-        out[live] = out[live] @ poses[first[live] + k]
+    left = np.array(counts, dtype=np.int64)
+    while np.any(left > 1):
+        # Neighbours in a run are put together, two by two.
+        half = (left + 1) // 2
+        inside = np.arange(half.sum()) - np.repeat(np.cumsum(half) - half, half)
+        even = np.repeat(np.cumsum(left) - left, half) + 2 * inside
+        paired = np.flatnonzero(2 * inside + 1 < np.repeat(left, half))
+        together = poses[even]
+        together[paired] = together[paired] @ poses[even[paired] + 1]
+        poses, left = together, half
+    out = np.tile(np.eye(4, dtype=poses.dtype), (len(left), 1, 1))
+    out[left > 0] = poses
     return out
 
 

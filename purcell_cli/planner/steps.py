@@ -11,7 +11,7 @@ from purcell_cli.rotations import Array
 
 _BEND_SLACK = 1e-9
 _ACTIVE_ROUNDS = 12
-_WEAKEST = 1e-9
+_WEAKEST, _DAMPING = 1e-9, 1e-13
 _FIRST_REACH, _LARGEST_REACH, _LEAST_REACH = 0.1, 0.5, 1e-4
 
 
@@ -30,36 +30,35 @@ def bounded_step(arrival: Array, missing: Array, room: Array, room_derivative: A
         reach: The largest component of the step [rad].
     """
     loose = 1.0 / np.sqrt(1.0 + np.sqrt(np.einsum("ij,ij->j", arrival[:6], arrival[:6])))
-    active = np.zeros(len(room), dtype=bool)
-    best, least = np.zeros(arrival.shape[1]), np.inf
-    tried: set[bytes] = set()
+    rows, wanted = np.concatenate([arrival, room_derivative]) * loose, -np.concatenate([missing, room])
+    gram, m = rows @ rows.T, len(missing)
+    gram[np.diag_indices(len(gram))] += _DAMPING * np.trace(gram)
+    active = np.arange(len(wanted)) < m
+    kept, least, tried = active, np.inf, set[bytes]()
     for _ in range(_ACTIVE_ROUNDS):
-        rows, wanted = np.concatenate([arrival, room_derivative[active]]), np.concatenate([-missing, -room[active]])
-        step, multipliers = _least(rows * loose, wanted)
-        step = loose * step
-        left = room + room_derivative @ step
-        broken = left < -_BEND_SLACK
-        if (worst := float(-np.min(left, initial=0.0))) < least:
-            best, least = step, worst
+        multipliers = np.zeros(len(wanted))
+        multipliers[active] = np.linalg.solve(gram[np.ix_(active, active)], wanted[active])
+        excess = (wanted - gram @ multipliers)[m:]
+        broken = np.concatenate([np.zeros(m, dtype=bool), excess > _BEND_SLACK])
+        if (worst := float(np.max(excess, initial=0.0))) < least:
+            kept, least = active, worst
         if not np.any(broken):
             break
         tried.add(active.tobytes())
-        pushing = np.zeros(len(room), dtype=bool)
-        pushing[active] = multipliers[len(missing) :] > 0.0
-        renewed = pushing | broken
+        renewed = (multipliers > 0.0) | broken
+        renewed[:m] = True
         active = active | broken if renewed.tobytes() in tried else renewed
-    return best * min(1.0, reach / max(float(np.max(np.abs(best), initial=0.0)), 1e-300))
+    step = loose * _least(rows[kept], wanted[kept])
+    return np.asarray(step * min(1.0, reach / max(float(np.max(np.abs(step), initial=0.0)), 1e-300)))
 
 
-def _least(rows: Array, wanted: Array) -> tuple[Array, Array]:
-    """Return the least solution of few equations in many unknowns, shape (n,), and its multipliers, shape (m,)."""
+def _least(rows: Array, wanted: Array) -> Array:
+    """Return the least solution of few equations in many unknowns. Shape (n,)."""
     orthogonal, triangle = np.linalg.qr(rows.T)
     size = np.abs(np.diagonal(triangle))
     if len(size) == len(rows) and np.min(size) > _WEAKEST * np.max(size):
-        inner = np.linalg.solve(triangle.T, wanted)
-        return orthogonal @ inner, np.linalg.solve(triangle, inner)
-    step = np.linalg.lstsq(rows, wanted, rcond=_WEAKEST)[0]
-    return step, np.linalg.lstsq(rows.T, step, rcond=_WEAKEST)[0]
+        return np.asarray(orthogonal @ np.linalg.solve(triangle.T, wanted))
+    return np.asarray(np.linalg.lstsq(rows, wanted, rcond=_WEAKEST)[0])
 
 
 class _Point(Protocol):
