@@ -21,6 +21,8 @@ from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
 
 _ENOUGH = 2e-11
+_MARGINS_RAD = (3e-6, 1e-6)
+"""Room left below the bend limit for the second order, and in the last turns, which would have no room otherwise."""
 _PATIENCE = 2
 """Rounds without gain before the best is taken: rounding to the clock falls out anew in each."""
 _REACH_RAD = 0.25
@@ -91,14 +93,14 @@ def arrive(
     """
     begun = rounded(equations.angles)
     every = np.arange(len(begun))
-    angle, best = _rounds(equations, begun, rough, max_bend_rad, rounded, every)
+    angle, best = _rounds(equations, begun, rough, max_bend_rad - _MARGINS_RAD[0], rounded, every)
     here = equations.of(equations.with_angles(angle))
     if best <= _ENOUGH or not here.repeats:
         return here, best
     last = here.of(_offered_last(here.stretches))
     rough = last.at_accuracy(SEARCHING).at(last.angles)
     few = last.tail + _independent(rough.derivative[:, last.tail :])
-    angle, closer = _rounds(last, last.angles, rough, max_bend_rad, rounded, few)
+    angle, closer = _rounds(last, last.angles, rough, max_bend_rad - _MARGINS_RAD[1], rounded, few)
     if closer >= best:
         return here, best
     busy = [s.changed(PrimitiveSequence.busy) if s.free else s for s in last.with_angles(angle)]

@@ -86,8 +86,8 @@ _THERE = 1e-14
 """A start this near its goal (L, rad) is there already."""
 
 _CLOSE, _ARRIVED = 3e-4, 1e-10
-_MARGIN_RAD, _LAST_MARGIN_RAD = 1e-5, 3e-6
-"""Room left below the bend limit on the approach, for the exact finish, and in the finish, for its second order."""
+_MARGIN_RAD = 1e-5
+"""Room left below the bend limit on the approach, for the exact finish."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -316,4 +316,4 @@ def _exact(swimmer: Swimmer, motion: Equations, values: Values) -> tuple[Equatio
         s if s.free else dataclasses.replace(s, sequence=s.sequence.with_angles(on_the_clock(s.sequence.angle)))
         for s in motion.stretches
     ]
-    return arrive(motion.at_accuracy(EXACT).of(timed), values, swimmer.max_bend_rad - _LAST_MARGIN_RAD, on_the_clock)
+    return arrive(motion.at_accuracy(EXACT).of(timed), values, swimmer.max_bend_rad, on_the_clock)
