@@ -32,7 +32,7 @@ def bounded_step(arrival: Array, missing: Array, room: Array, room_derivative: A
     loose = 1.0 / np.sqrt(1.0 + np.sqrt(np.einsum("ij,ij->j", arrival[:6], arrival[:6])))
     rows, wanted = np.concatenate([arrival, room_derivative]) * loose, -np.concatenate([missing, room])
     gram, m = rows @ rows.T, len(missing)
-    gram[np.diag_indices(len(gram))] += _DAMPING * np.trace(gram)
+    gram[np.diag_indices(len(gram))] += _DAMPING * np.trace(gram) + 1e-30
     active = np.arange(len(wanted)) < m
     kept, least, tried = active, np.inf, set[bytes]()
     for _ in range(_ACTIVE_ROUNDS):
