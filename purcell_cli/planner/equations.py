@@ -185,13 +185,13 @@ class Equations:
                 self._first_after_repeats = len(weight)
         self.weight = np.array(weight)
         self._index, self._sign = np.array(index, dtype=np.int64), np.array(sign)
+        self._own, self._opposite = np.flatnonzero(self._sign > 0), np.flatnonzero(self._sign < 0)
 
     def by_free_angles(self, columns: Array) -> Array:
         """Return derivatives by the free angles, of those by every primitive's angle. Shape (m, k) to (m, n)."""
-        own, opposite = (np.flatnonzero((self._index >= 0) & (sign * self._sign > 0)) for sign in (1.0, -1.0))
         out = np.empty((len(columns), len(self.weight)))
-        out[:, self._index[own]] = columns[:, own]
-        out[:, self._index[opposite]] -= columns[:, opposite]
+        out[:, self._index[self._own]] = columns[:, self._own]
+        out[:, self._index[self._opposite]] -= columns[:, self._opposite]
         return out
 
     @property
@@ -203,8 +203,7 @@ class Equations:
     def angles(self) -> Array:
         """The free angles as they are [rad]. Shape (n,)."""
         out = np.empty(len(self.weight))
-        mine = np.flatnonzero(self._sign > 0)
-        out[self._index[mine]] = self.sequence.angle[mine]
+        out[self._index[self._own]] = self.sequence.angle[self._own]
         return out
 
     @functools.cached_property

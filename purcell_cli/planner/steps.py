@@ -31,22 +31,21 @@ def bounded_step(arrival: Array, missing: Array, room: Array, room_derivative: A
     """
     loose = 1.0 / np.sqrt(1.0 + np.sqrt(np.einsum("ij,ij->j", arrival[:6], arrival[:6])))
     rows, wanted = np.concatenate([arrival, room_derivative]) * loose, -np.concatenate([missing, room])
-    gram, m = rows @ rows.T, len(missing)
+    gram, equal = rows @ rows.T, np.arange(len(wanted)) < len(missing)
     gram[np.diag_indices(len(gram))] += _DAMPING * np.trace(gram) + 1e-30
-    active = np.arange(len(wanted)) < m
-    kept, least, tried = active, np.inf, set[bytes]()
+    active = kept = equal
+    least, tried = np.inf, set[bytes]()
     for _ in range(_ACTIVE_ROUNDS):
         multipliers = np.zeros(len(wanted))
         multipliers[active] = np.linalg.solve(gram[np.ix_(active, active)], wanted[active])
-        excess = (wanted - gram @ multipliers)[m:]
-        broken = np.concatenate([np.zeros(m, dtype=bool), excess > _BEND_SLACK])
+        excess = np.where(equal, 0.0, wanted - gram @ multipliers)
+        broken = excess > _BEND_SLACK
         if (worst := float(np.max(excess, initial=0.0))) < least:
             kept, least = active, worst
         if not np.any(broken):
             break
         tried.add(active.tobytes())
-        renewed = (multipliers > 0.0) | broken
-        renewed[:m] = True
+        renewed = equal | (multipliers > 0.0) | broken
         active = active | broken if renewed.tobytes() in tried else renewed
     step = loose * _least(rows[kept], wanted[kept])
     return np.asarray(step * min(1.0, reach / max(float(np.max(np.abs(step), initial=0.0)), 1e-300)))
