@@ -23,6 +23,7 @@ from purcell_cli.terminal import bar as _bar
 from purcell_cli.terminal import busy as _busy
 from purcell_cli.terminal import show as _show
 from purcell_cli.terminal import swimmer_of as _swimmer
+from purcell_cli.witness import witness
 
 if TYPE_CHECKING:
     from purcell_cli.files import Scenario
@@ -166,21 +167,21 @@ def plan(
     json: Json = False,
 ) -> None:
     """Plan a motion from a start to a goal configuration and write it as CSV."""
-    from purcell_cli import report
-    from purcell_cli.documents import PlanDocument
-    from purcell_cli.export import whole_file, writable
-    from purcell_cli.formats import chosen_format, write_trajectory
-    from purcell_cli.solution import plan as solve
-    from purcell_cli.stored import stored_gaits
+    with witness() as certifying, _bar("planning") as progress:
+        from purcell_cli import report
+        from purcell_cli.documents import PlanDocument
+        from purcell_cli.export import whole_file, writable
+        from purcell_cli.formats import chosen_format, write_trajectory
+        from purcell_cli.solution import plan as solve
+        from purcell_cli.stored import stored_gaits
 
-    query = _query(start, goal, swimmer)
-    form = chosen_format(form, out)
-    file = out or Path(f"trajectory.{form}")
-    writable(file)
-    if plan_out is not None:
-        writable(plan_out)
-        _two_files("--plan-out", plan_out, file)
-    with _bar("planning") as progress:
+        query = _query(start, goal, swimmer)
+        form = chosen_format(form, out)
+        file = out or Path(f"trajectory.{form}")
+        writable(file)
+        if plan_out is not None:
+            writable(plan_out)
+            _two_files("--plan-out", plan_out, file)
         solution = solve(
             query.start,
             query.goal,
@@ -193,6 +194,7 @@ def plan(
             clearance,
             query.workspace,
             progress,
+            certifying,
         )
         document = report.plan_document(solution, str(file), None if plan_out is None else str(plan_out))
         with contextlib.ExitStack() as both:
@@ -214,21 +216,22 @@ def run(
     json: Json = False,
 ) -> None:
     """Play a plan again from its document: the same trajectory, checked anew."""
-    from purcell_cli import report
-    from purcell_cli.documents import load_plan
-    from purcell_cli.export import writable
-    from purcell_cli.formats import chosen_format, write_trajectory
-    from purcell_cli.solution import carried_out
+    with witness() as certifying:
+        from purcell_cli import report
+        from purcell_cli.documents import load_plan
+        from purcell_cli.export import writable
+        from purcell_cli.formats import chosen_format, write_trajectory
+        from purcell_cli.solution import carried_out
 
-    saved = load_plan(document)
-    form = chosen_format(form, out)
-    file = out or Path(f"trajectory.{form}")
-    writable(file)
-    _two_files("--out", file, document)
-    with _busy("swimming"):
-        solution = carried_out(saved.plan, saved.dt_s, saved.limits)
-        told = report.plan_document(solution, str(file), str(document), "run")
-        write_trajectory(solution.trajectory, file, form)
+        saved = load_plan(document)
+        form = chosen_format(form, out)
+        file = out or Path(f"trajectory.{form}")
+        writable(file)
+        _two_files("--out", file, document)
+        with _busy("swimming"):
+            solution = carried_out(saved.plan, saved.dt_s, saved.limits, certifying)
+            told = report.plan_document(solution, str(file), str(document), "run")
+            write_trajectory(solution.trajectory, file, form)
     _show_solution(solution, told, json, explain)
 
 

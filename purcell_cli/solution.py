@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -127,6 +127,7 @@ def plan(
     clearance_m: float = 0.0,
     workspace: Workspace | None = None,
     progress: Progress = lambda _done, _of, _news: None,
+    certifying: Callable[..., Certificate] = certify,
 ) -> Solution:
     """Plan a motion from a start to a goal configuration, and check it.
 
@@ -143,6 +144,7 @@ def plan(
         clearance_m: How far the surfaces of limb 1 and limb 2 stay apart over the whole path, at least [m].
         workspace: A box that all three links stay in over the whole path.
         progress: Is told how far the search is.
+        certifying: Does what `certify` does, perhaps elsewhere.
 
     Raises:
         ParameterError: A clearance that is none, or a start or goal that does not keep it.
@@ -161,16 +163,23 @@ def plan(
         farthest = FARTHEST_L * body.length_m
         raise ParameterError(f"goal: a position within {farthest:g} m of the start is wanted, found {away:g} m")
     made = reconfigure(body, start, goal, stored, effort, minimize, limits, progress)
-    return carried_out(quickened(made, limits) if controls == "simultaneous" else made, dt_s, limits)
+    made = quickened(made, limits) if controls == "simultaneous" else made
+    return carried_out(made, dt_s, limits, certifying)
 
 
-def carried_out(plan: Plan, dt_s: float = 0.05, limits: Limits | None = None) -> Solution:
+def carried_out(
+    plan: Plan,
+    dt_s: float = 0.05,
+    limits: Limits | None = None,
+    certifying: Callable[..., Certificate] = certify,
+) -> Solution:
     """Carry out a plan, new or read from a document, and check it.
 
     Args:
         plan: The plan.
         dt_s: Longest time between rows of the trajectory [s].
         limits: What it must keep besides the bend limit; where none are given, the limbs may touch.
+        certifying: Does what `certify` does, perhaps elsewhere.
 
     Raises:
         ParameterError: A time between rows that is not positive, or that asks for too many rows.
@@ -181,7 +190,7 @@ def carried_out(plan: Plan, dt_s: float = 0.05, limits: Limits | None = None) ->
     return Solution(
         plan,
         spacing(swimmer, blocks, dt_s),
-        certify(swimmer, start, goal, *schedule(swimmer, blocks)),
+        certifying(swimmer, start, goal, *schedule(swimmer, blocks)),
         known if known is not None and known.limits == wanted else check(swimmer, start, blocks, wanted),
     )
 

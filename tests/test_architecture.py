@@ -70,6 +70,7 @@ FLOORS = [
     "validation",
     "batch",
     "terminal",
+    "witness",
     "commands_atlas",
     "commands_pictures",
     "commands_design",

@@ -7,6 +7,7 @@ a few small turns after the last of those make up for what is left.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -146,7 +147,10 @@ def _offered_last(stretches: Sequence[Stretch]) -> list[Stretch]:
 
 def _independent(columns: Array) -> NDArray[np.int64]:
     """Return the columns, one for each row, that are least dependent on one another."""
-    from scipy.linalg import qr
-
-    chosen = qr(columns, mode="r", pivoting=True)[1][: len(columns)]
-    return np.sort(chosen).astype(np.int64)
+    left, chosen = columns.copy(), []
+    for _ in range(len(columns)):  # pivots of a QR decomposition; scipy's takes too long to import
+        sizes = np.einsum("ij,ij->j", left, left)
+        chosen.append(int(np.argmax(sizes)))
+        pivot = left[:, chosen[-1]] / max(math.sqrt(sizes[chosen[-1]]), 1e-300)
+        left -= pivot[:, None] * (pivot @ left)
+    return np.unique(np.array(chosen, dtype=np.int64))
