@@ -22,6 +22,7 @@ KNOWN = {
     "a roll of 30 degrees": ([0.0, 0.0, 0.0], [0.0, 0.0, 30.0], 1.0, 0.371),
     "20 L along x": ([2.0, 0.0, 0.0], [0.0, 0.0, 0.0], 1.0, 20 / 0.0451),
     "20 L along x, bent further": ([2.0, 0.0, 0.0], [0.0, 0.0, 0.0], 1.2, 20 / 0.0460),
+    "(0.1, 0.05, 0.02) L and 5 degrees each": ([0.01, 0.005, 0.002], [5.0, 5.0, 5.0], 1.5, 8.72),
 }
 """Position [m], Euler angles [deg], bend limit [rad] and the best joint travel known [rad]."""
 
@@ -39,7 +40,7 @@ def test_plans_meet_the_best_known_joint_travel(name: str) -> None:
     quick = plan(Configuration(), goal, swimmer, effort="quick")
     assert quick.verdict == "reached"
     assert quick.joint_travel_rad >= found.joint_travel_rad - 1e-6
-    assert "20 L" in name or "roll" in name or quick.joint_travel_rad > 1.1 * best
+    assert best > 100.0 or best < 1.0 or quick.joint_travel_rad > 1.02 * best
 
 
 def test_offered_controls_change_nothing_until_they_turn() -> None:
@@ -113,11 +114,3 @@ def test_the_room_below_the_bend_limit_has_the_derivative_it_says() -> None:
     for k, step in enumerate(1e-6 * np.eye(4)):
         difference = (room(sequence.angle + step)[0] - room(sequence.angle - step)[0]) / 2e-6
         assert_close(derivative[:, k], difference, 1e-8)
-
-
-def test_a_small_displacement_in_all_directions_takes_a_word_that_no_hand_would_write() -> None:
-    """(0.1, 0.05, 0.02) L and 5 degrees of yaw, pitch and roll: best known 8.72 rad."""
-    goal = Configuration.from_angles([0.01, 0.005, 0.002], [5.0, 5.0, 5.0])
-    found = plan(Configuration(), goal, Swimmer(max_bend_rad=1.5), effort="thorough")
-    assert found.verdict == "reached"
-    assert found.joint_travel_rad <= 1.03 * 8.72

@@ -91,7 +91,7 @@ def _program() -> str:
     """Return a digest of this package: another version of it may plan otherwise, and be half way to the next."""
     package = Path(__file__).resolve().parent.parent
     found = hashlib.sha256(__version__.encode())
-    for path in sorted(package.rglob("*.py")):
+    for path in sorted((*package.rglob("*.py"), *package.rglob("*.json"))):
         found.update(path.read_bytes())
     return found.hexdigest()
 

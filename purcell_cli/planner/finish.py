@@ -21,6 +21,10 @@ from purcell_cli.planner.steps import bounded_step
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
 
+CLOSE = 3e-4
+"""What a motion may miss that is near enough for the last steps [L, rad]."""
+MARGIN_RAD = 1e-5
+"""Room to be left below the bend limit until then."""
 _ENOUGH = 2e-11
 _MARGINS_RAD = (3e-6, 1e-6)
 """Room left below the bend limit for the second order, and in the last turns, which would have no room otherwise."""
@@ -40,14 +44,13 @@ _SHORTER = (1.0, 0.4, 0.15, 0.05)
 
 
 def approach(
-    equations: Equations, max_bend_rad: float, close: float, reach_rad: float = _REACH_RAD, patience: int = _LOST
+    equations: Equations, max_bend_rad: float, reach_rad: float = _REACH_RAD, patience: int = _LOST
 ) -> tuple[Equations, Values, float]:
     """Return the motion with its angles changed to arrive, by short steps within the bend limit.
 
     Args:
         equations: The equations of a motion that almost arrives.
         max_bend_rad: How far a limb may bend in phase 2 [rad].
-        close: Residual that is close enough [L, rad].
         reach_rad: The largest change of an angle in a step [rad].
         patience: Rounds in which the residual does not even halve before it is given up.
 
@@ -64,7 +67,7 @@ def approach(
         if off < best:
             best, kept, known = off, angle, values
         idle, halved = (0, best) if best < 0.5 * halved else (idle + 1, halved)
-        if best < close or idle > patience:
+        if best < CLOSE or idle > patience:
             break
         step = bounded_step(values.derivative, values.residual, room, slope, reach_rad)
         for shorter in _SHORTER:

@@ -23,11 +23,11 @@ from purcell_cli.gaits import Gait
 from purcell_cli.lift import EXACT, SEARCHING
 from purcell_cli.limits import Limits, LimitsReport, check
 from purcell_cli.planner.equations import Equations, Values, stretches_of
-from purcell_cli.planner.finish import approach, arrive
+from purcell_cli.planner.finish import CLOSE, MARGIN_RAD, approach, arrive
 from purcell_cli.planner.measures import cost, known_measure
 from purcell_cli.planner.search import Breadth, Candidate, candidates
 from purcell_cli.planner.shorten import Pace, shorten, tightened
-from purcell_cli.planner.words import random_words
+from purcell_cli.planner.words import brought, random_words
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Block, clock_step, rounded
@@ -85,9 +85,7 @@ class Plan:
 _THERE = 1e-14
 """A start this near its goal (L, rad) is there already."""
 
-_CLOSE, _ARRIVED = 3e-4, 1e-10
-_MARGIN_RAD = 1e-5
-"""Room left below the bend limit on the approach, for the exact finish."""
+_ARRIVED = 1e-10
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -112,23 +110,21 @@ class Effort:
 
 
 EFFORTS: Mapping[str, Effort] = {
-    "quick": Effort(1, breadth=Breadth(chains=1, rounds=4, shorter=0)),
-    "standard": Effort(1, Pace(rounds=3, steps=20), most=24, longest_rad=16.0),
+    "quick": Effort(1, breadth=Breadth(chains=1, rounds=4, shorter=0, words=4, pace=Pace(1, 6))),
+    "standard": Effort(1, Pace(rounds=3, steps=12), most=24, longest_rad=16.0),
     "thorough": Effort(
         4,
         Pace(rounds=5, steps=40, price=300.0),
         most=60,
         words=64,
-        breadth=Breadth(48, 1152, chains=24, rounds=24, shorter=8),
+        breadth=Breadth(48, 1152, chains=24, rounds=24, shorter=8, words=24, pace=Pace(3, 30)),
     ),
 }
 
-_WIDE = Effort(1, breadth=Breadth(36, 432, chains=24, rounds=20, shorter=0))
+_WIDE = Effort(1, breadth=Breadth(36, 432, chains=24, rounds=20, shorter=0, words=24))
 """How to look where nothing arrives otherwise."""
 _WORD_RAD = 25.0
 """Phases 2 of less joint travel than this may be one random word."""
-_BOLD_RAD, _PATIENT = 0.6, 8
-"""Words begin anywhere: so they are brought to the goal by longer steps, and given up later."""
 _PROMISING = 1.2
 """A word is carried on with if it is at most so many times as long as the best plan."""
 
@@ -141,7 +137,7 @@ class _Best:
 
     def __init__(self, swimmer: Swimmer, start: Configuration, limits: Limits, measure: str) -> None:
         self.swimmer, self.start, self.limits, self.measure = swimmer, start, limits, measure
-        self.bend = swimmer.max_bend_rad - _MARGIN_RAD
+        self.bend = swimmer.max_bend_rad - MARGIN_RAD
         self.motion: Equations | None = None
         self.report: LimitsReport | None = None
         self.weighed: dict[str, float] = {}
@@ -169,10 +165,10 @@ class _Best:
             motion: The motion.
             words: What it is made of.
         """
-        near, values, off = approach(motion, self.bend, _CLOSE)
-        if off < _CLOSE:
+        near, values, off = approach(motion, self.bend)
+        if off < CLOSE:
             self.weighed[words] = min(near.joint_travel_rad, self.weighed.get(words, math.inf))
-        if off < _CLOSE and not (self.good and self._cost_of(near) >= self._cost):
+        if off < CLOSE and not (self.good and self._cost_of(near) >= self._cost):
             exact, off = _exact(self.swimmer, near, values)
             report, spent = check(self.swimmer, self.start, played(exact), self.limits), self._cost_of(exact)
             excess = self._excess_of(report)
@@ -218,7 +214,7 @@ class _Best:
         inner = self.joint_travel_rad - sum(s.joint_travel_rad for s in outer)
         for k, word in enumerate(random_words(how.words if inner < _WORD_RAD else 0)):
             parts = [s for s in outer if s.phase == 1] + [word] + [s for s in outer if s.phase == 3]
-            near, _, off = approach(rough.of(parts), self.bend, _CLOSE, _BOLD_RAD, _PATIENT)
+            near, off = brought(rough.of(parts), self.bend)
             if off < 1e-3:
                 first = tightened(near, self.bend, how.pace)
                 if first.joint_travel_rad < _PROMISING * self.joint_travel_rad:

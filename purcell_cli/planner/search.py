@@ -25,10 +25,15 @@ from purcell_cli.lift import SEARCHING
 from purcell_cli.planner.arcs import Fan, fan
 from purcell_cli.planner.chain import Chains, linked
 from purcell_cli.planner.crank import Crank, crank
+from purcell_cli.planner.equations import Equations
+from purcell_cli.planner.finish import CLOSE, MARGIN_RAD
 from purcell_cli.planner.limbs import Straightenings, straightenings
 from purcell_cli.planner.measures import cost
 from purcell_cli.planner.needle import steer
+from purcell_cli.planner.shorten import NAME, Pace, offered, shorten
 from purcell_cli.planner.strokes import phase_two, stroke_book
+from purcell_cli.planner.wordbook import word_book
+from purcell_cli.planner.words import brought, word_of
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
 from purcell_cli.trajectory import Block, block_displacements
@@ -38,7 +43,7 @@ PHASES = {1: "limbs to collinear", 2: "stored gaits", 3: "limbs to the goal shap
 
 _WEIGHED = 24
 """How many of the needle's ways are weighed as loops."""
-_SHORT_RAD = 40.0
+_SHORT_RAD = 60.0
 """Up to this joint travel stored gaits one after the other are tried too."""
 _SLIGHT_RAD, _SAME = 0.3, 1e-4
 """Arcs of less joint travel are left out; neighbours are one if that costs them no more than so much."""
@@ -46,6 +51,12 @@ _FAR_OFF = 0.02
 """Chains that miss by more, as `chain.missed` has it, are astray."""
 _CORRECTED, _CORRECTIONS = 0.03, 6
 """Chains that miss by more on the flow (L, rad) settle again, at most so often; with more cycles if that is in vain."""
+
+
+_SHORTENED = 1.15
+"""Words that are brought to their goal become so much shorter then, about."""
+_TURN_PRICE, _WAY_PRICE = 374.0, 445.0
+"""About the square of the joint travel of a small turn [rad^2 per rad] and a small way [rad^2 per L] by one word."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -58,6 +69,8 @@ class Breadth:
         chains: How many of the needle's ways are settled as chains of loops.
         rounds: Rounds in which they settle.
         shorter: Rounds in which every chain tries to do with one cycle fewer of one of its loops.
+        words: How many of the word book's entries are tried for short ways.
+        pace: How long those that arrive are shortened.
     """
 
     pairs: int = 12
@@ -65,6 +78,8 @@ class Breadth:
     chains: int = 4
     rounds: int = 5
     shorter: int = 2
+    words: int = 6
+    pace: Pace = Pace(rounds=2, steps=10)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -129,7 +144,8 @@ def candidates(
     found: list[Candidate] = []
     rolling = [g for g in gaits.values() if g.moves == "roll" and g.amplitude_is_displacement]
     fans = tuple(fan(swimmer, measure, across) for across in (True, False))
-    pairs, missing = _pairs(outer, wanted, max(fans, key=_tightness), breadth.pairs)
+    loops = max(fans, key=_tightness)
+    pairs, missing = _pairs(outer, wanted, lambda turn, way: turn / loops.tight + way / loops.straight, breadth.pairs)
     if rolling:
         found += _steered(fans, crank(rolling[0], swimmer), outer, pairs, missing, breadth)
     if not found or min(c.joint_travel_rad for c in found) < _SHORT_RAD:
@@ -144,7 +160,46 @@ def candidates(
             blocks = outer.around(i, inner, j)
             travel = sum(b.joint_travel_rad for b in blocks)
             found.append(Candidate("stored gaits one after the other", travel, functools.partial(tuple, blocks)))
+        least = min((c.joint_travel_rad for c in found if not c.astray), default=math.inf)
+        found += _worded(swimmer, outer, wanted, least, breadth)
     return sorted(found, key=lambda c: c.rank(measure, swimmer, start))
+
+
+def _worded(swimmer: Swimmer, outer: _Outer, wanted: Array, least: float, breadth: Breadth) -> list[Candidate]:
+    """Return motions by words of the book, brought to the goal, that promise to be shorter than what is known.
+
+    Args:
+        swimmer: The swimmer, scaled to L = 1.
+        outer: The ways in and out.
+        wanted: Body displacement of the whole. Shape (4, 4).
+        least: The least joint travel known [rad].
+        breadth: How widely to search.
+    """
+    pairs, missing = _pairs(outer, wanted, _by_word, breadth.pairs)
+    around = np.array([outer.joint_travel_rad(i, j) for i, j in pairs])
+    bend, out = swimmer.max_bend_rad - MARGIN_RAD, []
+    for entry in word_book(swimmer).nearest(missing, around, breadth.words):
+        if entry.estimate_rad > least:
+            break
+        each = se3.exp(se3.log(missing[entry.wanted]) / entry.laps)
+        lap = Equations(swimmer, [word_of(offered(entry.lap, 1))], COLLINEAR, COLLINEAR, each, SEARCHING)
+        near, off = brought(lap, bend)
+        if off < CLOSE:
+            i, j = pairs[entry.wanted]
+
+            def make(i: int = i, j: int = j, near: Equations = near, laps: int = entry.laps) -> tuple[Block, ...]:
+                lap = shorten(near, bend, breadth.pace).sequence
+                return outer.around(i, [Block(2, NAME, lap.times(laps))], j)
+
+            travel = float(around[entry.wanted]) + entry.laps * near.joint_travel_rad / _SHORTENED
+            out.append(Candidate("a word of the book", travel, make))
+            least = min(least, travel)
+    return out
+
+
+def _by_word(turn: Array, way: Array) -> Array:
+    """Return about the joint travel of a change of heading [rad] and a distance [L] by one word."""
+    return np.asarray(np.sqrt(_TURN_PRICE * turn + _WAY_PRICE * way))
 
 
 def _tightness(fan: Fan) -> float:
@@ -277,11 +332,16 @@ def _distinct(travel: Array) -> list[int]:
     return out
 
 
-def _pairs(outer: _Outer, wanted: Array, loops: Fan, most: int) -> tuple[list[tuple[int, int]], Array]:
+def _pairs(
+    outer: _Outer, wanted: Array, price: Callable[[Array, Array], Array], most: int
+) -> tuple[list[tuple[int, int]], Array]:
     """Return the pairs of ways in and out that promise the least joint travel, and what they leave to be made.
 
-    What is left costs at least the change of heading at the tightest loop's rate, and at least the
-    distance at the straight loop's.
+    Args:
+        outer: The ways in and out.
+        wanted: Body displacement of the whole. Shape (4, 4).
+        price: What a change of heading [rad] and a distance [L] cost in phase 2, about [rad].
+        most: How many.
     """
     first, last = outer.first, outer.last
     gone = se3.inverse(first.displacement) @ wanted
@@ -290,8 +350,7 @@ def _pairs(outer: _Outer, wanted: Array, loops: Fan, most: int) -> tuple[list[tu
     between = gone[:, :3, :3].reshape(-1, 3) @ done[:, :3, 3].T
     position = between.reshape(len(gone), 3, -1) + gone[:, :3, 3:]
     distance = np.sqrt(np.einsum("iaj,iaj->ij", position, position))
-    promised = np.arccos(heading) / loops.tight + distance / loops.straight
-    promised += first.joint_travel_rad[:, None] + last.joint_travel_rad
+    promised = price(np.arccos(heading), distance) + first.joint_travel_rad[:, None] + last.joint_travel_rad
     count = min(most, promised.size)
     few = np.flatnonzero(promised <= np.partition(promised, count - 1, axis=None)[count - 1])
     best = few[np.argsort(promised.ravel()[few], kind="stable")][:count]

@@ -20,10 +20,11 @@ from purcell_cli.lift import SEARCHING
 from purcell_cli.planner.equations import Equations, Values
 from purcell_cli.planner.limits import bend_rows, least_cosines
 from purcell_cli.planner.steps import descended
-from purcell_cli.planner.words import NAME
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
 
+NAME = "joined strokes"
+"""Name of strokes that have been optimised together."""
 _DROPPED_RAD = 1e-6
 _WORTH_RAD = 1e-5
 """A step that promises less is the last."""
@@ -99,6 +100,7 @@ class _Search:
             b_ub=wanted[m:] if k else None,
             bounds=np.stack([low, high], axis=1),
             method="highs-ds",
+            options={"presolve": False},  # takes longer than the program itself
         )
         if solved.x is None:
             return None

@@ -12,15 +12,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from purcell_cli.planner.equations import Stretch
+from purcell_cli.planner.equations import Equations, Stretch
+from purcell_cli.planner.finish import approach
+from purcell_cli.planner.shorten import NAME
 from purcell_cli.primitives import PrimitiveSequence
 
+_BOLD_RAD, _PATIENT = 0.6, 8
+"""Words begin anywhere: so they are brought to the goal by longer steps, and given up later."""
 _BENDS = (1, 2, 4, 5)
 _TURNS = (4, 5, 6)
 _SPREADS_RAD = (0.15, 0.3, 0.5)
-
-NAME = "joined strokes"
-"""Name of strokes that have been optimised together."""
 
 
 def random_words(count: int, seed: int = 0) -> Iterator[Stretch]:
@@ -37,4 +38,20 @@ def random_words(count: int, seed: int = 0) -> Iterator[Stretch]:
         fresh = bool(rng.integers(2))
         control = np.concatenate([rng.permutation(_BENDS) if fresh else same for _ in range(turns)])
         angle = rng.normal(scale=rng.choice(_SPREADS_RAD), size=len(control))
-        yield Stretch(2, ((NAME, math.nan, len(control)),), PrimitiveSequence(control, angle))
+        yield word_of(PrimitiveSequence(control, angle))
+
+
+def word_of(sequence: PrimitiveSequence) -> Stretch:
+    """Return primitives as one word of phase 2."""
+    return Stretch(2, ((NAME, math.nan, len(sequence)),), sequence)
+
+
+def brought(motion: Equations, max_bend_rad: float) -> tuple[Equations, float]:
+    """Return a motion by a word brought to the goal, almost exactly, and what it misses by [L, rad].
+
+    Args:
+        motion: The motion.
+        max_bend_rad: How far a limb may bend in phase 2 [rad].
+    """
+    near, _, off = approach(motion, max_bend_rad, _BOLD_RAD, _PATIENT)
+    return near, off

@@ -1,0 +1,102 @@
+"""Finds the words of the planner's word book: short plans for small displacements, offline.
+
+    python -m benchmarks.words --targets 200 --keep 40 --write
+
+Displacements are drawn at random, collinear to collinear. The first few begin with random words, all others with
+those found until then; each is brought there by Newton's method and shortened by linear programs for long. In the
+end a greedy choice keeps those words by which the estimates for all targets come nearest to what was found for them.
+About an hour on one core.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+
+from purcell_cli import Swimmer, se3
+from purcell_cli.connection import COLLINEAR
+from purcell_cli.lift import SEARCHING
+from purcell_cli.planner import wordbook
+from purcell_cli.planner.equations import Equations
+from purcell_cli.planner.finish import CLOSE, MARGIN_RAD, approach
+from purcell_cli.planner.shorten import Pace, offered, shorten, tightened
+from purcell_cli.planner.words import brought, random_words, word_of
+from purcell_cli.primitives import PrimitiveSequence
+
+BOOK = Path(wordbook.__file__).parent / "words.json"
+SIZES = ((1.0, 18.0), (1.5, 40.0))
+"""Bend limits [rad], and the sizes of displacements, as the book prices them, that take about one lap within them."""
+FIRST, PACE = Pace(rounds=1, steps=12), Pace(rounds=4, steps=30, price=300.0)
+FROM_NOTHING, RANDOM, TRIED, SHORTENED, LONGEST = 5, 64, 10, 3, 40
+
+
+def target(seed: int) -> tuple[Swimmer, np.ndarray]:
+    """Return a swimmer and a displacement, a third of whose parts are none."""
+    limit, size = SIZES[seed % len(SIZES)]
+    rng = np.random.default_rng(seed)
+    twist = rng.standard_normal(6) * (rng.random(6) < 2.0 / 3.0)
+    twist[3] *= 0.3
+    twist[3 if np.any(twist[[0, 1, 2, 4, 5]]) else 0] += 0.1
+    return Swimmer(max_bend_rad=limit).scaled(), se3.exp(twist / wordbook.PRICES * size / np.linalg.norm(twist))
+
+
+def best_word(seed: int, found: list[PrimitiveSequence]) -> PrimitiveSequence | None:
+    """Return the shortest word found for a target, or none."""
+    swimmer, wanted = target(seed)
+    bend = swimmer.max_bend_rad - MARGIN_RAD
+    empty = Equations(swimmer, (), COLLINEAR, COLLINEAR, wanted, SEARCHING)
+    if len(found) < FROM_NOTHING:
+        words = random_words(RANDOM)
+    else:
+        entries = wordbook.WordBook(tuple(found), swimmer).nearest(wanted[None], np.zeros(1), TRIED)
+        words = (word_of(offered(e.lap.times(e.laps), 1)) for e in entries)
+    near = [tightened(m, bend, FIRST) for m, off in (brought(empty.of([w]), bend) for w in words) if off < CLOSE]
+    near.sort(key=lambda m: m.joint_travel_rad)
+    short = (shorten(m, bend, PACE) for m in near[:SHORTENED])
+    exact = [m for m, _, off in (approach(m, bend) for m in short) if off < CLOSE]
+    return min((m.sequence for m in exact), key=lambda w: w.joint_travel_rad, default=None)
+
+
+def chosen(found: dict[int, PrimitiveSequence], keep: int) -> list[PrimitiveSequence]:
+    """Return the words that serve all targets best, one after the other."""
+    words = [w for w in found.values() if len(w) <= LONGEST]
+    costs = []
+    for seed, own in found.items():
+        swimmer, wanted = target(seed)
+        by_word = wordbook.WordBook(tuple(words), swimmer).estimates(wanted[None])[0].min(axis=(0, 1))
+        costs.append(by_word / own.joint_travel_rad)
+    table, best, out = np.array(costs), np.full(len(costs), np.inf), []
+    for _ in range(min(keep, len(words))):
+        k = int(np.argmin(np.minimum(best[:, None], table).mean(axis=0)))
+        best = np.minimum(best, table[:, k])
+        out.append(words[k])
+    print(
+        f"{len(out)} words; the best estimate is {best.mean():.3f} times what was found, at most {best.max():.2f} times"
+    )
+    return out
+
+
+def main() -> None:
+    """Find words, and write them if asked."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--targets", type=int, default=200, help="how many displacements")
+    parser.add_argument("--keep", type=int, default=40, help="how many words to keep")
+    parser.add_argument("--write", action="store_true", help=f"write {BOOK.name}")
+    asked = parser.parse_args()
+    found: dict[int, PrimitiveSequence] = {}
+    for seed in range(asked.targets):
+        word = best_word(seed, list(found.values()))
+        if word is not None:
+            found[seed] = word
+        told = "nothing" if word is None else f"{word.joint_travel_rad:.3f} rad, {len(word)} primitives"
+        print(f"target {seed}: {told}", flush=True)
+    words = [{"control": w.control.tolist(), "angle": np.round(w.angle, 6).tolist()} for w in chosen(found, asked.keep)]
+    if asked.write:
+        BOOK.write_text('{"words": [\n' + ",\n".join(json.dumps(w) for w in words) + "\n]}\n", encoding="ascii")
+
+
+if __name__ == "__main__":
+    main()
