@@ -27,20 +27,21 @@ from purcell_cli.planner.words import brought, random_words, word_of
 from purcell_cli.primitives import PrimitiveSequence
 
 BOOK = Path(wordbook.__file__).parent / "words.json"
-SIZES = ((1.0, 18.0), (1.5, 40.0))
+WIDE, NARROW = (1.5, 40.0), (1.0, 18.0)
 """Bend limits [rad], and the sizes of displacements, as the book prices them, that take about one lap within them."""
 FIRST, PACE = Pace(rounds=1, steps=12), Pace(rounds=4, steps=30, price=300.0)
-FROM_NOTHING, RANDOM, TRIED, SHORTENED, LONGEST = 5, 64, 10, 3, 40
+FROM_NOTHING, RANDOM, TRIED, SHORTENED, LONGEST = 6, 48, 10, 3, 40
 
 
 def target(seed: int) -> tuple[Swimmer, np.ndarray]:
-    """Return a swimmer and a displacement, a third of whose parts are none."""
-    limit, size = SIZES[seed % len(SIZES)]
+    """Return a swimmer and a displacement: within a wide bend limit for words from nothing, a narrow one for others."""
+    limit, size = WIDE if seed < FROM_NOTHING else NARROW
     rng = np.random.default_rng(seed)
-    twist = rng.standard_normal(6) * (rng.random(6) < 2.0 / 3.0)
-    twist[3] *= 0.3
-    twist[3 if np.any(twist[[0, 1, 2, 4, 5]]) else 0] += 0.1
-    return Swimmer(max_bend_rad=limit).scaled(), se3.exp(twist / wordbook.PRICES * size / np.linalg.norm(twist))
+    twist = rng.standard_normal(6)
+    twist[3] = 0.0
+    twist *= size / np.linalg.norm(twist) / wordbook.PRICES
+    twist[3] = rng.uniform(-0.2, 0.2) * np.sqrt(size / WIDE[1])
+    return Swimmer(max_bend_rad=limit).scaled(), se3.exp(twist)
 
 
 def best_word(seed: int, found: list[PrimitiveSequence]) -> PrimitiveSequence | None:
@@ -48,7 +49,7 @@ def best_word(seed: int, found: list[PrimitiveSequence]) -> PrimitiveSequence | 
     swimmer, wanted = target(seed)
     bend = swimmer.max_bend_rad - MARGIN_RAD
     empty = Equations(swimmer, (), COLLINEAR, COLLINEAR, wanted, SEARCHING)
-    if len(found) < FROM_NOTHING:
+    if seed < FROM_NOTHING:
         words = random_words(RANDOM)
     else:
         entries = wordbook.WordBook(tuple(found), swimmer).nearest(wanted[None], np.zeros(1), TRIED)

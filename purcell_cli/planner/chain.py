@@ -372,15 +372,17 @@ def linked(crank: Crank, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Arr
 
 
 def missed(residual: Array, wanted: Array) -> Array:
-    """Return by how much displacements are missed [L, rad]; of far ones a position by less, for it is a heading.
+    """Return by how much displacements are missed [L, rad]; of far ones what lies across by less, for it is a heading.
 
     Args:
         residual: Twists log(D^-1 g). Shape (n, 6).
         wanted: The displacements D. Shape (n, 4, 4).
     """
-    far = 1.0 + np.linalg.norm(wanted[..., :3, 3], axis=-1) / _FAR_L
-    size = np.abs(residual)
-    return np.asarray(np.maximum(size[..., :3].max(axis=-1) / far, size[..., 3:].max(axis=-1)))
+    way = np.linalg.norm(wanted[..., :3, 3], axis=-1)
+    ahead = np.einsum("nji,nj->ni", wanted[:, :3, :3], wanted[:, :3, 3]) / np.maximum(way, 1e-300)[:, None]
+    along = np.einsum("ni,ni->n", ahead, residual[:, :3])
+    across = np.abs(residual[:, :3] - along[:, None] * ahead).max(axis=-1)
+    return np.maximum.reduce([np.abs(along), across / (1.0 + way / _FAR_L), np.abs(residual[:, 3:]).max(axis=-1)])
 
 
 def _twist_of(change: Array) -> Array:

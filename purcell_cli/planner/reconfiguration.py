@@ -116,7 +116,7 @@ EFFORTS: Mapping[str, Effort] = {
         4,
         Pace(rounds=5, steps=40, price=300.0),
         most=60,
-        words=64,
+        words=32,
         breadth=Breadth(48, 1152, chains=24, rounds=24, shorter=8, words=24, pace=Pace(3, 30)),
     ),
 }
