@@ -5,7 +5,8 @@
 Displacements are drawn at random, collinear to collinear. The first few begin with random words, all others with
 those found until then; each is brought there by Newton's method and shortened by linear programs for long. In the
 end a greedy choice keeps those words by which the estimates for all targets come nearest to what was found for them.
-About an hour on one core.
+About half an hour for 100 targets on one core. The stored book is the best of several such searches, by the joint
+travel of plans that begin with it.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ _SMALL = 1e-6
 _CLOSE = 3e-3
 """Chains that miss their displacement by less [L, rad] are told apart by what they cost."""
 _FULL_RAD = 1e-3
-_FAR_L = 1.0
+_FAR_L, _FAR_AHEAD_L = 1.0, 1000.0
 _LONGEST_RAD = 0.3
 _THRIFT_RAD = 2.0
 """How far the cost alone leads in a round, in joint travel."""
@@ -382,7 +382,12 @@ def missed(residual: Array, wanted: Array) -> Array:
     ahead = np.einsum("nji,nj->ni", wanted[:, :3, :3], wanted[:, :3, 3]) / np.maximum(way, 1e-300)[:, None]
     along = np.einsum("ni,ni->n", ahead, residual[:, :3])
     across = np.abs(residual[:, :3] - along[:, None] * ahead).max(axis=-1)
-    return np.maximum.reduce([np.abs(along), across / (1.0 + way / _FAR_L), np.abs(residual[:, 3:]).max(axis=-1)])
+    parts = [
+        np.abs(along) / (1.0 + way / _FAR_AHEAD_L),
+        across / (1.0 + way / _FAR_L),
+        np.abs(residual[:, 3:]).max(axis=-1),
+    ]
+    return np.asarray(np.maximum.reduce(parts))
 
 
 def _twist_of(change: Array) -> Array:

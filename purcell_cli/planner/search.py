@@ -177,24 +177,25 @@ def _worded(swimmer: Swimmer, outer: _Outer, wanted: Array, least: float, breadt
     """
     pairs, missing = _pairs(outer, wanted, _by_word, breadth.pairs)
     around = np.array([outer.joint_travel_rad(i, j) for i, j in pairs])
-    bend, out = swimmer.max_bend_rad - MARGIN_RAD, []
+    out: list[Candidate] = []
     for entry in word_book(swimmer).nearest(missing, around, breadth.words):
         if entry.estimate_rad > least:
             break
         each = se3.exp(se3.log(missing[entry.wanted]) / entry.laps)
         lap = Equations(swimmer, [word_of(offered(entry.lap, 1))], COLLINEAR, COLLINEAR, each, SEARCHING)
-        near, off = brought(lap, bend)
+        near, off = brought(lap, swimmer.max_bend_rad - MARGIN_RAD)
         if off < CLOSE:
-            i, j = pairs[entry.wanted]
-
-            def make(i: int = i, j: int = j, near: Equations = near, laps: int = entry.laps) -> tuple[Block, ...]:
-                lap = shorten(near, bend, breadth.pace).sequence
-                return outer.around(i, [Block(2, NAME, lap.times(laps))], j)
-
+            make = functools.partial(_shortened, near, entry.laps, breadth.pace, outer, pairs[entry.wanted])
             travel = float(around[entry.wanted]) + entry.laps * near.joint_travel_rad / _SHORTENED
             out.append(Candidate("a word of the book", travel, make))
             least = min(least, travel)
     return out
+
+
+def _shortened(lap: Equations, laps: int, pace: Pace, outer: _Outer, pair: tuple[int, int]) -> tuple[Block, ...]:
+    """Return the strokes of a word that arrives, shortened, in as many laps."""
+    lap = shorten(lap, lap.swimmer.max_bend_rad - MARGIN_RAD, pace)
+    return outer.around(pair[0], [Block(2, NAME, lap.sequence.times(laps))], pair[1])
 
 
 def _by_word(turn: Array, way: Array) -> Array:

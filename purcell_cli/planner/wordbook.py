@@ -32,7 +32,7 @@ from purcell_cli.swimmer import Swimmer
 PRICES = np.array([204.0, 566.0, 566.0, 4.0, 374.0, 374.0])
 """About the square of the joint travel that each part of a small displacement takes [rad^2 per L or rad]."""
 
-_SPARE, _FEW = 0.1, 1e-12
+_SPARE, _FEW, _MOST_LAPS = 0.1, 1e-12, 20
 
 
 def symmetries() -> Array:
@@ -118,6 +118,8 @@ class WordBook:
         told = set()
         for flat in np.argsort(estimate, axis=None, kind="stable").tolist():
             i, j, k = (int(x) for x in np.unravel_index(flat, estimate.shape))
+            if not math.isfinite(estimate[i, j, k]):
+                break
             if (alike := (k, round(float(estimate[i, j, k]), 1))) in told:
                 continue  # the same word seen another way, for what looks the same then
             told.add(alike)
@@ -135,7 +137,7 @@ class WordBook:
             wanted: The displacements. Shape (n, 4, 4).
 
         Returns:
-            Three arrays of shape (n, 32, words).
+            Three arrays of shape (n, 32, words); too many laps cost infinitely much.
         """
         # Instead of 32 images of each word, as many of each displacement.
         space = np.zeros((16, 4, 4))
@@ -147,7 +149,8 @@ class WordBook:
         apart = np.linalg.norm(asked / size[..., None] - self._does / self._size[:, None], axis=-1)
         scale = size / self._size
         laps = np.ceil(np.maximum(scale * (self._bend / self._limit) ** 2 - _SPARE, 1.0))
-        return self._travel * np.sqrt(scale * laps) * (1.0 + apart), laps, scale / laps
+        estimate = self._travel * np.sqrt(scale * laps) * (1.0 + apart)
+        return np.where(laps > _MOST_LAPS, np.inf, estimate), laps, scale / laps
 
 
 @functools.lru_cache(maxsize=64)
