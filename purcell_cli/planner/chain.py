@@ -32,6 +32,7 @@ _CLOSE = 3e-3
 """Chains that miss their displacement by less [L, rad] are told apart by what they cost."""
 _FULL_RAD = 1e-3
 _FAR_L, _FAR_AHEAD_L = 1.0, 1000.0
+"""From such distances on, what is missed across and what is missed ahead count for less."""
 _LONGEST_RAD = 0.3
 _THRIFT_RAD = 2.0
 """How far the cost alone leads in a round, in joint travel."""
