@@ -40,7 +40,8 @@ def test_plans_meet_the_best_known_joint_travel(name: str) -> None:
     quick = plan(Configuration(), goal, swimmer, effort="quick")
     assert quick.verdict == "reached"
     assert quick.joint_travel_rad >= found.joint_travel_rad - 1e-6
-    assert best > 100.0 or best < 1.0 or quick.joint_travel_rad > 1.02 * best
+    few = 1.02 if "each" in name else 1.1  # the word book leaves little to join
+    assert "20 L" in name or "roll" in name or quick.joint_travel_rad > few * best
 
 
 def test_offered_controls_change_nothing_until_they_turn() -> None:
@@ -114,3 +115,11 @@ def test_the_room_below_the_bend_limit_has_the_derivative_it_says() -> None:
     for k, step in enumerate(1e-6 * np.eye(4)):
         difference = (room(sequence.angle + step)[0] - room(sequence.angle - step)[0]) / 2e-6
         assert_close(derivative[:, k], difference, 1e-8)
+
+
+def test_a_small_displacement_in_all_directions_takes_a_word_that_no_hand_would_write() -> None:
+    """(0.1, 0.05, 0.02) L and 5 degrees of yaw, pitch and roll: best known 8.72 rad."""
+    goal = Configuration.from_angles([0.01, 0.005, 0.002], [5.0, 5.0, 5.0])
+    found = plan(Configuration(), goal, Swimmer(max_bend_rad=1.5), effort="thorough")
+    assert found.verdict == "reached"
+    assert found.joint_travel_rad <= 1.03 * 8.72
