@@ -16,7 +16,7 @@ import numpy as np
 from purcell_cli import se3
 from purcell_cli.configuration import Configuration, Deviation
 from purcell_cli.connection import base_twist_rows, resistance
-from purcell_cli.rotations import Array, hat
+from purcell_cli.rotations import Array, hat, running
 from purcell_cli.swimmer import Swimmer
 
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -27,8 +27,9 @@ TOLERANCE_L = 1e-9
 TOLERANCE_RAD = 1e-9
 """Angle tolerance of an arrival [rad]."""
 
-_TOLERANCES, _FINE = (1e-12, 1e-13), (1e-13, 1e-14)
-"""Relative and absolute tolerances of DOP853, and those of long repetitions, whose errors grow with their square."""
+_TOLERANCES, _FINE = (1e-12, 1e-13, 1.0), (1e-13, 1e-14, 0.6)
+"""Relative and absolute tolerances of DOP853 and how long its pieces are, and those of long repetitions, whose errors
+grow with their square."""
 _LONG = 10
 """A motion of so many times more stretches than distinct ones is a long repetition."""
 _SAME_SHAPE_DIGITS = 11
@@ -69,20 +70,28 @@ class Replay:
 
     Attributes:
         row: The row at which each stretch of control begins, and the last row. Shape (m + 1,).
-        pose: The base's pose there [m]. Shape (m + 1, 4, 4).
         shape: The limbs' orientations there. Shape (m + 1, 2, 3, 3).
-        integrated: How many stretches were integrated.
+        begun: The base's pose at the first [m]. Shape (4, 4).
+        moves: Its displacements on the stretches that were integrated [m], in extended precision. Shape (k, 4, 4).
+        which: Which of them each stretch makes. Shape (m,).
     """
 
     row: Rows
-    pose: Array
     shape: Array
-    integrated: int
+    begun: Array
+    moves: Array
+    which: Rows
+
+    @property
+    def pose(self) -> Array:
+        """The base's poses where stretches begin, and at the end [m]. Shape (m + 1, 4, 4)."""
+        return se3.running_products(se3.extended(self.begun), self.moves[self.which]).astype(np.float64)
 
     @property
     def end(self) -> Configuration:
         """The configuration at the end."""
-        return Configuration(self.pose[-1], self.shape[-1])
+        pose = self.begun @ se3.product(self.moves, self.which)
+        return Configuration(pose.astype(np.float64), self.shape[-1])
 
 
 def replay(swimmer: Swimmer, start: Configuration, time_s: Array, rate_rad_s: Array, every_row: bool = False) -> Replay:
@@ -106,8 +115,7 @@ def replay(swimmer: Swimmer, start: Configuration, time_s: Array, rate_rad_s: Ar
     first, which = _distinct(keys)
     tolerances = _FINE if len(rates) > _LONG * len(first) else _TOLERANCES
     moves = _integrate(swimmer, shapes[:-1][first], rates[first], durations[first], tolerances)
-    pose = se3.running_products(se3.extended(start.pose), moves[which])
-    return Replay(row, pose.astype(np.float64), shapes, len(first))
+    return Replay(row, shapes, start.pose, moves, which)
 
 
 def certify(
@@ -138,32 +146,23 @@ def judged(found: Replay, goal: Configuration, tolerance_m: float, tolerance_rad
     """Return whether a replayed motion ends at a goal, within tolerances [m] and [rad]."""
     deviation = Deviation.between(found.end, goal)
     reached = deviation.within(tolerance_m, tolerance_rad)
-    return Certificate(reached, deviation, tolerance_m, tolerance_rad, len(found.row) - 1, found.integrated)
+    return Certificate(reached, deviation, tolerance_m, tolerance_rad, len(found.row) - 1, len(found.moves))
 
 
 def _shapes(start: Array, rates: Array, durations: Array) -> Array:
     """Return the shapes at the ends of stretches, by running products of quaternions. Shape (m + 1, 2, 3, 3)."""
-    out = np.empty((len(rates) + 1, 2, 3, 3))
-    for i in (0, 1):
-        half = 0.5 * rates[:, 3 * i : 3 * i + 3] * durations[:, None]
-        size = np.linalg.norm(half, axis=1, keepdims=True)
-        running = np.zeros((len(rates) + 1, 4))
-        running[0, 3] = 1.0
-        running[1:] = np.concatenate([half * np.sinc(size / np.pi), np.cos(size)], axis=1)
-        reach = 1
-        while reach < len(running):
-            running[reach:] = _hamilton(running[:-reach], running[reach:])
-            reach *= 2
-        across = hat(running[:, :3])
-        out[:, i] = start[i] @ (np.eye(3) + 2.0 * (running[:, 3, None, None] * across + across @ across))
-    out[0] = start
-    return out
+    half = 0.5 * rates.reshape(-1, 2, 3) * durations[:, None, None]
+    size = np.linalg.norm(half, axis=-1, keepdims=True)
+    turned = running(np.concatenate([half * np.sinc(size / np.pi), np.cos(size)], axis=-1), _hamilton)
+    across = hat(turned[..., :3])
+    rotation = np.eye(3) + 2.0 * (turned[..., 3, None, None] * across + across @ across)
+    return np.concatenate([start[None], start @ rotation])
 
 
 def _hamilton(p: Array, q: Array) -> Array:
-    """Return the products of quaternions (x, y, z, w), normalised. Shape (n, 4)."""
-    ax, ay, az, aw = p.T
-    bx, by, bz, bw = q.T
+    """Return the products of quaternions (x, y, z, w), normalised. Shape (..., 4)."""
+    ax, ay, az, aw = np.moveaxis(p, -1, 0)
+    bx, by, bz, bw = np.moveaxis(q, -1, 0)
     out = np.stack(
         [
             aw * bx + ax * bw + ay * bz - az * by,
@@ -171,9 +170,9 @@ def _hamilton(p: Array, q: Array) -> Array:
             aw * bz + ax * by - ay * bx + az * bw,
             aw * bw - ax * bx - ay * by - az * bz,
         ],
-        axis=1,
+        axis=-1,
     )
-    return np.asarray(out / np.linalg.norm(out, axis=1, keepdims=True))
+    return np.asarray(out / np.linalg.norm(out, axis=-1, keepdims=True))
 
 
 def _distinct(keys: Array) -> tuple[Rows, Rows]:
@@ -234,7 +233,7 @@ class _Turning:
 
 
 def _integrate(
-    swimmer: Swimmer, shapes: Array, rates: Array, durations: Array, tolerances: tuple[float, float]
+    swimmer: Swimmer, shapes: Array, rates: Array, durations: Array, tolerances: tuple[float, float, float]
 ) -> Array:
     """Return the displacements of stretches of constant control by DOP853 [m]. Shape (m, 4, 4).
 
@@ -251,7 +250,7 @@ def _integrate(
     ends = [turning.shapes(k * length) for k in (index, index + 1)]
     # Where a piece comes near the straight line it is cut again.
     near = np.minimum(_distance(unit, ends[0]), _distance(unit, ends[1]))
-    longest = np.minimum(_PIECE * near, _PIECE_RAD)
+    longest = tolerances[2] * np.minimum(_PIECE * near, _PIECE_RAD)
     again = np.maximum(np.ceil((sweep / parts)[owner] / longest), 1).astype(np.int64)
     whole, index = _cut(again)
     owner, length = owner[whole], (length / again)[whole]
@@ -265,7 +264,7 @@ def _integrate(
     return out
 
 
-def _integrate_pieces(unit: Swimmer, turning: _Turning, length: Array, tolerances: tuple[float, float]) -> Array:
+def _integrate_pieces(unit: Swimmer, turning: _Turning, length: Array, tolerances: tuple[float, float, float]) -> Array:
     """Return by how much the displacements of pieces differ from none. Shape (n, 3, 4).
 
     Args:

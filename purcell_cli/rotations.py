@@ -17,6 +17,8 @@ Conventions (every other docstring points here):
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -93,8 +95,30 @@ def orthonormalised(matrix: Array) -> Array:
     return matrix @ (1.5 * _AXES - 0.5 * defect)
 
 
+def running(values: Array, product: Callable[[Array, Array], Array] = np.matmul) -> Array:
+    """Return a_1, a_1 a_2, a_1 a_2 a_3, ... in the values' precision.
+
+    Neighbours are put together two by two, those again, and what lies between is filled in: twice as many products as
+    there are values, and rounding that grows with the logarithm of their number.
+
+    Args:
+        values: What is multiplied. Shape (n, ...).
+        product: An associative product of two arrays of values.
+
+    Returns:
+        The products. Shape (n, ...).
+    """
+    if len(values) < 2:
+        return values
+    out = np.empty_like(values)
+    out[0] = values[0]
+    out[1::2] = pairs = running(product(values[:-1:2], values[1::2]), product)
+    out[2::2] = product(pairs[: (len(values) - 1) // 2], values[2::2])
+    return out
+
+
 def running_orientations(start: ArrayLike, turns: Array) -> Array:
-    """Return orientations before, between and after turns about own axes, by a parallel prefix.
+    """Return orientations before, between and after turns about own axes.
 
     Args:
         start: Orientations before the first turn. Shape (..., 3, 3).
@@ -105,11 +129,7 @@ def running_orientations(start: ArrayLike, turns: Array) -> Array:
     """
     out = np.empty((len(turns) + 1, *turns.shape[1:]))
     out[0], out[1:] = start, turns
-    reach = 1
-    while reach < len(out):
-        out[reach:] = out[:-reach] @ out[reach:]
-        reach *= 2
-    out = orthonormalised(out)
+    out = orthonormalised(running(out))
     out[0] = start
     return out
 

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from purcell_cli.rotations import Array, as_quaternion, cross, hat, orthonormalised
+from purcell_cli.rotations import Array, as_quaternion, cross, hat, orthonormalised, running
 
 _SERIES_BELOW = 0.25
 """Rotation angle [rad] under which (t - sin t)/t^3 sums its series; above, the closed form loses nothing."""
@@ -193,6 +190,29 @@ def products(poses: Array, counts: ArrayLike) -> Array:
     return out
 
 
+def product(moves: Array, which: ArrayLike) -> Array:
+    """Return the product of displacements that come again and again, in their precision.
+
+    Neighbours are put together two by two, and each pair only once, however often it comes.
+
+    Args:
+        moves: The displacements. Shape (k, 4, 4).
+        which: Which of them are made, in order. Shape (n,).
+
+    Returns:
+        A pose, the identity where none are made. Shape (4, 4).
+    """
+    left = np.array(which, dtype=np.int64)
+    if not len(left):
+        return np.eye(4, dtype=moves.dtype)
+    while len(left) > 1:
+        count = len(moves)
+        pairs, order = np.unique(left[:-1:2] * count + left[1::2], return_inverse=True)
+        moves = np.concatenate([moves[pairs // count] @ moves[pairs % count], moves[left[-1:]]])
+        left = np.append(order, len(pairs)) if len(left) % 2 else order
+    return np.asarray(moves[left[0]])
+
+
 def repeated(poses: Array, counts: ArrayLike) -> Array:
     """Return whole powers of poses, by squaring, in their precision; the first power is the pose to the bit.
 
@@ -215,28 +235,17 @@ def repeated(poses: Array, counts: ArrayLike) -> Array:
 def prefix_products(poses: Array) -> Array:
     """Return the running products I, g_1, g_1 g_2, ... of displacements.
 
-    A parallel prefix: the number of vectorised steps grows with the logarithm of the count.
-
     Args:
         poses: Displacements. Shape (n, 4, 4).
 
     Returns:
         Poses before, between and after them. Shape (n + 1, 4, 4).
     """
-    out = np.empty((len(poses) + 1, 4, 4), dtype=poses.dtype)
-    out[0] = np.eye(4)
-    out[1:] = poses
-    reach = 1
-    while reach < len(poses):
-        out[1 + reach :] = out[1:-reach] @ out[1 + reach :]
-        reach *= 2
-    return normalised(out)
+    return normalised(running(np.concatenate([np.eye(4, dtype=poses.dtype)[None], poses])))
 
 
 def running_products(start: Array, moves: Array) -> Array:
     """Return start, start g_1, start g_1 g_2, ... in their precision.
-
-    The moves are cut into about as many runs as each is long, and all runs go on at once.
 
     Args:
         start: A pose. Shape (4, 4).
@@ -245,13 +254,4 @@ def running_products(start: Array, moves: Array) -> Array:
     Returns:
         Poses. Shape (n + 1, 4, 4).
     """
-    n = len(moves)
-    length = max(math.isqrt(n), 1)
-    runs = -(-n // length)
-    along = np.tile(np.eye(4, dtype=moves.dtype), (runs * length, 1, 1))
-    along[:n] = moves
-    along = along.reshape(runs, length, 4, 4)
-    for k in range(1, length):
-        along[:, k] = along[:, k - 1] @ along[:, k]
-    begun = np.array([*itertools.accumulate(along[:, -1], np.matmul, initial=start)])
-    return np.concatenate([start[None], (begun[:-1, None] @ along).reshape(-1, 4, 4)[:n]])
+    return running(np.concatenate([start[None], moves]))

@@ -133,9 +133,31 @@ def test_settled_chains_make_what_is_wanted_within_their_bounds_and_cost_no_more
     assert np.all(few.aside[live] >= 0.0)
 
 
-def test_longer_chains_have_one_cycle_more_where_loops_are_full() -> None:
+def test_longer_chains_have_more_cycles_where_loops_are_full() -> None:
     some = chains(SWIMMERS["the paper's"])
     full = dataclasses.replace(some, bend=np.where(some.which >= 0, 0.9998, 0.0))
-    assert np.array_equal(full.longer().cycles, full.cycles + (full.which >= 0))
+    there = full.displacements()
+    assert np.array_equal(full.longer(there).cycles, full.cycles + (full.which >= 0))
     less = dataclasses.replace(some, bend=0.5 * some.bend)
-    assert np.array_equal(less.longer().cycles, less.cycles)
+    assert np.array_equal(less.longer(there).cycles, less.cycles)
+    many = dataclasses.replace(full, cycles=100.0 * full.cycles)
+    farther = many.displacements()
+    farther[:, :3, 3] *= 1.05
+    short = 1.0 - 1.0 / 1.05
+    assert np.array_equal(many.longer(farther).cycles, np.ceil((1.0 + short) * many.cycles))
+
+
+@pytest.mark.parametrize("only", [-1, 0, 1])
+@pytest.mark.parametrize("name", SWIMMERS)
+def test_a_measured_chain_does_what_the_flow_does_and_nearly_so_when_it_changes(name: str, only: int) -> None:
+    swimmer, some = SWIMMERS[name], chains(SWIMMERS[name], only)
+    for k in range(len(some)):
+        measured = some.measured(k)
+        assert missed(measured.displacements()[0], flown(swimmer, measured.blocks(0))) < 1e-5
+        live = measured.which >= 0
+        bend, aside = measured.bend - 0.005 * live, measured.aside + 0.005 * live
+        changed = dataclasses.replace(measured, bend=bend, aside=aside, roll=1.01 * measured.roll)
+        none = np.tile(np.eye(4), (*changed.roll.shape, 1, 1))
+        plain = dataclasses.replace(changed, error=0.0 * changed.error, slip=none)
+        true = flown(swimmer, changed.blocks(0))
+        assert missed(changed.displacements()[0], true) < max(2e-3, 0.5 * missed(plain.displacements()[0], true))

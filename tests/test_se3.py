@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import mpmath
@@ -194,6 +195,18 @@ def test_prefix_products_are_a_plain_loop(count: int) -> None:
     assert_close(found, np.stack(wanted), 1e-14, max(count, 1))
     if count > 1:
         assert not is_close(found, np.stack(foil), 1e-3)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 3, 4, 7, 8, 100, 1001])
+def test_the_product_of_moves_that_come_again_is_a_plain_loop(count: int) -> None:
+    """A square played over and over, with a way in, and moves at random."""
+    rng = np.random.default_rng(9)
+    g = se3.exp(0.3 * rng.normal(size=(6, 6)))
+    for which in (np.append([4, 5], np.tile([0, 1, 2, 3], count))[:count], rng.integers(0, 6, count)):
+        wanted = functools.reduce(np.matmul, g[which], np.eye(4))
+        assert_close(se3.product(g, which), wanted, 1e-14, max(count, 1))
+        if count > 3:
+            assert not is_close(se3.product(g, which[::-1]), wanted, 1e-3)
 
 
 def test_prefix_products_leave_their_argument_alone() -> None:

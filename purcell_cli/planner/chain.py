@@ -11,6 +11,8 @@ Conventions: `rotations`; lengths in units of L.
 from __future__ import annotations
 
 import dataclasses
+import functools
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -18,11 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli import se3
+from purcell_cli.connection import COLLINEAR
+from purcell_cli.lift import SEARCHING
 from purcell_cli.planner.arcs import Fan
 from purcell_cli.planner.crank import Crank
 from purcell_cli.planner.loops import NAME, stroke
 from purcell_cli.rotations import Array, about_axis, wrapped
-from purcell_cli.trajectory import Block
+from purcell_cli.trajectory import Block, block_displacements
 
 _FITTING = 3
 _SPARE = 0.06
@@ -38,8 +42,10 @@ _THRIFT_RAD = 2.0
 """How far the cost alone leads in a round, in joint travel."""
 _ROLL_EFFORT = 5.0
 """How much less a roll changes than a bend for the same gain."""
+_LONGER = 0.1
+"""Chains become longer by this part at most, at once."""
 _PINNED, _MET, _WEAKEST = 6, 1e-4, 1e-8
-_ARRAYS = ("which", "cycles", "mirrored", "backwards", "bend", "aside", "roll")
+_ARRAYS = ("which", "cycles", "mirrored", "backwards", "bend", "aside", "roll", "error", "slip")
 _MIRROR = np.diag([1.0, -1.0, -1.0, 1.0])
 
 
@@ -133,6 +139,8 @@ class Chains:
         bend: The largest bends of the loops [rad]. Shape (n, m).
         aside: How much of the bends lies aside. Shape (n, m).
         roll: The roll before each arc, and the last [rad]. Shape (n, m + 1).
+        error: What the table leaves out of the twists L and U of the arcs [L, rad]. Shape (n, m, 2, 6).
+        slip: What the cranks do besides their rolls. Shape (n, m + 1, 4, 4).
     """
 
     crank: Crank
@@ -144,6 +152,8 @@ class Chains:
     bend: Array
     aside: Array
     roll: Array
+    error: Array
+    slip: Array
 
     def __len__(self) -> int:
         return len(self.which)
@@ -216,6 +226,7 @@ class Chains:
             found = fan.loops.at(self.bend[i, j], self.aside[i, j])
             for part, values in ((cycle, found.cycle), (ways, found.ways)):
                 part[0, i, j], part[1:, i, j] = values[0], values[0] + _SMALL * values[1:]
+        cycle, ways = cycle + self.error[..., 0, :], ways + self.error[..., 1, :]
         moved = np.matmul(*se3.exp(np.stack([self.cycles[..., None] * cycle, ways])))
         moved = np.where(self.mirrored[..., None, None], _MIRROR @ moved @ _MIRROR, moved)
         moved = np.where(self.backwards[..., None, None], se3.inverse(moved), moved)
@@ -243,7 +254,7 @@ class Chains:
         return self._put_together(self._moves()[0])[0]
 
     def _put_together(self, moved: Array) -> tuple[Array, Array]:
-        """Return the displacements of whole chains, and of what follows each roll and each arc.
+        """Return the displacements of whole chains, and of what follows each pure roll and each arc.
 
         Args:
             moved: The displacements of the arcs. Shape (n, m, 4, 4).
@@ -254,10 +265,10 @@ class Chains:
         n, m = self.which.shape
         rolls = se3.pose(about_axis(0, self.roll), np.zeros((n, m + 1, 3)))
         after = np.empty((n, 2 * m + 1, 4, 4))
-        after[:, 2 * m] = np.eye(4)
+        after[:, 2 * m] = self.slip[:, m]
         for k in reversed(range(m)):
             after[:, 2 * k + 1] = rolls[:, k + 1] @ after[:, 2 * k + 2]
-            after[:, 2 * k] = moved[:, k] @ after[:, 2 * k + 1]
+            after[:, 2 * k] = self.slip[:, k] @ moved[:, k] @ after[:, 2 * k + 1]
         return rolls[:, 0] @ after[:, 0], after
 
     def settled(self, wanted: Array, rounds: int) -> tuple[Chains, Array, Array]:
@@ -294,11 +305,20 @@ class Chains:
                 x = x + step * np.minimum(1.0, _LONGEST_RAD / np.maximum(np.abs(step).max(axis=1), 1e-300))[:, None]
         return self._with(best), off, paid
 
-    def longer(self) -> Chains:
-        """Return the chains with one cycle more of every loop that is as large as it may be."""
+    def longer(self, wanted: Array) -> Chains:
+        """Return the chains with more cycles of every loop that is as large as it may be: as many as are wanting.
+
+        Args:
+            wanted: The displacements. Shape (n, 4, 4).
+        """
         _, high = self._bounds()
         full = (self.which >= 0) & (self.bend > high[:, : self.which.shape[1]] - _FULL_RAD)
-        return dataclasses.replace(self, cycles=self.cycles + full)
+        way = np.linalg.norm(wanted[:, :3, 3], axis=1)
+        short = way - np.linalg.norm(self.displacements()[:, :3, 3], axis=1)
+        share = np.clip(short / np.maximum(way, 1e-300), 0.0, _LONGER)
+        return dataclasses.replace(
+            self, cycles=self.cycles + full * np.maximum(np.ceil(share[:, None] * self.cycles), 1.0)
+        )
 
     def shorter(self) -> tuple[Chains, NDArray[np.int64]]:
         """Return the chains with one cycle fewer of one of their loops, as large as may be, and of which each is."""
@@ -313,9 +333,13 @@ class Chains:
 
     def blocks(self, k: int) -> list[Block]:
         """Return the strokes of one of the chains, from the collinear shape and back to it."""
-        out: list[Block] = []
+        return list(itertools.chain(*self._parts(k)))
+
+    def _parts(self, k: int) -> list[list[Block]]:
+        """Return the strokes of one of the chains, those of every roll and every arc in turn."""
+        out: list[list[Block]] = []
         for j in range(self.arcs(k)):
-            out += self.crank.blocks(float(self.roll[k, j]))
+            out.append(self.crank.blocks(float(self.roll[k, j])))
             loops = self.fans[int(self.which[k, j])].loops
             beat, offset = (float(x[0]) for x in loops.sides(self.bend[k, j : j + 1], self.aside[k, j : j + 1]))
             parts = list(zip(stroke(beat, offset, loops.across), (1, int(self.cycles[k, j]), 1), strict=True))
@@ -323,8 +347,36 @@ class Chains:
                 parts = [(s.with_angles(-s.angle), n) for s, n in parts]
             if self.backwards[k, j]:
                 parts = [(s.inverse(), n) for s, n in reversed(parts)]
-            out += [Block(2, NAME, s, n, 2.0 * beat) for s, n in parts if n]
-        return out + self.crank.blocks(float(self.roll[k, self.arcs(k)]))
+            out.append([Block(2, NAME, s, n, 2.0 * beat) for s, n in parts if n])
+        return [*out, self.crank.blocks(float(self.roll[k, self.arcs(k)]))]
+
+    def measured(self, k: int) -> Chains:
+        """Return one of the chains with what table and cranks leave out as the flow has it.
+
+        It changes little when the chain does, so a chain that settles on it soon does what it says.
+        """
+        parts = self._parts(k)
+        every = [dataclasses.replace(b, cycles=1) for b in itertools.chain(*parts)]
+        moves = iter(block_displacements(self.crank.swimmer, every, COLLINEAR, SEARCHING))
+        error, slip = self.error[k].copy(), self.slip[k].copy()
+        twists = [fan.loops.at(self.bend[k], self.aside[k]) for fan in self.fans]
+        for j in range(len(parts)):
+            made = [next(moves) for _ in parts[j]]
+            if j % 2 == 0:
+                roll = functools.reduce(np.matmul, made, np.eye(4))
+                slip[j // 2] = se3.pose(about_axis(0, -self.roll[k, j // 2]), np.zeros(3)) @ roll
+                continue
+            a = j // 2
+            if self.backwards[k, a]:
+                made = [se3.inverse(g) for g in reversed(made)]
+            if self.mirrored[k, a]:
+                made = [_MIRROR @ g @ _MIRROR for g in made]
+            there, back = made[0], made[-1]
+            known = twists[int(self.which[k, a])]
+            if len(made) == 3:
+                error[a, 0] = se3.adjoint(there) @ se3.log(made[1]) - known.cycle[0, a]
+            error[a, 1] = se3.log(se3.normalised(there @ back)) - known.ways[0, a]
+        return dataclasses.replace(self[np.array([k])], error=error[None], slip=slip[None])
 
 
 def linked(crank: Crank, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Array, only: NDArray[np.int64]) -> Chains:
@@ -369,7 +421,8 @@ def linked(crank: Crank, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Arr
         turns[:, k] = np.where(mirrored[:, k], wrapped(change + math.pi), change)
         before = before + turns[:, k]
     turns[np.arange(n), np.count_nonzero(live, axis=1)] = wrapped(roll - before)
-    return Chains(crank, fans, which, cycles, mirrored, backwards, bend, aside, turns)
+    error, slip = np.zeros((n, m, 2, 6)), np.tile(np.eye(4), (n, m + 1, 1, 1))
+    return Chains(crank, fans, which, cycles, mirrored, backwards, bend, aside, turns, error, slip)
 
 
 def missed(residual: Array, wanted: Array) -> Array:

@@ -164,14 +164,13 @@ class Equations:
         ]
         self.phase = np.repeat(np.array([s.phase for s in self.stretches], dtype=np.int64), counts)
         self._free_index()
-        self._targets = phase_ends(self.phase, goal)
+        self.targets = phase_ends(self.phase, goal)
 
     def _free_index(self) -> None:
         """Number the free angles: primitive k turns by sign[k] times free angle index[k]; -1 is none."""
         index: list[int] = []
         sign: list[float] = []
         weight: list[float] = []
-        self._first_after_repeats = 0
         for s in self.stretches:
             n, k = len(s.sequence), len(weight)
             if s.free:
@@ -182,7 +181,6 @@ class Equations:
                 index += [k, k + 1, k, k + 1] if s.rectangle else [-1] * n
                 sign += [1.0, 1.0, -1.0, -1.0] if s.rectangle else [0.0] * n
                 weight += [2.0 * s.cycles] * 2 if s.rectangle else []
-                self._first_after_repeats = len(weight)
         self.weight = np.array(weight)
         self._index, self._sign = np.array(index, dtype=np.int64), np.array(sign)
         self._own, self._opposite = np.flatnonzero(self._sign > 0), np.flatnonzero(self._sign < 0)
@@ -193,11 +191,6 @@ class Equations:
         out[:, self._index[self._own]] = columns[:, self._own]
         out[:, self._index[self._opposite]] -= columns[:, self._opposite]
         return out
-
-    @property
-    def tail(self) -> int:
-        """The first free angle of those after which no stroke repeats: their changes are not multiplied."""
-        return self._first_after_repeats
 
     @property
     def angles(self) -> Array:
@@ -242,15 +235,27 @@ class Equations:
             for s, part in zip(self.stretches, self._slices, strict=True)
         ]
 
+    def after(self, first: int) -> Equations:
+        """Return the equations of the stretches from one on, those before being as they are."""
+        sequence = self.sequence[: self._slices[first].start]
+        shapes = sequence.shapes(self.start)
+        gone = self._displacement(self.stretches[:first], sequence, shapes)
+        left = se3.normalised(se3.inverse(gone) @ self.displacement)
+        return Equations(self.swimmer, self.stretches[first:], shapes[-1], self.goal, left, self.accuracy)
+
+    def _displacement(self, stretches: Sequence[Stretch], sequence: PrimitiveSequence, shapes: Array) -> Array:
+        """Return what stretches do to the base, one cycle of each in a sequence. Shape (4, 4)."""
+        pieces = (shapes[:-1], sequence.rates(), sequence.duration)
+        parts, cycles = [len(s.sequence) for s in stretches], [s.cycles for s in stretches]
+        moves = run_displacements(self.swimmer, pieces, parts, cycles, self.accuracy)
+        return np.asarray(functools.reduce(np.matmul, moves, np.eye(4)))
+
     def residual(self, angle: Array) -> Array:
         """Return what is missing at some free angles [L, rad]. Shape (n,) to (m,)."""
         sequence = self.sequence_at(angle)
         shapes = sequence.shapes(self.start)
-        pieces = (shapes[:-1], sequence.rates(), sequence.duration)
-        parts, cycles = [len(s.sequence) for s in self.stretches], [s.cycles for s in self.stretches]
-        moves = run_displacements(self.swimmer, pieces, parts, cycles, self.accuracy)
-        g = functools.reduce(np.matmul, moves, np.eye(4))
-        gaps = [shape_gap(sequence[:stop], shapes[: stop + 1], shape)[0] for stop, shape in self._targets]
+        g = self._displacement(self.stretches, sequence, shapes)
+        gaps = [shape_gap(sequence[:stop], shapes[: stop + 1], shape)[0] for stop, shape in self.targets]
         return np.concatenate([se3.log(se3.normalised(self._wanted_inverse @ g)), *gaps])
 
     def at(self, angle: Array) -> Values:
@@ -260,7 +265,7 @@ class Equations:
         g, twists = flow_and_jacobian(self.swimmer, sequence, self.start, self.accuracy, self.repeats)
         residual = [se3.log(se3.normalised(self._wanted_inverse @ g))]
         derivative = [twists]
-        for stop, shape in self._targets:
+        for stop, shape in self.targets:
             gap, slope = shape_gap(sequence[:stop], shapes[: stop + 1], shape)
             residual.append(gap)
             derivative.append(np.pad(slope, ((0, 0), (0, len(sequence) - stop))))

@@ -8,13 +8,13 @@ a few small turns after the last of those make up for what is left.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.lift import SEARCHING
-from purcell_cli.planner.equations import Equations, Stretch, Values
+from purcell_cli.planner.equations import Equations, Values
 from purcell_cli.planner.limits import bend_rows, least_cosines
 from purcell_cli.planner.shorten import offered
 from purcell_cli.planner.steps import bounded_step
@@ -35,6 +35,8 @@ _TELLING_RAD = 1e-8
 """Steps by less say nothing of the derivative: rounding does."""
 _PLAIN = 2e-6
 """Residuals at a rough accuracy are right to a few per cent above this [L, rad]."""
+_SPOILT = 30.0
+"""Residuals at which the last cycles' turns take over, in units of what rounding to the clock makes of a motion."""
 _STRICT = 100.0
 """How much nearer the bend limit is to be kept than the goal, on the approach: the last steps change bends too."""
 _ROUNDS = 20
@@ -96,37 +98,61 @@ def arrive(
         The motion of the best round, and the largest residual left [L, rad].
     """
     begun = rounded(equations.angles)
+    # As long as much is missing, it is known well enough.
+    plain = _PLAIN * sum(s.cycles for s in equations.stretches) / len(equations.stretches)
+    missing = rough.residual if rough.size > plain else equations.residual(begun)
+    enough = np.full(len(missing), _ENOUGH)
+    if equations.repeats:  # nearer than this rounding does not let it come
+        enough[:6] += _SPOILT * np.max(np.abs(rough.derivative[:6] @ (begun - equations.angles)))
     every = np.arange(len(begun))
-    angle, best = _rounds(equations, begun, rough, max_bend_rad - _MARGINS_RAD[0], rounded, every)
+    angle, missing = _rounds(equations, begun, missing, rough, max_bend_rad - _MARGINS_RAD[0], rounded, every, enough)
+    best = float(np.max(np.abs(missing)))
     here = equations.of(equations.with_angles(angle))
     if best <= _ENOUGH or not here.repeats:
         return here, best
-    last = here.of(_offered_last(here.stretches))
+    first = 1 + max(k for k, s in enumerate(here.stretches) if not s.free)
+    last = here.after(first)
+    last = last.of([s.changed(lambda part: offered(part, 1)) for s in last.stretches])
+    known = len(missing) - 6 * len(last.targets)  # of limbs where an earlier phase ends
+    missing = np.concatenate([missing[:6], missing[known:]])
     rough = last.at_accuracy(SEARCHING).at(last.angles)
-    few = last.tail + _independent(rough.derivative[:, last.tail :])
-    angle, closer = _rounds(last, last.angles, rough, max_bend_rad - _MARGINS_RAD[1], rounded, few)
+    few = _independent(rough.derivative)
+    enough = np.full(len(missing), _ENOUGH)
+    angle, left = _rounds(last, last.angles, missing, rough, max_bend_rad - _MARGINS_RAD[1], rounded, few, enough)
+    closer = float(np.max(np.abs(np.append(left, missing[6:known]))))
     if closer >= best:
         return here, best
-    busy = [s.changed(PrimitiveSequence.busy) if s.free else s for s in last.with_angles(angle)]
-    return last.of(busy), closer
+    busy = [s.changed(PrimitiveSequence.busy) for s in last.with_angles(angle)]
+    return here.of([*here.stretches[:first], *busy]), closer
 
 
 def _rounds(
     equations: Equations,
     angle: Array,
+    missing: Array,
     rough: Values,
     max_bend_rad: float,
     rounded: Callable[[Array], Array],
     may: NDArray[np.int64],
-) -> tuple[Array, float]:
-    """Return the best angles that some of them, changed in turn, lead to, and the largest residual there."""
+    enough: Array,
+) -> tuple[Array, Array]:
+    """Return the best angles that some of them, changed in turn, lead to, and what is missing there.
+
+    Args:
+        equations: The equations.
+        angle: The angles to begin at [rad]. Shape (n,).
+        missing: What is missing there [L, rad]. Shape (m,).
+        rough: The equations' values, at a rough accuracy.
+        max_bend_rad: How far a limb may bend in phase 2 [rad].
+        rounded: Rounds angles to what the clock can tell [rad].
+        may: Which angles may change.
+        enough: What may be missing [L, rad]. Shape (m,).
+    """
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
     room, slope = bend_rows(equations, rough.shapes, least)
     begun, derivative = angle, rough.derivative[:, may]
-    # As long as much is missing, it is known well enough.
-    missing, idle = rough.residual if rough.size > _PLAIN else equations.residual(angle), 0
-    best, kept = float(np.max(np.abs(missing))), angle
-    while idle < _PATIENCE and best > _ENOUGH:
+    best, kept, idle = (float(np.max(np.abs(missing))), missing), angle, 0
+    while idle < _PATIENCE and np.any(np.abs(missing) > enough):
         left = room + slope @ (angle - begun)
         step = np.zeros(len(angle))
         step[may] = bounded_step(derivative, missing, left, slope[:, may], _REACH_RAD)
@@ -136,16 +162,10 @@ def _rounds(
             change = (missing - before - derivative @ step[may]) / length
             derivative = derivative + change[:, None] * step[may]  # Broyden (1965), Math. Comp. 19, 577
         size = float(np.max(np.abs(missing)))
-        idle = idle + 1 if size > 0.5 * best else 0
-        if size < best:
-            best, kept = size, angle
-    return kept, best
-
-
-def _offered_last(stretches: Sequence[Stretch]) -> list[Stretch]:
-    """Return a motion with every control offered at every switch after its last repeated stroke."""
-    last = max(k for k, s in enumerate(stretches) if not s.free)
-    return [s if k <= last else s.changed(lambda part: offered(part, 1)) for k, s in enumerate(stretches)]
+        idle = idle + 1 if size > 0.5 * best[0] else 0
+        if size < best[0]:
+            best, kept = (size, missing), angle
+    return kept, best[1]
 
 
 def _independent(columns: Array) -> NDArray[np.int64]:

@@ -23,7 +23,7 @@ from purcell_cli.errors import GaitError
 from purcell_cli.gaits import Gait
 from purcell_cli.lift import SEARCHING
 from purcell_cli.planner.arcs import Fan, fan
-from purcell_cli.planner.chain import Chains, linked
+from purcell_cli.planner.chain import Chains, linked, missed
 from purcell_cli.planner.crank import Crank, crank
 from purcell_cli.planner.equations import Equations
 from purcell_cli.planner.finish import CLOSE, MARGIN_RAD
@@ -36,7 +36,7 @@ from purcell_cli.planner.wordbook import word_book
 from purcell_cli.planner.words import brought, word_of
 from purcell_cli.rotations import Array
 from purcell_cli.swimmer import Swimmer
-from purcell_cli.trajectory import Block, block_displacements
+from purcell_cli.trajectory import Block
 from purcell_cli.units import counted
 
 PHASES = {1: "limbs to collinear", 2: "stored gaits", 3: "limbs to the goal shape"}
@@ -50,8 +50,9 @@ _SLIGHT_RAD, _SAME = 0.3, 1e-4
 _FAR_OFF = 0.02
 """Chains that miss by more, as `chain.missed` has it, are astray."""
 _CORRECTED, _CORRECTIONS = 0.03, 6
-"""Chains that miss by more on the flow (L, rad) settle again, at most so often; with more cycles if that is in vain."""
-
+"""Chains that miss by more on the flow settle again, at most so often; with more cycles if that is in vain."""
+_FORESEEN = 0.1
+"""Where they missed by less before, what they miss then need not be looked at."""
 
 _SHORTENED = 1.15
 """Words that are brought to their goal become so much shorter then, about."""
@@ -277,8 +278,9 @@ def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> 
     """
     chains, off, spent = chains.settled(wanted, breadth.rounds)
     spent = spent + around
-    if len(few := np.flatnonzero(off > _FAR_OFF)):
-        more, left, paid = chains[few].longer().settled(wanted[few], breadth.rounds)
+    known = np.min(spent[off <= _FAR_OFF], initial=np.inf)
+    if len(few := np.flatnonzero((off > _FAR_OFF) & (spent < known))):
+        more, left, paid = chains[few].longer(wanted[few]).settled(wanted[few], breadth.rounds)
         gained = np.flatnonzero(left < off[few])
         few = few[gained]
         chains, off[few], spent[few] = chains.put(few, more[gained]), left[gained], paid[gained] + around[few]
@@ -301,25 +303,23 @@ def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> 
 
 def _played(chain: Chains, wanted: Array, breadth: Breadth, outer: _Outer, pair: tuple[int, int]) -> tuple[Block, ...]:
     """Return the strokes of a chain, settled again as long as on the flow it misses its displacement by much."""
-    swimmer, kept = chain.crank.swimmer, dataclasses.replace(breadth, shorter=0)
-    blocks = chain.blocks(0)
-    best, least, longer = blocks, math.inf, False
+    kept = dataclasses.replace(breadth, shorter=0)
+    best, least, longer = chain, math.inf, False
     for _ in range(_CORRECTIONS):
-        moves = block_displacements(swimmer, blocks, COLLINEAR, SEARCHING)
-        true = se3.normalised(functools.reduce(np.matmul, moves, np.eye(4)))
-        off = float(np.max(np.abs(se3.log(se3.normalised(se3.inverse(wanted) @ true)))))
+        chain = chain.measured(0)
+        off = float(missed(chain.residuals(wanted[None])[0], wanted[None])[0])
         stuck = off > 0.5 * least
         if off < least:
-            best, least = blocks, off
+            best, least = chain, off
         if off < _CORRECTED or (stuck and longer):
             break
-        # What the tables leave out stays about the same when the chain changes a little.
-        aim = se3.normalised(wanted @ se3.inverse(true) @ chain.displacements()[0])
         if stuck:  # its loops are as large as they may be
-            chain, longer = chain.longer(), True
-        chain = _settled(chain, aim[None], np.zeros(1), kept)[0]
-        blocks = chain.blocks(0)
-    return outer.around(pair[0], _last_apart(best), pair[1])
+            chain, longer = chain.longer(wanted[None]), True
+        chain, left, _ = _settled(chain, wanted[None], np.zeros(1), kept)
+        if off < _FORESEEN and left[0] < _CORRECTED:
+            best = chain
+            break
+    return outer.around(pair[0], _last_apart(best.blocks(0)), pair[1])
 
 
 def _distinct(travel: Array) -> list[int]:
