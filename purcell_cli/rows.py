@@ -16,11 +16,12 @@ from purcell_cli.rotations import Array
 
 def cross_rows(a: Array, b: Array) -> Array:
     """Return the cross product over the first axis. Shapes (3, ...)."""
-    out = np.empty((3, *np.broadcast_shapes(a.shape[1:], b.shape[1:])))
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        np.multiply(a[j], b[k], out=out[i])
-        out[i] -= a[k] * b[j]
+    (ax, ay, az), (bx, by, bz) = a, b
+    first = ay * bz
+    out = np.empty((3, *first.shape))
+    np.subtract(first, az * by, out=out[0])
+    np.subtract(az * bx, ax * bz, out=out[1])
+    np.subtract(ax * by, ay * bx, out=out[2])
     return out
 
 

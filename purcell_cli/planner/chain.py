@@ -266,9 +266,10 @@ class Chains:
         rolls = se3.pose(about_axis(0, self.roll), np.zeros((n, m + 1, 3)))
         after = np.empty((n, 2 * m + 1, 4, 4))
         after[:, 2 * m] = self.slip[:, m]
+        pairs = self.slip[:, :m] @ moved @ rolls[:, 1:]
         for k in reversed(range(m)):
-            after[:, 2 * k + 1] = rolls[:, k + 1] @ after[:, 2 * k + 2]
-            after[:, 2 * k] = self.slip[:, k] @ moved[:, k] @ after[:, 2 * k + 1]
+            after[:, 2 * k] = pairs[:, k] @ after[:, 2 * k + 2]
+        after[:, 1::2] = rolls[:, 1:] @ after[:, 2::2]
         return rolls[:, 0] @ after[:, 0], after
 
     def settled(self, wanted: Array, rounds: int) -> tuple[Chains, Array, Array]:

@@ -26,7 +26,7 @@ from purcell_cli.swimmer import Swimmer
 
 _NEGLIGIBLE_RAD = 1e-15
 _LOCKED = 1e-12
-_ROUGH = Accuracy(stages=3, step=1.2)
+_ROUGH = Accuracy(stages=3, step=1.2, settled=1e-7)
 """Errors of 1e-4 (L, rad): the ways are compared by it, and the finish makes up for it."""
 _BEND_SLACK_RAD = 1e-9
 _LONGER_RAD = 7.0

@@ -38,7 +38,7 @@ _LEAST_ASIDE = {False: 0.0, True: 4e-4}
 """How little, of the most, may lie aside: A(r) is sharp where little lies across the plane."""
 _POWER = {False: 1, True: 2}
 """The series' second variable is such a root of what lies aside, the finer the sharper A(r) is there."""
-_TABLED = Accuracy(stages=3, step=0.8)
+_TABLED = Accuracy(stages=3, step=0.8, settled=1e-7)
 """Errors of 1e-5 (L, rad): less than the series'."""
 _MARGIN_RAD = 2e-4
 """Room left below the bend limit for the finish."""

@@ -51,6 +51,8 @@ _FAR_OFF = 0.02
 """Chains that miss by more, as `chain.missed` has it, are astray."""
 _CORRECTED, _CORRECTIONS = 0.03, 6
 """Chains that miss by more on the flow settle again, at most so often; with more cycles if that is in vain."""
+_MANY = 100
+"""Chains of fewer cycles miss by little."""
 _FORESEEN = 0.1
 """Where they missed by less before, what they miss then need not be looked at."""
 
@@ -305,7 +307,7 @@ def _played(chain: Chains, wanted: Array, breadth: Breadth, outer: _Outer, pair:
     """Return the strokes of a chain, settled again as long as on the flow it misses its displacement by much."""
     kept = dataclasses.replace(breadth, shorter=0)
     best, least, longer = chain, math.inf, False
-    for _ in range(_CORRECTIONS):
+    for _ in range(_CORRECTIONS if np.sum(chain.cycles) > _MANY else 0):
         chain = chain.measured(0)
         off = float(missed(chain.residuals(wanted[None])[0], wanted[None])[0])
         stuck = off > 0.5 * least
