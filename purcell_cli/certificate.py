@@ -27,9 +27,24 @@ TOLERANCE_L = 1e-9
 TOLERANCE_RAD = 1e-9
 """Angle tolerance of an arrival [rad]."""
 
-_TOLERANCES, _FINE = (1e-12, 1e-13, 1.0), (1e-13, 1e-14, 0.6)
-"""Relative and absolute tolerances of DOP853 and how long its pieces are, and those of long repetitions, whose errors
-grow with their square."""
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Care:
+    """How carefully stretches are integrated.
+
+    Attributes:
+        relative: Relative tolerance of DOP853.
+        absolute: Absolute tolerance.
+        part: How long pieces are, in units of `_PIECE_RAD` and `_PIECE`: so short that a step or two will do.
+    """
+
+    relative: float
+    absolute: float
+    part: float
+
+
+_USUAL, _MORE = _Care(1e-12, 1e-13, 1.0), _Care(1e-13, 1e-14, 0.6)
+"""More care is taken of long repetitions, whose errors grow with their square."""
 _LONG = 10
 """A motion of so many times more stretches than distinct ones is a long repetition."""
 _SAME_SHAPE_DIGITS = 11
@@ -113,8 +128,8 @@ def replay(swimmer: Swimmer, start: Configuration, time_s: Array, rate_rad_s: Ar
         [np.round(shapes[:-1].reshape(len(rates), 18), _SAME_SHAPE_DIGITS) + 0.0, rates, durations[:, None]], axis=1
     )
     first, which = _distinct(keys)
-    tolerances = _FINE if len(rates) > _LONG * len(first) else _TOLERANCES
-    moves = _integrate(swimmer, shapes[:-1][first], rates[first], durations[first], tolerances)
+    care = _MORE if len(rates) > _LONG * len(first) else _USUAL
+    moves = _integrate(swimmer, shapes[:-1][first], rates[first], durations[first], care)
     return Replay(row, shapes, start.pose, moves, which)
 
 
@@ -232,9 +247,7 @@ class _Turning:
         return np.asarray(self._shapes + turned @ self._shapes)
 
 
-def _integrate(
-    swimmer: Swimmer, shapes: Array, rates: Array, durations: Array, tolerances: tuple[float, float, float]
-) -> Array:
+def _integrate(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array, care: _Care) -> Array:
     """Return the displacements of stretches of constant control by DOP853 [m]. Shape (m, 4, 4).
 
     Long stretches are cut into pieces so short that one step or two will do.
@@ -250,7 +263,7 @@ def _integrate(
     ends = [turning.shapes(k * length) for k in (index, index + 1)]
     # Where a piece comes near the straight line it is cut again.
     near = np.minimum(_distance(unit, ends[0]), _distance(unit, ends[1]))
-    longest = tolerances[2] * np.minimum(_PIECE * near, _PIECE_RAD)
+    longest = care.part * np.minimum(_PIECE * near, _PIECE_RAD)
     again = np.maximum(np.ceil((sweep / parts)[owner] / longest), 1).astype(np.int64)
     whole, index = _cut(again)
     owner, length = owner[whole], (length / again)[whole]
@@ -258,20 +271,20 @@ def _integrate(
     pieces = se3.extended(np.tile(np.eye(4), (len(owner), 1, 1)))
     for low in range(0, len(owner), _BATCH):
         some = slice(low, low + _BATCH)
-        pieces[some, :3] += _integrate_pieces(unit, _Turning(begun[some], rates[owner[some]]), length[some], tolerances)
+        pieces[some, :3] += _integrate_pieces(unit, _Turning(begun[some], rates[owner[some]]), length[some], care)
     out = se3.products(pieces, np.bincount(owner, minlength=len(parts)))
     out[:, :3, 3] *= swimmer.length_m
     return out
 
 
-def _integrate_pieces(unit: Swimmer, turning: _Turning, length: Array, tolerances: tuple[float, float, float]) -> Array:
+def _integrate_pieces(unit: Swimmer, turning: _Turning, length: Array, care: _Care) -> Array:
     """Return by how much the displacements of pieces differ from none. Shape (n, 3, 4).
 
     Args:
         unit: The swimmer, scaled to L = 1.
         turning: The limbs' turning on each piece.
         length: How long each piece lasts. Shape (n,).
-        tolerances: Relative and absolute tolerance.
+        care: How carefully.
     """
     from scipy.integrate import DOP853, solve_ivp
 
@@ -300,6 +313,6 @@ def _integrate_pieces(unit: Swimmer, turning: _Turning, length: Array, tolerance
 
     # The state is what differs from the identity, column by column, then the position: small numbers
     # lose less, and are put together in extended precision. Errors of a cycle's heading grow with n^2.
-    control = {"rtol": tolerances[0], "atol": tolerances[1], "first_step": 1.0}
+    control = {"rtol": care.relative, "atol": care.absolute, "first_step": 1.0}
     solved = solve_ivp(plain_equation, (0.0, 1.0), np.zeros(12 * n), method="DOP853", **control)
     return np.asarray(solved.y[:, -1].reshape(4, 3, n).transpose(2, 1, 0))

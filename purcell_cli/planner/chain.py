@@ -359,24 +359,21 @@ class Chains:
         parts = self._parts(k)
         every = [dataclasses.replace(b, cycles=1) for b in itertools.chain(*parts)]
         moves = iter(block_displacements(self.crank.swimmer, every, COLLINEAR, SEARCHING))
-        error, slip = self.error[k].copy(), self.slip[k].copy()
-        twists = [fan.loops.at(self.bend[k], self.aside[k]) for fan in self.fans]
-        for j in range(len(parts)):
-            made = [next(moves) for _ in parts[j]]
-            if j % 2 == 0:
-                roll = functools.reduce(np.matmul, made, np.eye(4))
-                slip[j // 2] = se3.pose(about_axis(0, -self.roll[k, j // 2]), np.zeros(3)) @ roll
-                continue
-            a = j // 2
-            if self.backwards[k, a]:
-                made = [se3.inverse(g) for g in reversed(made)]
-            if self.mirrored[k, a]:
-                made = [_MIRROR @ g @ _MIRROR for g in made]
-            there, back = made[0], made[-1]
-            known = twists[int(self.which[k, a])]
-            if len(made) == 3:
-                error[a, 0] = se3.adjoint(there) @ se3.log(made[1]) - known.cycle[0, a]
-            error[a, 1] = se3.log(se3.normalised(there @ back)) - known.ways[0, a]
+        made = [[next(moves) for _ in part] for part in parts]
+        m, error, slip = self.arcs(k), self.error[k].copy(), self.slip[k].copy()
+        rolled = np.stack([functools.reduce(np.matmul, some, np.eye(4)) for some in made[::2]])
+        slip[: m + 1] = se3.pose(about_axis(0, -self.roll[k, : m + 1]), np.zeros((m + 1, 3))) @ rolled
+        if m:
+            # The way to the corner, a cycle if there is one, and the way back, as of loops that are not turned round.
+            arcs = np.stack([[some[0], some[1] if len(some) == 3 else np.eye(4), some[-1]] for some in made[1::2]])
+            arcs = np.where(self.backwards[k, :m, None, None, None], se3.inverse(arcs[:, ::-1]), arcs)
+            arcs = np.where(self.mirrored[k, :m, None, None, None], _MIRROR @ arcs @ _MIRROR, arcs)
+            there, once, back = np.moveaxis(arcs, 1, 0)
+            cycle = (se3.adjoint(there) @ se3.log(once)[..., None])[..., 0]
+            known = [fan.loops.at(self.bend[k, :m], self.aside[k, :m]) for fan in self.fans]
+            mine = self.which[k, :m], np.arange(m)
+            error[:m, 0] = cycle - np.stack([part.cycle[0] for part in known])[mine]
+            error[:m, 1] = se3.log(se3.normalised(there @ back)) - np.stack([part.ways[0] for part in known])[mine]
         return dataclasses.replace(self[np.array([k])], error=error[None], slip=slip[None])
 
 
