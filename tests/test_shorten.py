@@ -93,6 +93,18 @@ def test_the_equations_have_the_derivative_they_say() -> None:
     assert not is_close(equations.at(-angle).derivative[rows], differences[rows], 1e-3)
 
 
+def test_the_equations_after_some_stretches_miss_the_same() -> None:
+    """The base's twist and the gaps of later phases are those of the whole, and so is what the later angles change."""
+    displacement = flow(Swimmer().scaled(), WORD) @ np.diag([1.0, -1.0, -1.0, 1.0])
+    equations = motion(displacement)
+    last = equations.after(4)
+    angle = last.angles + 0.1
+    whole = np.concatenate([equations.angles[:-4], angle])
+    assert_close(last.residual(angle), np.delete(equations.residual(whole), slice(6, 18)), 1e-12)
+    assert_close(last.at(angle).derivative[:6], equations.at(whole).derivative[:6, -4:], 1e-11)
+    assert not is_close(equations.after(2).residual(equations.after(2).angles)[:6], last.residual(angle)[:6], 1e-3)
+
+
 def test_rectangles_close_whatever_their_sides() -> None:
     equations = motion(np.eye(4))
     angle = equations.angles.copy()
