@@ -4,7 +4,7 @@ Nothing here uses the code that made the plan. The shape is replayed from the co
 the base by scipy's DOP853 on the plain equation g' = -g hat(A(r) omega) with A(r) = P^-1 Q from
 `connection`. Left invariance is used, and only where it holds: a stretch of control is integrated
 again unless one with the same rates, the same duration to the bit and the same shape within
-1e-11 rad has been.
+2e-11 rad has been.
 """
 
 from __future__ import annotations
@@ -85,28 +85,33 @@ class Replay:
 
     Attributes:
         row: The row at which each stretch of control begins, and the last row. Shape (m + 1,).
-        shape: The limbs' orientations there. Shape (m + 1, 2, 3, 3).
-        begun: The base's pose at the first [m]. Shape (4, 4).
+        begun: The configuration at the first.
+        turned: How the limbs are turned since, as quaternions (x, y, z, w). Shape (m + 1, 2, 4).
         moves: Its displacements on the stretches that were integrated [m], in extended precision. Shape (k, 4, 4).
         which: Which of them each stretch makes. Shape (m,).
     """
 
     row: Rows
-    shape: Array
-    begun: Array
+    begun: Configuration
+    turned: Array
     moves: Array
     which: Rows
 
     @property
+    def shape(self) -> Array:
+        """The limbs' orientations where stretches begin, and at the end. Shape (m + 1, 2, 3, 3)."""
+        return _shapes(self.begun.shape, self.turned)
+
+    @property
     def pose(self) -> Array:
         """The base's poses where stretches begin, and at the end [m]. Shape (m + 1, 4, 4)."""
-        return se3.running_products(se3.extended(self.begun), self.moves[self.which]).astype(np.float64)
+        return se3.running_products(se3.extended(self.begun.pose), self.moves[self.which]).astype(np.float64)
 
     @property
     def end(self) -> Configuration:
         """The configuration at the end."""
-        pose = self.begun @ se3.product(self.moves, self.which)
-        return Configuration(pose.astype(np.float64), self.shape[-1])
+        pose = self.begun.pose @ se3.product(self.moves, self.which)
+        return Configuration(pose.astype(np.float64), _shapes(self.begun.shape, self.turned[-1]))
 
 
 def replay(swimmer: Swimmer, start: Configuration, time_s: Array, rate_rad_s: Array, every_row: bool = False) -> Replay:
@@ -123,14 +128,12 @@ def replay(swimmer: Swimmer, start: Configuration, time_s: Array, rate_rad_s: Ar
     changes = np.flatnonzero(changed) + 1
     row = np.concatenate([[0], changes, [len(time_s) - 1]]) if len(time_s) > 1 else np.array([0])
     rates, durations = rate_rad_s[row[:-1]], np.diff(time_s[row])
-    shapes = _shapes(start.shape, rates, durations)
-    keys = np.concatenate(
-        [np.round(shapes[:-1].reshape(len(rates), 18), _SAME_SHAPE_DIGITS) + 0.0, rates, durations[:, None]], axis=1
-    )
-    first, which = _distinct(keys)
+    turned = _turned(rates, durations)
+    same = np.round(turned[:-1].reshape(len(rates), 8), _SAME_SHAPE_DIGITS) + 0.0
+    first, which = _distinct(np.concatenate([same, rates, durations[:, None]], axis=1))
     care = _MORE if len(rates) > _LONG * len(first) else _USUAL
-    moves = _integrate(swimmer, shapes[:-1][first], rates[first], durations[first], care)
-    return Replay(row, shapes, start.pose, moves, which)
+    begun = _shapes(start.shape, turned[first])
+    return Replay(row, start, turned, _integrate(swimmer, begun, rates[first], durations[first], care), which)
 
 
 def certify(
@@ -164,14 +167,19 @@ def judged(found: Replay, goal: Configuration, tolerance_m: float, tolerance_rad
     return Certificate(reached, deviation, tolerance_m, tolerance_rad, len(found.row) - 1, len(found.moves))
 
 
-def _shapes(start: Array, rates: Array, durations: Array) -> Array:
-    """Return the shapes at the ends of stretches, by running products of quaternions. Shape (m + 1, 2, 3, 3)."""
+def _turned(rates: Array, durations: Array) -> Array:
+    """Return how limbs are turned before, between and after stretches, as quaternions. Shape (m + 1, 2, 4)."""
     half = 0.5 * rates.reshape(-1, 2, 3) * durations[:, None, None]
-    size = np.linalg.norm(half, axis=-1, keepdims=True)
-    turned = running(np.concatenate([half * np.sinc(size / np.pi), np.cos(size)], axis=-1), _hamilton)
+    size = np.sqrt(np.einsum("...i,...i->...", half, half))[..., None]
+    each = np.concatenate([half * np.sinc(size / np.pi), np.cos(size)], axis=-1)
+    none = np.tile([0.0, 0.0, 0.0, 1.0], (1, 2, 1))
+    return running(np.concatenate([none, each]), _hamilton)
+
+
+def _shapes(start: Array, turned: Array) -> Array:
+    """Return shapes that are turned since a first one, by quaternions (x, y, z, w). Shape (..., 2, 3, 3)."""
     across = hat(turned[..., :3])
-    rotation = np.eye(3) + 2.0 * (turned[..., 3, None, None] * across + across @ across)
-    return np.concatenate([start[None], start @ rotation])
+    return np.asarray(start @ (np.eye(3) + 2.0 * (turned[..., 3, None, None] * across + across @ across)))
 
 
 def _hamilton(p: Array, q: Array) -> Array:
@@ -187,7 +195,7 @@ def _hamilton(p: Array, q: Array) -> Array:
         ],
         axis=-1,
     )
-    return np.asarray(out / np.linalg.norm(out, axis=-1, keepdims=True))
+    return np.asarray(out / np.sqrt(np.einsum("...i,...i->...", out, out))[..., None])
 
 
 def _distinct(keys: Array) -> tuple[Rows, Rows]:
