@@ -306,6 +306,11 @@ class Chains:
                 x = x + step * np.minimum(1.0, _LONGEST_RAD / np.maximum(np.abs(step).max(axis=1), 1e-300))[:, None]
         return self._with(best), off, paid
 
+    def short(self, wanted: Array) -> Array:
+        """Return by how much less far than displacements the chains go [L]. Shapes (n, 4, 4) to (n,)."""
+        way, gone = (np.linalg.norm(g[:, :3, 3], axis=1) for g in (wanted, self.displacements()))
+        return np.asarray(np.maximum(way - gone, 0.0))
+
     def longer(self, wanted: Array) -> Chains:
         """Return the chains with more cycles of every loop that is as large as it may be: as many as are wanting.
 
@@ -315,11 +320,9 @@ class Chains:
         _, high = self._bounds()
         full = (self.which >= 0) & (self.bend > high[:, : self.which.shape[1]] - _FULL_RAD)
         way = np.linalg.norm(wanted[:, :3, 3], axis=1)
-        short = way - np.linalg.norm(self.displacements()[:, :3, 3], axis=1)
-        share = np.clip(short / np.maximum(way, 1e-300), 0.0, _LONGER)
-        return dataclasses.replace(
-            self, cycles=self.cycles + full * np.maximum(np.ceil(share[:, None] * self.cycles), 1.0)
-        )
+        share = np.minimum(self.short(wanted) / np.maximum(way, 1e-300), _LONGER)
+        more = np.maximum(np.ceil(share[:, None] * self.cycles), 1.0)
+        return dataclasses.replace(self, cycles=self.cycles + full * more)
 
     def shorter(self) -> tuple[Chains, NDArray[np.int64]]:
         """Return the chains with one cycle fewer of one of their loops, as large as may be, and of which each is."""

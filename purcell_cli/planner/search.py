@@ -280,8 +280,9 @@ def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> 
     """
     chains, off, spent = chains.settled(wanted, breadth.rounds)
     spent = spent + around
-    known = np.min(spent[off <= _FAR_OFF], initial=np.inf)
-    if len(few := np.flatnonzero((off > _FAR_OFF) & (spent < known))):
+    least = np.min(spent[off <= _FAR_OFF], initial=np.inf)
+    promised = spent + chains.short(wanted) / max(f.straight for f in chains.fans)
+    if len(few := np.flatnonzero((off > _FAR_OFF) & (promised < least))):
         more, left, paid = chains[few].longer(wanted[few]).settled(wanted[few], breadth.rounds)
         gained = np.flatnonzero(left < off[few])
         few = few[gained]
@@ -305,7 +306,7 @@ def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> 
 
 def _played(chain: Chains, wanted: Array, breadth: Breadth, outer: _Outer, pair: tuple[int, int]) -> tuple[Block, ...]:
     """Return the strokes of a chain, settled again as long as on the flow it misses its displacement by much."""
-    kept = dataclasses.replace(breadth, shorter=0)
+    kept = dataclasses.replace(breadth, shorter=0, rounds=min(breadth.rounds, 3))
     best, least, longer = chain, math.inf, False
     for _ in range(_CORRECTIONS if np.sum(chain.cycles) > _MANY else 0):
         chain = chain.measured(0)
