@@ -26,6 +26,11 @@ CLOSE = 3e-4
 MARGIN_RAD = 1e-5
 """Room to be left below the bend limit until then."""
 _ENOUGH = 2e-11
+_ENOUGH_LAST = 5e-11
+"""What may be missing [L, rad]; and after the last turns, in which cranks multiply what rounding leaves."""
+_DEPENDENT = 1e-9
+_TIGHT = 1e-3
+"""Room below the bend limit, in the cosine of the bend, that the last turns may use up."""
 _MARGINS_RAD = (3e-6, 1e-6)
 """Room left below the bend limit for the second order, and in the last turns, which would have no room otherwise."""
 _PATIENCE = 2
@@ -116,9 +121,11 @@ def arrive(
     known = len(missing) - 6 * len(last.targets)  # of limbs where an earlier phase ends
     missing = np.concatenate([missing[:6], missing[known:]])
     rough = last.at_accuracy(SEARCHING).at(last.angles)
-    few = _independent(rough.derivative)
-    enough = np.full(len(missing), _ENOUGH)
-    angle, left = _rounds(last, last.angles, missing, rough, max_bend_rad - _MARGINS_RAD[1], rounded, few, enough)
+    bend = max_bend_rad - _MARGINS_RAD[1]
+    room, slope = bend_rows(last, rough.shapes, least_cosines(last.phase, last.start, last.goal, bend))
+    few = _independent(np.concatenate([rough.derivative, slope[room < _TIGHT]]))
+    enough = np.full(len(missing), _ENOUGH_LAST)
+    angle, left = _rounds(last, last.angles, missing, rough, bend, rounded, few, enough)
     closer = float(np.max(np.abs(np.append(left, missing[6:known]))))
     if closer >= best:
         return here, best
@@ -169,11 +176,15 @@ def _rounds(
 
 
 def _independent(columns: Array) -> NDArray[np.int64]:
-    """Return the columns, one for each row, that are least dependent on one another."""
-    left, chosen = columns.copy(), []
+    """Return the columns, as many as the rank, that are least dependent on one another."""
+    left, chosen, largest = columns.copy(), [], 0.0
     for _ in range(len(columns)):  # pivots of a QR decomposition; scipy's takes too long to import
         sizes = np.einsum("ij,ij->j", left, left)
-        chosen.append(int(np.argmax(sizes)))
-        pivot = left[:, chosen[-1]] / max(math.sqrt(sizes[chosen[-1]]), 1e-300)
+        pick = int(np.argmax(sizes))
+        largest = max(largest, float(sizes[pick]))
+        if sizes[pick] <= _DEPENDENT**2 * largest:
+            break
+        chosen.append(pick)
+        pivot = left[:, pick] / math.sqrt(sizes[pick])
         left -= pivot[:, None] * (pivot @ left)
     return np.unique(np.array(chosen, dtype=np.int64))
