@@ -222,12 +222,16 @@ def _base_rates(shapes: Array, rate: Array) -> Array:
 
 
 def _displacements(model: TwistModel, shapes: Array, rate: Array, duration: Array, accuracy: Accuracy) -> Array:
-    """Return the base's displacement on each piece, in units of L, in extended precision. Shape (n, 4, 4)."""
-    out = se3.extended(np.zeros((len(duration), 4, 4)))
+    """Return the base's displacement on each piece, in units of L. Shape (n, 4, 4).
+
+    The exact ones are put together in extended precision.
+    """
+    precision = np.longdouble if accuracy == EXACT else np.float64
+    out = np.zeros((len(duration), 4, 4), dtype=precision)
     for low in range(0, len(duration), _BATCH):
         part = slice(low, low + _BATCH)
         mesh = _mesh(model, shapes[part, :, :, 0], _base_rates(shapes[part], rate[part]), duration[part], accuracy.step)
-        poses = se3.extended(np.zeros((len(mesh.piece), 4, 4)))
+        poses = np.zeros((len(mesh.piece), 4, 4), dtype=precision)
         for first in range(0, len(poses), _BATCH):
             some = slice(first, first + _BATCH)
             poses[some] = _solve(model, mesh[some], accuracy, gradient=False).step_pose

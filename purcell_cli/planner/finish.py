@@ -113,7 +113,7 @@ def arrive(
     angle, missing = _rounds(equations, begun, missing, rough, max_bend_rad - _MARGINS_RAD[0], rounded, every, enough)
     best = float(np.max(np.abs(missing)))
     here = equations.of(equations.with_angles(angle))
-    if best <= _ENOUGH or not here.repeats:
+    if best <= _ENOUGH_LAST or not here.repeats:
         return here, best
     first = 1 + max(k for k, s in enumerate(here.stretches) if not s.free)
     last = here.after(first)
