@@ -12,11 +12,12 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli import se3
 from purcell_cli.configuration import Configuration, Deviation
 from purcell_cli.connection import base_twist_rows, resistance
-from purcell_cli.rotations import Array, hat, running
+from purcell_cli.rotations import Array, from_quaternion, hat, running
 from purcell_cli.swimmer import Swimmer
 
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -86,7 +87,7 @@ class Replay:
     Attributes:
         row: The row at which each stretch of control begins, and the last row. Shape (m + 1,).
         begun: The configuration at the first.
-        turned: How the limbs are turned since, as quaternions (x, y, z, w). Shape (m + 1, 2, 4).
+        turned: How the limbs are turned since, as quaternions (w, x, y, z). Shape (m + 1, 2, 4).
         moves: Its displacements on the stretches that were integrated [m], in extended precision. Shape (k, 4, 4).
         which: Which of them each stretch makes. Shape (m,).
     """
@@ -171,31 +172,23 @@ def _turned(rates: Array, durations: Array) -> Array:
     """Return how limbs are turned before, between and after stretches, as quaternions. Shape (m + 1, 2, 4)."""
     half = 0.5 * rates.reshape(-1, 2, 3) * durations[:, None, None]
     size = np.sqrt(np.einsum("...i,...i->...", half, half))[..., None]
-    each = np.concatenate([half * np.sinc(size / np.pi), np.cos(size)], axis=-1)
-    none = np.tile([0.0, 0.0, 0.0, 1.0], (1, 2, 1))
-    return running(np.concatenate([none, each]), _hamilton)
+    each = np.zeros((len(rates) + 1, 2, 4))
+    each[0, :, 0] = 1.0
+    each[1:] = np.concatenate([np.cos(size), half * np.sinc(size / np.pi)], axis=-1)
+    # w + x i + y j + z k as the complex numbers (w + x i, y + z i).
+    out = running(each.view(np.complex128), _hamilton).view(np.float64)
+    return np.asarray(out / np.sqrt(np.einsum("...i,...i->...", out, out))[..., None])
 
 
 def _shapes(start: Array, turned: Array) -> Array:
-    """Return shapes that are turned since a first one, by quaternions (x, y, z, w). Shape (..., 2, 3, 3)."""
-    across = hat(turned[..., :3])
-    return np.asarray(start @ (np.eye(3) + 2.0 * (turned[..., 3, None, None] * across + across @ across)))
+    """Return shapes that are turned since a first one, by quaternions (w, x, y, z). Shape (..., 2, 3, 3)."""
+    return np.asarray(start @ from_quaternion(turned))
 
 
-def _hamilton(p: Array, q: Array) -> Array:
-    """Return the products of quaternions (x, y, z, w), normalised. Shape (..., 4)."""
-    ax, ay, az, aw = np.moveaxis(p, -1, 0)
-    bx, by, bz, bw = np.moveaxis(q, -1, 0)
-    out = np.stack(
-        [
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-            aw * bw - ax * bx - ay * by - az * bz,
-        ],
-        axis=-1,
-    )
-    return np.asarray(out / np.sqrt(np.einsum("...i,...i->...", out, out))[..., None])
+def _hamilton(p: NDArray[np.complex128], q: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Return the products of quaternions a + b j, as pairs of complex numbers a, b. Shape (..., 2)."""
+    (a, b), (c, d) = np.moveaxis(p, -1, 0), np.moveaxis(q, -1, 0)
+    return np.stack([a * c - b * d.conj(), a * d + b * c.conj()], axis=-1)
 
 
 def _distinct(keys: Array) -> tuple[Rows, Rows]:

@@ -13,6 +13,7 @@ import dataclasses
 import difflib
 import math
 from collections.abc import Mapping
+from typing import cast
 
 import numpy as np
 
@@ -168,6 +169,8 @@ class Stroke:
 _STRONG, _SETTLED = 1e-4, 1e-6
 PURE = 3e-13
 """Cross-talk and closure (L, rad) of a stroke that count as none."""
+_CLOSINGS, _CLOSED_RAD = 4, 1e-4
+"""Newton steps to close a guessed cycle, at most, and a gap after which none follows: what one leaves is the square."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -249,8 +252,10 @@ def _guess(gait: Gait, swimmer: Swimmer, amplitude: float) -> Array:
 def guessed(gait: Gait, swimmer: Swimmer, amplitude: float) -> Stroke:
     """Return the stroke of a gait with its free angles as guessed, about as pure as the guesses are good.
 
+    Its cycle closes: the angles are changed by as little as brings the limbs back.
+
     Args:
-        gait: The gait.
+        gait: The gait, of primitives.
         swimmer: The swimmer.
         amplitude: The amplitude; negative runs the stroke backwards [rad].
     """
@@ -258,7 +263,19 @@ def guessed(gait: Gait, swimmer: Swimmer, amplitude: float) -> Stroke:
     stroke = gait.stroke(
         {"": 1.0, gait.symbol: abs(amplitude), **dict(zip(gait.free, map(float, unknown), strict=True))}
     )
+    cycle = _closed(cast(PrimitiveSequence, stroke.cycle), stroke.approach.shapes(COLLINEAR)[-1])
+    stroke = dataclasses.replace(stroke, cycle=cycle)
     return stroke if amplitude > 0 else stroke.inverse()
+
+
+def _closed(cycle: PrimitiveSequence, start: Array) -> PrimitiveSequence:
+    """Return a cycle that almost closes with angles, nearby, by which it does."""
+    for _ in range(_CLOSINGS):
+        gap, slope = shape_gap(cycle, cycle.shapes(start), start)
+        cycle = cycle.with_angles(cycle.angle - np.linalg.lstsq(slope, gap)[0])
+        if np.max(np.abs(gap)) < _CLOSED_RAD:
+            break
+    return cycle
 
 
 def realise(gait: Gait, swimmer: Swimmer, amplitude: float | None = None, pure: float = PURE) -> Stroke:

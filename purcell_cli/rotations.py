@@ -18,6 +18,7 @@ Conventions (every other docstring points here):
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -95,7 +96,7 @@ def orthonormalised(matrix: Array) -> Array:
     return matrix @ (1.5 * _AXES - 0.5 * defect)
 
 
-def running(values: Array, product: Callable[[Array, Array], Array] = np.matmul) -> Array:
+def running(values: NDArray[Any], product: Callable[..., NDArray[Any]] = np.matmul) -> NDArray[Any]:
     """Return a_1, a_1 a_2, a_1 a_2 a_3, ... in the values' precision.
 
     Neighbours are put together two by two, those again, and what lies between is filled in: twice as many products as

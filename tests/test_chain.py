@@ -16,8 +16,9 @@ from purcell_cli.planner.arcs import fan
 from purcell_cli.planner.chain import Chains, fitted, linked
 from purcell_cli.planner.crank import crank
 from purcell_cli.planner.loops import loops, stroke
+from purcell_cli.rotations import about_axis
 from purcell_cli.stored import stored_gaits
-from purcell_cli.trajectory import Block, block_displacements
+from purcell_cli.trajectory import Block, block_displacements, starting_shapes
 
 SWIMMERS = {
     "the paper's": Swimmer().scaled(),
@@ -58,7 +59,7 @@ def test_the_table_of_loops_says_what_the_flow_does(name: str, across: bool) -> 
             twists = cycles * found.cycle[0, k], found.ways[0, k]
             once = dataclasses.replace(loop, cycles=max(cycles, 1))
             true = flown(swimmer, [there, *([once] if cycles else []), back])
-            assert missed(se3.exp(twists[0]) @ se3.exp(twists[1]), true) < 3e-3
+            assert missed(se3.exp(twists[0]) @ se3.exp(twists[1]), true) < 1e-4
         assert cycle_cost[k] == pytest.approx(loop.joint_travel_rad, abs=1e-12)
         assert ways_cost[k] == pytest.approx(there.joint_travel_rad + back.joint_travel_rad, abs=1e-12)
         assert math.acos(math.cos(beat) * math.cos(offset)) <= table.most_rad + 1e-9 or not across
@@ -89,7 +90,7 @@ def test_fitted_loops_advance_and_turn_as_asked(across: bool) -> None:
 def test_a_chain_says_what_its_strokes_do(name: str, only: int) -> None:
     swimmer, some = SWIMMERS[name], chains(SWIMMERS[name], only)
     for k, found in enumerate(some.displacements()):
-        assert missed(found, flown(swimmer, some.blocks(k))) < 0.2
+        assert missed(found, flown(swimmer, some.blocks(k))) < 5e-3
         travel = sum(b.joint_travel_rad for b in some.blocks(k))
         assert some.costs()[0][k] == pytest.approx(travel, rel=1e-2)
     assert some.arcs(0) == 3
@@ -127,7 +128,7 @@ def test_settled_chains_make_what_is_wanted_within_their_bounds_and_cost_no_more
     assert np.all(off_too < 3e-3)
     assert np.all(less <= cost + 1e-9)
     assert np.any(less < cost - 0.1)
-    assert missed(wanted[0], flown(swimmer, better.blocks(0))) < 0.1
+    assert missed(wanted[0], flown(swimmer, better.blocks(0))) < 5e-3
     live = few.which >= 0
     assert np.all(few.bend[live] <= swimmer.max_bend_rad)
     assert np.all(few.aside[live] >= 0.0)
@@ -147,17 +148,14 @@ def test_longer_chains_have_more_cycles_where_loops_are_full() -> None:
     assert np.array_equal(many.longer(farther).cycles, np.ceil((1.0 + short) * many.cycles))
 
 
-@pytest.mark.parametrize("only", [-1, 0, 1])
 @pytest.mark.parametrize("name", SWIMMERS)
-def test_a_measured_chain_does_what_the_flow_does_and_nearly_so_when_it_changes(name: str, only: int) -> None:
-    swimmer, some = SWIMMERS[name], chains(SWIMMERS[name], only)
-    for k in range(len(some)):
-        measured = some.measured(k)
-        assert missed(measured.displacements()[0], flown(swimmer, measured.blocks(0))) < 1e-5
-        live = measured.which >= 0
-        bend, aside = measured.bend - 0.005 * live, measured.aside + 0.005 * live
-        changed = dataclasses.replace(measured, bend=bend, aside=aside, roll=1.01 * measured.roll)
-        none = np.tile(np.eye(4), (*changed.roll.shape, 1, 1))
-        plain = dataclasses.replace(changed, error=0.0 * changed.error, slip=none)
-        true = flown(swimmer, changed.blocks(0))
-        assert missed(changed.displacements()[0], true) < max(2e-3, 0.5 * missed(plain.displacements()[0], true))
+def test_cranks_roll_as_asked_and_leave_the_limbs_collinear(name: str) -> None:
+    turning = crank(stored_gaits()["x-rotation"], SWIMMERS[name])
+    for angle in (-3.0, -0.31, 0.004, 0.05, 0.9, 1.45, 2.2):
+        blocks = turning.blocks(angle)
+        assert missed(se3.pose(about_axis(0, angle), np.zeros(3)), flown(SWIMMERS[name], blocks)) < 2e-3
+        assert_close(starting_shapes(blocks, COLLINEAR)[-1], COLLINEAR, 1e-7)
+        assert turning.travel(np.array(angle)) == pytest.approx(
+            sum(b.joint_travel_rad for b in blocks), rel=5e-3, abs=2e-3
+        )
+    assert turning.blocks(1e-6) == []

@@ -11,8 +11,6 @@ Conventions: `rotations`; lengths in units of L.
 from __future__ import annotations
 
 import dataclasses
-import functools
-import itertools
 import math
 from collections.abc import Sequence
 
@@ -20,13 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli import se3
-from purcell_cli.connection import COLLINEAR
-from purcell_cli.lift import SEARCHING
 from purcell_cli.planner.arcs import Fan
 from purcell_cli.planner.crank import Crank
 from purcell_cli.planner.loops import NAME, stroke
 from purcell_cli.rotations import Array, about_axis, wrapped
-from purcell_cli.trajectory import Block, block_displacements
+from purcell_cli.trajectory import Block
 
 _FITTING = 3
 _SPARE = 0.06
@@ -45,7 +41,7 @@ _ROLL_EFFORT = 5.0
 _LONGER = 0.1
 """Chains become longer by this part at most, at once."""
 _PINNED, _MET, _WEAKEST = 6, 1e-4, 1e-8
-_ARRAYS = ("which", "cycles", "mirrored", "backwards", "bend", "aside", "roll", "error", "slip")
+_ARRAYS = ("which", "cycles", "mirrored", "backwards", "bend", "aside", "roll")
 _MIRROR = np.diag([1.0, -1.0, -1.0, 1.0])
 
 
@@ -139,8 +135,6 @@ class Chains:
         bend: The largest bends of the loops [rad]. Shape (n, m).
         aside: How much of the bends lies aside. Shape (n, m).
         roll: The roll before each arc, and the last [rad]. Shape (n, m + 1).
-        error: What the table leaves out of the twists L and U of the arcs [L, rad]. Shape (n, m, 2, 6).
-        slip: What the cranks do besides their rolls. Shape (n, m + 1, 4, 4).
     """
 
     crank: Crank
@@ -152,8 +146,6 @@ class Chains:
     bend: Array
     aside: Array
     roll: Array
-    error: Array
-    slip: Array
 
     def __len__(self) -> int:
         return len(self.which)
@@ -226,7 +218,6 @@ class Chains:
             found = fan.loops.at(self.bend[i, j], self.aside[i, j])
             for part, values in ((cycle, found.cycle), (ways, found.ways)):
                 part[0, i, j], part[1:, i, j] = values[0], values[0] + _SMALL * values[1:]
-        cycle, ways = cycle + self.error[..., 0, :], ways + self.error[..., 1, :]
         moved = np.matmul(*se3.exp(np.stack([self.cycles[..., None] * cycle, ways])))
         moved = np.where(self.mirrored[..., None, None], _MIRROR @ moved @ _MIRROR, moved)
         moved = np.where(self.backwards[..., None, None], se3.inverse(moved), moved)
@@ -265,8 +256,8 @@ class Chains:
         n, m = self.which.shape
         rolls = se3.pose(about_axis(0, self.roll), np.zeros((n, m + 1, 3)))
         after = np.empty((n, 2 * m + 1, 4, 4))
-        after[:, 2 * m] = self.slip[:, m]
-        pairs = self.slip[:, :m] @ moved @ rolls[:, 1:]
+        after[:, 2 * m] = np.eye(4)
+        pairs = moved @ rolls[:, 1:]
         for k in reversed(range(m)):
             after[:, 2 * k] = pairs[:, k] @ after[:, 2 * k + 2]
         after[:, 1::2] = rolls[:, 1:] @ after[:, 2::2]
@@ -337,13 +328,9 @@ class Chains:
 
     def blocks(self, k: int) -> list[Block]:
         """Return the strokes of one of the chains, from the collinear shape and back to it."""
-        return list(itertools.chain(*self._parts(k)))
-
-    def _parts(self, k: int) -> list[list[Block]]:
-        """Return the strokes of one of the chains, those of every roll and every arc in turn."""
-        out: list[list[Block]] = []
+        out: list[Block] = []
         for j in range(self.arcs(k)):
-            out.append(self.crank.blocks(float(self.roll[k, j])))
+            out += self.crank.blocks(float(self.roll[k, j]))
             loops = self.fans[int(self.which[k, j])].loops
             beat, offset = (float(x[0]) for x in loops.sides(self.bend[k, j : j + 1], self.aside[k, j : j + 1]))
             parts = list(zip(stroke(beat, offset, loops.across), (1, int(self.cycles[k, j]), 1), strict=True))
@@ -351,33 +338,8 @@ class Chains:
                 parts = [(s.with_angles(-s.angle), n) for s, n in parts]
             if self.backwards[k, j]:
                 parts = [(s.inverse(), n) for s, n in reversed(parts)]
-            out.append([Block(2, NAME, s, n, 2.0 * beat) for s, n in parts if n])
-        return [*out, self.crank.blocks(float(self.roll[k, self.arcs(k)]))]
-
-    def measured(self, k: int) -> Chains:
-        """Return one of the chains with what table and cranks leave out as the flow has it.
-
-        It changes little when the chain does, so a chain that settles on it soon does what it says.
-        """
-        parts = self._parts(k)
-        every = [dataclasses.replace(b, cycles=1) for b in itertools.chain(*parts)]
-        moves = iter(block_displacements(self.crank.swimmer, every, COLLINEAR, SEARCHING))
-        made = [[next(moves) for _ in part] for part in parts]
-        m, error, slip = self.arcs(k), self.error[k].copy(), self.slip[k].copy()
-        rolled = np.stack([functools.reduce(np.matmul, some, np.eye(4)) for some in made[::2]])
-        slip[: m + 1] = se3.pose(about_axis(0, -self.roll[k, : m + 1]), np.zeros((m + 1, 3))) @ rolled
-        if m:
-            # The way to the corner, a cycle if there is one, and the way back, as of loops that are not turned round.
-            arcs = np.stack([[some[0], some[1] if len(some) == 3 else np.eye(4), some[-1]] for some in made[1::2]])
-            arcs = np.where(self.backwards[k, :m, None, None, None], se3.inverse(arcs[:, ::-1]), arcs)
-            arcs = np.where(self.mirrored[k, :m, None, None, None], _MIRROR @ arcs @ _MIRROR, arcs)
-            there, once, back = np.moveaxis(arcs, 1, 0)
-            cycle = (se3.adjoint(there) @ se3.log(once)[..., None])[..., 0]
-            known = [fan.loops.at(self.bend[k, :m], self.aside[k, :m]) for fan in self.fans]
-            mine = self.which[k, :m], np.arange(m)
-            error[:m, 0] = cycle - np.stack([part.cycle[0] for part in known])[mine]
-            error[:m, 1] = se3.log(se3.normalised(there @ back)) - np.stack([part.ways[0] for part in known])[mine]
-        return dataclasses.replace(self[np.array([k])], error=error[None], slip=slip[None])
+            out += [Block(2, NAME, s, n, 2.0 * beat) for s, n in parts if n]
+        return [*out, *self.crank.blocks(float(self.roll[k, self.arcs(k)]))]
 
 
 def linked(crank: Crank, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Array, only: NDArray[np.int64]) -> Chains:
@@ -422,8 +384,7 @@ def linked(crank: Crank, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Arr
         turns[:, k] = np.where(mirrored[:, k], wrapped(change + math.pi), change)
         before = before + turns[:, k]
     turns[np.arange(n), np.count_nonzero(live, axis=1)] = wrapped(roll - before)
-    error, slip = np.zeros((n, m, 2, 6)), np.tile(np.eye(4), (n, m + 1, 1, 1))
-    return Chains(crank, fans, which, cycles, mirrored, backwards, bend, aside, turns, error, slip)
+    return Chains(crank, fans, which, cycles, mirrored, backwards, bend, aside, turns)
 
 
 def missed(residual: Array, wanted: Array) -> Array:

@@ -235,13 +235,19 @@ class Equations:
             for s, part in zip(self.stretches, self._slices, strict=True)
         ]
 
-    def after(self, first: int) -> Equations:
-        """Return the equations of the stretches from one on, those before being as they are."""
-        sequence = self.sequence[: self._slices[first].start]
-        shapes = sequence.shapes(self.start)
-        gone = self._displacement(self.stretches[:first], sequence, shapes)
-        left = se3.normalised(se3.inverse(gone) @ self.displacement)
-        return Equations(self.swimmer, self.stretches[first:], shapes[-1], self.goal, left, self.accuracy)
+    def after(self, first: int, missing: Array) -> Equations:
+        """Return the equations of the stretches from one on, those before being as they are.
+
+        Args:
+            first: The first of them.
+            missing: What is missing of the base's displacement as the angles are [L, rad]. Shape (6,).
+        """
+        stop = self._slices[first].start
+        shapes = self.sequence.shapes(self.start)[stop:]
+        # With h of the stretches before, g of these and W wanted, h g = W exp(missing); these must make h^-1 W.
+        g = self._displacement(self.stretches[first:], self.sequence[stop:], shapes)
+        left = se3.normalised(g @ se3.exp(-missing))
+        return Equations(self.swimmer, self.stretches[first:], shapes[0], self.goal, left, self.accuracy)
 
     def _displacement(self, stretches: Sequence[Stretch], sequence: PrimitiveSequence, shapes: Array) -> Array:
         """Return what stretches do to the base, one cycle of each in a sequence. Shape (4, 4)."""

@@ -116,7 +116,7 @@ def arrive(
     if best <= _ENOUGH_LAST or not here.repeats:
         return here, best
     first = 1 + max(k for k, s in enumerate(here.stretches) if not s.free)
-    last = here.after(first)
+    last = here.after(first, missing[:6])
     last = last.of([s.changed(lambda part: offered(part, 1)) for s in last.stretches])
     known = len(missing) - 6 * len(last.targets)  # of limbs where an earlier phase ends
     missing = np.concatenate([missing[:6], missing[known:]])

@@ -46,7 +46,7 @@ _LEAST_BEND = 0.2
 """The smallest loops in the table, in units of the bend limit."""
 _MOST_ASIDE = {False: 0.775, True: 0.95}
 """How much may lie aside: c over the bend in the plane, and across it an angle on the sphere [rad]."""
-_TERMS = {False: (6, 6), True: (6, 12)}
+_TERMS = {False: (8, 8), True: (8, 16)}
 """How many terms the series have in the bend and in what lies aside."""
 
 

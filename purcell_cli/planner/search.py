@@ -23,7 +23,7 @@ from purcell_cli.errors import GaitError
 from purcell_cli.gaits import Gait
 from purcell_cli.lift import SEARCHING
 from purcell_cli.planner.arcs import Fan, fan
-from purcell_cli.planner.chain import Chains, linked, missed
+from purcell_cli.planner.chain import Chains, linked
 from purcell_cli.planner.crank import Crank, crank
 from purcell_cli.planner.equations import Equations
 from purcell_cli.planner.finish import CLOSE, MARGIN_RAD
@@ -49,12 +49,6 @@ _SLIGHT_RAD, _SAME = 0.3, 1e-4
 """Arcs of less joint travel are left out; neighbours are one if that costs them no more than so much."""
 _FAR_OFF = 0.02
 """Chains that miss by more, as `chain.missed` has it, are astray."""
-_CORRECTED, _CORRECTIONS = 0.03, 6
-"""Chains that miss by more on the flow settle again, at most so often; with more cycles if that is in vain."""
-_MANY = 100
-"""Chains of fewer cycles miss by little."""
-_FORESEEN = 0.1
-"""Where they missed by less before, what they miss then need not be looked at."""
 
 _SHORTENED = 1.15
 """Words that are brought to their goal become so much shorter then, about."""
@@ -261,7 +255,7 @@ def _steered(
         if not chains.idle(n):
             count, pair = chains.arcs(n), pairs[way.displacement[picked[n]]]
             words = f"{counted(count, 'arc')} with rolls between"
-            make = functools.partial(_played, chains[np.array([n])], wanted[n], breadth, outer, pair)
+            make = functools.partial(_played, chains, n, outer, pair)
             out.append(Candidate(words, float(spent[n]), make, bool(off[n] > _FAR_OFF)))
     return out
 
@@ -304,25 +298,9 @@ def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> 
     return chains, off, spent
 
 
-def _played(chain: Chains, wanted: Array, breadth: Breadth, outer: _Outer, pair: tuple[int, int]) -> tuple[Block, ...]:
-    """Return the strokes of a chain, settled again as long as on the flow it misses its displacement by much."""
-    kept = dataclasses.replace(breadth, shorter=0, rounds=min(breadth.rounds, 3))
-    best, least, longer = chain, math.inf, False
-    for _ in range(_CORRECTIONS if np.sum(chain.cycles) > _MANY else 0):
-        chain = chain.measured(0)
-        off = float(missed(chain.residuals(wanted[None])[0], wanted[None])[0])
-        stuck = off > 0.5 * least
-        if off < least:
-            best, least = chain, off
-        if off < _CORRECTED or (stuck and longer):
-            break
-        if stuck:  # its loops are as large as they may be
-            chain, longer = chain.longer(wanted[None]), True
-        chain, left, _ = _settled(chain, wanted[None], np.zeros(1), kept)
-        if off < _FORESEEN and left[0] < _CORRECTED:
-            best = chain
-            break
-    return outer.around(pair[0], _last_apart(best.blocks(0)), pair[1])
+def _played(chains: Chains, k: int, outer: _Outer, pair: tuple[int, int]) -> tuple[Block, ...]:
+    """Return the strokes of one of the chains, with its ways in and out."""
+    return outer.around(pair[0], _last_apart(chains.blocks(k)), pair[1])
 
 
 def _distinct(travel: Array) -> list[int]:
