@@ -57,6 +57,17 @@ def radius_m(swimmer: Swimmer, half_length_m: float) -> float:
     return swimmer.slenderness * 2.0 * half_length_m
 
 
+def apart_bend_rad(swimmer: Swimmer, clearance_m: float = 0.0) -> float:
+    """Return the bend up to which the limbs keep a clearance [m] however they turn [rad].
+
+    A limb bent by b lies beyond a plane across the base, a + 2 l cos(b) from its middle; the other limb lies
+    beyond such a plane on the other side. Limbs so short that any bend will do may bend by pi.
+    """
+    nearest = radius_m(swimmer, swimmer.limb_half_length_m) + 0.5 * clearance_m
+    cosine = (nearest - swimmer.base_half_length_m) / (2.0 * swimmer.limb_half_length_m)
+    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
 def segment_distance(gap: Array, first: Array, second: Array) -> Array:
     """Return the distance between segments p + s first and q + t second, s and t from 0 to 1.
 

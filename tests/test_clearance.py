@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from purcell_cli.clearance import clearances, least_clearance, limb_distance, radius_m, segment_distance
+from purcell_cli.clearance import apart_bend_rad, clearances, least_clearance, limb_distance, radius_m, segment_distance
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.rotations import Array, about_axis
 from purcell_cli.sweeps import Sweeps, bends
@@ -133,6 +133,23 @@ def test_a_common_roll_and_the_exchange_of_the_limbs_leave_the_clearance(seed: i
         return  # the joints are nearest, whatever the limbs do
     pitched = about_axis(1, 0.3) @ shape
     assert not is_close(limb_distance(swimmer, pitched[..., 0]), found, 1e-13, size)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_limbs_bent_no_further_than_they_may_stay_apart_and_further_they_do_not(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    swimmer = random_swimmer(rng)
+    clearance = 0.2 * rng.random() * swimmer.base_half_length_m
+    most = apart_bend_rad(swimmer, clearance)
+    shapes = random_shapes(rng, 4000)
+    shapes = shapes[np.all(np.arccos(shapes[..., 0, 0]) <= most, axis=1)]
+    assert len(shapes) > 100
+    assert np.min(limb_distance(swimmer, shapes[..., 0])) >= clearance - 1e-12 * swimmer.length_m
+    if most < math.pi:
+        facing = np.stack([about_axis(2, most + 0.01), about_axis(2, -most - 0.01)])
+        assert limb_distance(swimmer, facing[..., 0]) < clearance
+    else:  # limbs so short that none reaches the middle
+        assert 2.0 * swimmer.limb_half_length_m < swimmer.base_half_length_m
 
 
 # --- Clearance of a motion -----------------------------------------------------------------------------------------

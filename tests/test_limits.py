@@ -7,10 +7,11 @@ import time
 
 import numpy as np
 import pytest
-from helpers import assert_close, random_shapes
+from helpers import assert_close, random_rotations, random_shapes
 
-from purcell_cli import Configuration, Swimmer, load_scenario, plan, stored_scenarios
-from purcell_cli.clearance import least_clearance
+from purcell_cli import Configuration, Swimmer, load_scenario, plan, se3, stored_scenarios
+from purcell_cli.clearance import apart_bend_rad, least_clearance
+from purcell_cli.connection import COLLINEAR
 from purcell_cli.errors import ParameterError
 from purcell_cli.limits import Limits, check
 from purcell_cli.planner.limbs import straightenings
@@ -109,3 +110,16 @@ def test_limbs_are_straightened_without_touching_and_without_bending_further(see
     for k in range(0, len(ways.joint_travel_rad), 7):
         found = check(swimmer, here, [Block(1, "any", ways.sequence(k))])
         assert found.kept, found.violations
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_bend_limit_at_which_limbs_could_meet_is_used_as_far_as_they_cannot(seed: int) -> None:
+    swimmer = Swimmer(max_bend_rad=2.6)
+    rng = np.random.default_rng(seed)
+    goal = Configuration(se3.pose(random_rotations(rng), 0.5 * rng.normal(size=3)), COLLINEAR)
+    solution = plan(Configuration(), goal, swimmer)
+    assert solution.verdict == "reached"
+    assert solution.limits.clearance.distance_m >= 0.0
+    largest = solution.limits.largest_bend_rad[1]
+    assert largest is not None
+    assert largest < apart_bend_rad(swimmer) < math.radians(120.0)

@@ -17,6 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from purcell_cli.clearance import apart_bend_rad
 from purcell_cli.configuration import Configuration, Deviation, displacement_between
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits import Gait
@@ -86,6 +87,8 @@ _THERE = 1e-14
 """A start this near its goal (L, rad) is there already."""
 
 _ARRIVED = 1e-10
+_LEAST_BEND_RAD = 0.1
+"""No bend limit is lowered further than this, whatever the clearance."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -256,12 +259,15 @@ def reconfigure(
         raise UnknownNameError(f"effort: one of {', '.join(EFFORTS)} is wanted, found {effort!r}")
     if Deviation.between(start, goal).within(_THERE * swimmer.length_m, _THERE):
         return Plan(swimmer, start, goal, ())
-    unit, how = swimmer.scaled(), EFFORTS[effort]
-    wanted = displacement_between(start, goal, swimmer.length_m)
     kept_to = limits or Limits()
+    # Phase 2 needs no bends at which the limbs could meet.
+    apart_rad = max(apart_bend_rad(swimmer, kept_to.clearance_m), _LEAST_BEND_RAD)
+    careful = dataclasses.replace(swimmer, max_bend_rad=min(swimmer.max_bend_rad, apart_rad))
+    unit, how = careful.scaled(), EFFORTS[effort]
+    wanted = displacement_between(start, goal, swimmer.length_m)
     apart = kept_to.clearance_m / swimmer.length_m
     rough = Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING)
-    best = _Best(swimmer, start, kept_to, minimize)
+    best = _Best(careful, start, kept_to, minimize)
     found: list[Candidate] = []
     try:
         # Who looks for long looks for a little first: so there is a plan early, and never a longer one.
