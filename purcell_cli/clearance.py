@@ -79,6 +79,12 @@ def segment_distance(gap: Array, first: Array, second: Array) -> Array:
         first: The first segments; they may be points. Shape (..., 3).
         second: The second segments. Shape (..., 3).
     """
+    between = [gap + s[..., None] * first - t[..., None] * second for s, t in _places(gap, first, second)]
+    return np.asarray(np.sqrt(np.min([_dot(d, d) for d in between], axis=0)))
+
+
+def _places(gap: Array, first: Array, second: Array) -> list[tuple[Array, Array]]:
+    """Return the (s, t) at one of which segments are nearest to each other."""
     uu, vv, uv = _dot(first, first), _dot(second, second), _dot(first, second)
     ru, rv = _dot(gap, first), _dot(gap, second)
     normal = cross(first, second)
@@ -86,15 +92,13 @@ def segment_distance(gap: Array, first: Array, second: Array) -> Array:
     zero, one = np.zeros_like(uu), np.ones_like(uu)
     # The line parameters from cross products: 1 - cos^2 would lose all digits for nearly parallel segments.
     s, t = -_share(_dot(cross(gap, second), normal), nn), -_share(_dot(cross(gap, first), normal), nn)
-    places = (
+    return [
         (_clip(-_share(ru, uu)), zero),
         (_clip(_share(uv - ru, uu)), one),
         (zero, _clip(_share(rv, vv))),
         (one, _clip(_share(rv + uv, vv))),
         (_clip(s), _clip(t)),
-    )
-    between = [gap + s[..., None] * first - t[..., None] * second for s, t in places]
-    return np.asarray(np.sqrt(np.min([_dot(d, d) for d in between], axis=0)))
+    ]
 
 
 def _dot(a: Array, b: Array) -> Array:
@@ -116,11 +120,37 @@ def limb_distance(swimmer: Swimmer, axes: Array) -> Array:
         swimmer: The swimmer.
         axes: The limbs' axes in the base frame. Shape (..., 2, 3).
     """
+    middle = segment_distance(*_segments(swimmer, axes))
+    return np.asarray(middle - 2.0 * radius_m(swimmer, swimmer.limb_half_length_m))
+
+
+def distance_slope(swimmer: Swimmer, axes: Array) -> Array:
+    """Return the derivative of the distance between the limbs by their axes [m]; 0 where they cross.
+
+    Args:
+        swimmer: The swimmer.
+        axes: The limbs' axes in the base frame. Shape (..., 2, 3).
+
+    Returns:
+        Shape (..., 2, 3).
+    """
+    gap, first, second = _segments(swimmer, axes)
+    s, t = (np.stack(part) for part in zip(*_places(gap, first, second), strict=True))
+    between = gap + s[..., None] * first - t[..., None] * second
+    nearest = np.argmin(_dot(between, between), axis=0)[None]
+    s, t = (np.take_along_axis(part, nearest, axis=0)[0] for part in (s, t))
+    between = gap + s[..., None] * first - t[..., None] * second
+    size = np.sqrt(_dot(between, between))[..., None]
+    along = between / np.where(size > 0.0, size, 1.0)
+    return np.asarray(2.0 * swimmer.limb_half_length_m * np.stack([s, t], axis=-1)[..., None] * along[..., None, :])
+
+
+def _segments(swimmer: Swimmer, axes: Array) -> tuple[Array, Array, Array]:
+    """Return the vector from limb 2's joint to limb 1's, and the limbs from their joints on [m]. Shapes (..., 3)."""
     full = 2.0 * swimmer.limb_half_length_m
     gap = np.zeros_like(axes[..., 0, :])
     gap[..., 0] = 2.0 * swimmer.base_half_length_m
-    middle = segment_distance(gap, full * axes[..., 0, :], -full * axes[..., 1, :])
-    return np.asarray(middle - 2.0 * radius_m(swimmer, swimmer.limb_half_length_m))
+    return gap, full * axes[..., 0, :], -full * axes[..., 1, :]
 
 
 def least_clearance(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) -> Clearance:
@@ -143,8 +173,10 @@ def least_clearance(swimmer: Swimmer, shapes: Array, rates: Array, durations: Ar
     return best
 
 
-def clearances(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array, enough_m: float = np.inf) -> Array:
-    """Return the least distance between the limbs on each of many pieces [m]. Shape (n,).
+def clearances(
+    swimmer: Swimmer, shapes: Array, rates: Array, durations: Array, enough_m: float = np.inf
+) -> tuple[Array, Array]:
+    """Return the least distance between the limbs on each of many pieces [m], and when [s]. Shapes (n,).
 
     Args:
         swimmer: The swimmer.
@@ -154,7 +186,8 @@ def clearances(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array, 
         enough_m: Where the distance is more than this, it is not looked for closely [m].
     """
     sweeps = Sweeps.of(shapes, rates, durations)
-    return _Search(swimmer, sweeps, np.arange(len(sweeps)), enough_m).best
+    found = _Search(swimmer, sweeps, np.arange(len(sweeps)), enough_m)
+    return found.best, found.time
 
 
 class _Search:

@@ -123,7 +123,8 @@ def test_the_room_below_the_bend_limit_has_the_derivative_it_says() -> None:
     least = least_cosines(equations.phase, COLLINEAR, COLLINEAR, 0.9)
 
     def room(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return bend_rows(equations, equations.sequence_at(angle).shapes(COLLINEAR), least)
+        sequence = equations.sequence_at(angle)
+        return bend_rows(equations, sequence, sequence.shapes(COLLINEAR), least)
 
     value, derivative = room(sequence.angle)
     assert len(value) == 3

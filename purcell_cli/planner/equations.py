@@ -117,11 +117,13 @@ class Values:
     Attributes:
         residual: What is missing [L, rad]. Shape (m,).
         derivative: By every free angle. Shape (m, n).
-        shapes: Shapes before, between and after the primitives, one cycle each. Shape (k + 1, 2, 3, 3).
+        sequence: The primitives, one cycle each.
+        shapes: Shapes before, between and after them. Shape (k + 1, 2, 3, 3).
     """
 
     residual: Array
     derivative: Array
+    sequence: PrimitiveSequence
     shapes: Array
 
     @property
@@ -275,4 +277,4 @@ class Equations:
             gap, slope = shape_gap(sequence[:stop], shapes[: stop + 1], shape)
             residual.append(gap)
             derivative.append(np.pad(slope, ((0, 0), (0, len(sequence) - stop))))
-        return Values(np.concatenate(residual), self.by_free_angles(np.concatenate(derivative)), shapes)
+        return Values(np.concatenate(residual), self.by_free_angles(np.concatenate(derivative)), sequence, shapes)

@@ -69,7 +69,7 @@ def approach(
     values = equations.at(angle)
     best, kept, known, idle, halved = np.inf, angle, values, 0, np.inf
     for _ in range(_ROUNDS):
-        room, slope = bend_rows(equations, values.shapes, least)
+        room, slope = bend_rows(equations, values.sequence, values.shapes, least)
         off = max(values.size, _STRICT * float(-np.min(room, initial=0.0)))
         if off < best:
             best, kept, known = off, angle, values
@@ -122,7 +122,8 @@ def arrive(
     missing = np.concatenate([missing[:6], missing[known:]])
     rough = last.at_accuracy(SEARCHING).at(last.angles)
     bend = max_bend_rad - _MARGINS_RAD[1]
-    room, slope = bend_rows(last, rough.shapes, least_cosines(last.phase, last.start, last.goal, bend))
+    least = least_cosines(last.phase, last.start, last.goal, bend)
+    room, slope = bend_rows(last, rough.sequence, rough.shapes, least)
     few = _independent(np.concatenate([rough.derivative, slope[room < _TIGHT]]))
     enough = np.full(len(missing), _ENOUGH_LAST)
     angle, left = _rounds(last, last.angles, missing, rough, bend, rounded, few, enough)
@@ -156,7 +157,7 @@ def _rounds(
         enough: What may be missing [L, rad]. Shape (m,).
     """
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
-    room, slope = bend_rows(equations, rough.shapes, least)
+    room, slope = bend_rows(equations, rough.sequence, rough.shapes, least)
     begun, derivative = angle, rough.derivative[:, may]
     best, kept, idle = (float(np.max(np.abs(missing))), missing), angle, 0
     while idle < _PATIENCE and np.any(np.abs(missing) > enough):

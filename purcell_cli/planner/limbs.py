@@ -222,7 +222,7 @@ def _played(
                 parts.append(_turning(ways, here, i))
     pieces = [np.concatenate(column) for column in zip(*parts, strict=True)]
     moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], _ROUGH).reshape(-1, 3, 4, 4)
-    apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m).reshape(-1, 3).min(axis=1)
+    apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 3).min(axis=1)
     whole = se3.normalised(moves[:, 0] @ moves[:, 1] @ moves[:, 2])
     stops = np.cumsum([len(part[2]) // 3 for part in parts])[:-1]
     each = list(zip(np.split(whole, stops), np.split(apart, stops), strict=True))

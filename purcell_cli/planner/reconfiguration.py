@@ -140,7 +140,7 @@ class _Best:
 
     def __init__(self, swimmer: Swimmer, start: Configuration, limits: Limits, measure: str) -> None:
         self.swimmer, self.start, self.limits, self.measure = swimmer, start, limits, measure
-        self.bend = swimmer.max_bend_rad - MARGIN_RAD
+        self.bend, self.apart = swimmer.max_bend_rad - MARGIN_RAD, limits.clearance_m / swimmer.length_m
         self.motion: Equations | None = None
         self.report: LimitsReport | None = None
         self.weighed: dict[str, float] = {}
@@ -196,7 +196,7 @@ class _Best:
             near = self.consider(rough.of(stretches_of(candidate.blocks)), candidate.words)
             self._tell(progress, k, how)
             if how.pace is not None and near.joint_travel_rad < how.longest_rad:
-                shorter = shorten(near.of(stretches_of(_apart(near, how.most))), self.bend, how.pace)
+                shorter = shorten(near.of(stretches_of(_apart(near, how.most))), self.bend, how.pace, self.apart)
                 self.consider(shorter, f"{candidate.words}, joined")
         self._words(rough, how, progress)
 
@@ -219,9 +219,9 @@ class _Best:
             parts = [s for s in outer if s.phase == 1] + [word] + [s for s in outer if s.phase == 3]
             near, off = brought(rough.of(parts), self.bend)
             if off < 1e-3:
-                first = tightened(near, self.bend, how.pace)
+                first = tightened(near, self.bend, how.pace, self.apart)
                 if first.joint_travel_rad < _PROMISING * self.joint_travel_rad:
-                    self.consider(shorten(first, self.bend, how.pace), "one word of joined strokes")
+                    self.consider(shorten(first, self.bend, how.pace, self.apart), "one word of joined strokes")
             self._tell(progress, how.candidates + k + 1, how)
 
     def _tell(self, progress: Progress, done: int, how: Effort) -> None:
@@ -265,7 +265,6 @@ def reconfigure(
     careful = dataclasses.replace(swimmer, max_bend_rad=min(swimmer.max_bend_rad, apart_rad))
     unit, how = careful.scaled(), EFFORTS[effort]
     wanted = displacement_between(start, goal, swimmer.length_m)
-    apart = kept_to.clearance_m / swimmer.length_m
     rough = Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING)
     best = _Best(careful, start, kept_to, minimize)
     found: list[Candidate] = []
@@ -277,7 +276,8 @@ def reconfigure(
                     break
                 found = []  # those have all been tried
             for measure in dict.fromkeys(("travel", minimize)):
-                found += candidates(unit, start.shape, goal.shape, wanted, gaits, measure, apart, effort_now.breadth)
+                ends = start.shape, goal.shape
+                found += candidates(unit, *ends, wanted, gaits, measure, best.apart, effort_now.breadth)
             found.sort(key=lambda c: c.rank(minimize, unit, start.shape))
             best.explore(found, rough, effort_now, progress)
     except KeyboardInterrupt:

@@ -18,8 +18,8 @@ import numpy as np
 
 from purcell_cli.lift import SEARCHING
 from purcell_cli.planner.equations import Equations, Values
-from purcell_cli.planner.limits import bend_rows, least_cosines
-from purcell_cli.planner.steps import descended
+from purcell_cli.planner.limits import bend_rows, clearance_rows, least_cosines, least_distances
+from purcell_cli.planner.steps import bounded_step, descended
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
 
@@ -28,6 +28,12 @@ NAME = "joined strokes"
 _DROPPED_RAD = 1e-6
 _WORTH_RAD = 1e-5
 """A step that promises less is the last."""
+_RESTORING, _RESTORED, _REACH_RAD = 4, 1e-4, 0.1
+"""Newton steps by which a point is moved back to the arrival, what it may miss then, and their largest change."""
+_NEAR, _ASTRAY = 0.3, 0.02
+"""Points that miss by less in all [L, rad] find back by linear programs; and those that end there by more are lost."""
+_UNEVEN = (0.02, 0.002, 0.0)
+"""By what parts angles are changed to begin with: as much as the motion can be moved back from."""
 _LONGEST = 100
 """Longer words are offered no more controls."""
 
@@ -57,20 +63,24 @@ class _Point:
     values: Values
     room: Array
     room_derivative: Array
+    violation: float
     merit: float
 
 
 class _Search:
-    def __init__(self, equations: Equations, max_bend_rad: float, price: float) -> None:
+    def __init__(self, equations: Equations, max_bend_rad: float, clearance: float, price: float) -> None:
         self.equations, self.price = equations, price
         self.least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
+        self.apart = least_distances(equations, clearance)
 
     def point(self, angle: Array) -> _Point:
         values = self.equations.at(angle)
-        room, slope = bend_rows(self.equations, values.shapes, self.least)
+        motion = self.equations, values.sequence, values.shapes
+        rows = bend_rows(*motion, self.least), clearance_rows(*motion, self.apart)
+        room, slope = (np.concatenate(part) for part in zip(*rows, strict=True))
         violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(room, 0.0)))
         merit = float(self.equations.weight @ np.abs(angle)) + self.price * violation
-        return _Point(angle, values, room, slope, merit)
+        return _Point(angle, values, room, slope, violation, merit)
 
     def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
         """Return the angles that minimise the linearised merit within reach, and that merit.
@@ -108,27 +118,32 @@ class _Search:
         turned[split] -= solved.x[len(angle) : len(angle) + len(split)]
         return sign * turned, float(solved.fun)
 
-    def corrected(self, there: _Point, slope: Array, reach: float) -> _Point:
-        """Return a point moved back to the arrival by the angles in use (second-order correction)."""
-        used = np.abs(there.angle) > 1e-9
+    def restored(self, here: _Point, reach: float) -> _Point:
+        """Return a point moved back to the arrival and within the bend limit by the angles in use."""
+        used = np.abs(here.angle) > 1e-9
         if not np.any(used):
-            return there
-        move = np.zeros_like(there.angle)
-        move[used] = np.linalg.lstsq(slope[:, used], -there.values.residual, rcond=1e-6)[0]
-        if np.max(np.abs(move)) > reach:
-            return there
-        moved = self.point(there.angle + move)
-        return moved if moved.merit < there.merit else there
+            return here
+        for _ in range(_RESTORING):
+            if here.violation < _RESTORED:
+                break
+            move = np.zeros_like(here.angle)
+            values, slope = here.values, here.room_derivative[:, used]
+            move[used] = bounded_step(values.derivative[:, used], values.residual, here.room, slope, reach)
+            there = self.point(here.angle + move)
+            if there.violation > 0.9 * here.violation:
+                break
+            here = there
+        return here
 
     def landed(self, here: _Point, angle: Array, promised: float, reach: float) -> _Point:
         """Return the point at some angles, moved back to the arrival if it keeps less than half of its promise."""
         there = self.point(angle)
         if here.merit - there.merit < 0.5 * promised:
-            there = self.corrected(there, here.values.derivative, reach)
+            there = self.restored(there, max(reach, _REACH_RAD))
         return there
 
-    def run(self, angle: Array, steps: int) -> Array:
-        return descended(self.point(angle), self.step, self.landed, steps, lambda _: _WORTH_RAD).angle
+    def run(self, begun: _Point, steps: int) -> _Point:
+        return descended(begun, self.step, self.landed, steps, lambda _: _WORTH_RAD)
 
 
 def offered(sequence: PrimitiveSequence, split: int) -> PrimitiveSequence:
@@ -156,34 +171,45 @@ def merged(sequence: PrimitiveSequence) -> PrimitiveSequence:
     return PrimitiveSequence(np.array(controls, dtype=np.int64), np.array(angles))
 
 
-def _uneven(angle: Array, rng: np.random.Generator) -> Array:
+def _uneven(angle: Array, part: float, rng: np.random.Generator) -> Array:
     """Return angles a little off, since a symmetric motion can be a saddle that no step leaves."""
-    return np.asarray(angle * (1.0 + 0.02 * rng.standard_normal(len(angle))))
+    return np.asarray(angle * (1.0 + part * rng.standard_normal(len(angle))))
 
 
-def shorten(equations: Equations, max_bend_rad: float, pace: Pace) -> Equations:
+def shorten(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float = 0.0) -> Equations:
     """Return the equations of a motion of less joint travel that still arrives, almost exactly.
 
     Args:
         equations: The equations of the motion to begin with.
         max_bend_rad: How far a limb may bend in phase 2 [rad].
         pace: How long to go on.
+        clearance: How far the limbs stay apart in phases 1 and 3 [L].
     """
     found, rng = equations.at_accuracy(SEARCHING), np.random.default_rng(0)
     for _ in range(pace.rounds):
-        before, parts = found.joint_travel_rad, found.stretches
+        parts = found.stretches
         if sum(len(s.sequence) for s in parts if s.free) <= _LONGEST:
             parts = tuple(s.renamed(NAME, offered(s.sequence, pace.split)) if s.free else s for s in parts)
         tried = found.of(parts)
-        angle = _Search(tried, max_bend_rad, pace.price).run(_uneven(tried.angles, rng), pace.steps)
-        shorter = [s.renamed(NAME, merged(s.sequence)) if s.free else s for s in tried.with_angles(angle)]
-        found = found.of(shorter)
+        search = _Search(tried, max_bend_rad, clearance, pace.price)
+        for uneven in _UNEVEN:
+            begun = search.point(_uneven(tried.angles, uneven, rng))
+            if begun.violation < _NEAR:
+                break
+            begun = search.restored(begun, _REACH_RAD)
+            if begun.violation < _ASTRAY:
+                break
+        ended = search.run(begun, pace.steps)
+        if ended.violation > _ASTRAY:
+            break
+        shorter = [s.renamed(NAME, merged(s.sequence)) if s.free else s for s in tried.with_angles(ended.angle)]
+        before, found = found.joint_travel_rad, found.of(shorter)
         if found.joint_travel_rad > 0.999 * before:
             break
     return found.at_accuracy(equations.accuracy)
 
 
-def tightened(equations: Equations, max_bend_rad: float, pace: Pace) -> Equations:
+def tightened(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float = 0.0) -> Equations:
     """Return the same word at angles of less joint travel, for a first look: no control is offered."""
-    search = _Search(equations, max_bend_rad, pace.price)
-    return equations.of(equations.with_angles(search.run(equations.angles, pace.steps)))
+    search = _Search(equations, max_bend_rad, clearance, pace.price)
+    return equations.of(equations.with_angles(search.run(search.point(equations.angles), pace.steps).angle))
