@@ -98,6 +98,8 @@ class Effort:
     Attributes:
         candidates: How many of the search's motions are carried on with.
         pace: How long their strokes are optimised together; None for not at all.
+        finalists: How many of the shortest are optimised further.
+        last: How long those are.
         most: Cycles are told apart, each free to change, up to so many primitives.
         longest_rad: Motions of more joint travel are not optimised [rad].
         words: How many random words are tried too, for a phase 2 of little joint travel.
@@ -106,6 +108,8 @@ class Effort:
 
     candidates: int
     pace: Pace | None = None
+    finalists: int = 0
+    last: Pace = Pace(rounds=12, steps=60, price=300.0)
     most: int = 0
     longest_rad: float = math.inf
     words: int = 0
@@ -116,8 +120,9 @@ EFFORTS: Mapping[str, Effort] = {
     "quick": Effort(1, breadth=Breadth(chains=1, rounds=4, shorter=0, words=4, pace=Pace(1, 6))),
     "standard": Effort(1, Pace(rounds=3, steps=12), most=24, longest_rad=16.0),
     "thorough": Effort(
-        4,
-        Pace(rounds=5, steps=40, price=300.0),
+        8,
+        Pace(rounds=3, steps=40, price=300.0),
+        finalists=3,
         most=60,
         words=32,
         breadth=Breadth(48, 1152, chains=24, rounds=24, shorter=8, words=24, pace=Pace(3, 30)),
@@ -191,13 +196,19 @@ class _Best:
     def explore(self, found: Sequence[Candidate], rough: Equations, how: Effort, progress: Progress) -> None:
         """Carry on with candidates, and with random words for small displacements."""
         waiting, k = list(found), 0
+        shorter: list[tuple[Equations, str]] = []
         while waiting and (k < how.candidates or not self.good):
             candidate, k = waiting.pop(0), k + 1
             near = self.consider(rough.of(stretches_of(candidate.blocks)), candidate.words)
             self._tell(progress, k, how)
             if how.pace is not None and near.joint_travel_rad < how.longest_rad:
-                shorter = shorten(near.of(stretches_of(_apart(near, how.most))), self.bend, how.pace, self.apart)
-                self.consider(shorter, f"{candidate.words}, joined")
+                apart, words = near.of(stretches_of(_apart(near, how.most))), f"{candidate.words}, joined"
+                shorter.append((self.consider(shorten(apart, self.bend, how.pace, self.apart), words), words))
+        shorter.sort(key=lambda one: round(one[0].joint_travel_rad, 9))
+        for motion, words in shorter[: how.finalists]:
+            self.consider(shorten(motion, self.bend, how.last, self.apart), words)
+            k += 1
+            self._tell(progress, k, how)
         self._words(rough, how, progress)
 
     def structures(self, found: Sequence[Candidate]) -> tuple[Structure, ...]:
@@ -222,10 +233,10 @@ class _Best:
                 first = tightened(near, self.bend, how.pace, self.apart)
                 if first.joint_travel_rad < _PROMISING * self.joint_travel_rad:
                     self.consider(shorten(first, self.bend, how.pace, self.apart), "one word of joined strokes")
-            self._tell(progress, how.candidates + k + 1, how)
+            self._tell(progress, how.candidates + how.finalists + k + 1, how)
 
     def _tell(self, progress: Progress, done: int, how: Effort) -> None:
-        progress(done, how.candidates + how.words, f"joint travel {self.joint_travel_rad:.2f} rad")
+        progress(done, how.candidates + how.finalists + how.words, f"joint travel {self.joint_travel_rad:.2f} rad")
 
 
 def reconfigure(

@@ -19,7 +19,7 @@ import numpy as np
 from purcell_cli.lift import SEARCHING
 from purcell_cli.planner.equations import Equations, Values
 from purcell_cli.planner.limits import bend_rows, clearance_rows, least_cosines, least_distances
-from purcell_cli.planner.steps import bounded_step, descended
+from purcell_cli.planner.steps import bounded_step, descended, loose
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.rotations import Array
 
@@ -28,7 +28,7 @@ NAME = "joined strokes"
 _DROPPED_RAD = 1e-6
 _WORTH_RAD = 1e-5
 """A step that promises less is the last."""
-_RESTORING, _RESTORED, _REACH_RAD = 4, 1e-4, 0.1
+_RESTORING, _RESTORED, _REACH_RAD = 8, 1e-4, 0.25
 """Newton steps by which a point is moved back to the arrival, what it may miss then, and their largest change."""
 _NEAR, _ASTRAY = 0.3, 0.02
 """Points that miss by less in all [L, rad] find back by linear programs; and those that end there by more are lost."""
@@ -92,14 +92,15 @@ class _Search:
 
         angle, m, k = here.angle, len(here.values.residual), len(here.room)
         sign = np.where(angle < 0, -1.0, 1.0)
-        split = np.flatnonzero(np.abs(angle) < reach)
+        within = reach * loose(here.values.derivative)
+        split = np.flatnonzero(np.abs(angle) < within)
         slope = np.concatenate([here.values.derivative, -here.room_derivative])
         ones = np.eye(m + k)
         columns = np.concatenate([slope * sign, -slope[:, split] * sign[split], -ones, ones[:, :m]], axis=1)
         wanted = slope @ angle - np.concatenate([here.values.residual, -here.room])
         size = np.abs(angle)
-        low = np.concatenate([np.maximum(size - reach, 0.0), np.zeros(len(split) + 2 * m + k)])
-        high = np.concatenate([size + reach, reach - size[split], np.full(2 * m + k, np.inf)])
+        low = np.concatenate([np.maximum(size - within, 0.0), np.zeros(len(split) + 2 * m + k)])
+        high = np.concatenate([size + within, (within - size)[split], np.full(2 * m + k, np.inf)])
         weight = self.equations.weight
         cost = np.concatenate([weight, weight[split], np.full(2 * m + k, self.price)])
         solved = linprog(

@@ -29,8 +29,8 @@ def bounded_step(arrival: Array, missing: Array, room: Array, room_derivative: A
         room_derivative: Its derivative. Shape (k, n).
         reach: The largest component of the step [rad].
     """
-    loose = 1.0 / np.sqrt(1.0 + np.sqrt(np.einsum("ij,ij->j", arrival[:6], arrival[:6])))
-    rows, wanted = np.concatenate([arrival, room_derivative]) * loose, -np.concatenate([missing, room])
+    weight = loose(arrival)
+    rows, wanted = np.concatenate([arrival, room_derivative]) * weight, -np.concatenate([missing, room])
     gram, equal = rows @ rows.T, np.arange(len(wanted)) < len(missing)
     gram[np.diag_indices(len(gram))] += _DAMPING * np.trace(gram) + 1e-30
     active = kept = equal
@@ -47,8 +47,13 @@ def bounded_step(arrival: Array, missing: Array, room: Array, room_derivative: A
         tried.add(active.tobytes())
         renewed = equal | (multipliers > 0.0) | broken
         active = active | broken if renewed.tobytes() in tried else renewed
-    step = loose * _least(rows[kept], wanted[kept])
+    step = weight * _least(rows[kept], wanted[kept])
     return np.asarray(step * min(1.0, reach / max(float(np.max(np.abs(step), initial=0.0)), 1e-300)))
+
+
+def loose(arrival: Array) -> Array:
+    """Return by how much less angles may change that move the base more. Shape (m, n) to (n,)."""
+    return np.asarray(1.0 / np.sqrt(1.0 + np.sqrt(np.einsum("ij,ij->j", arrival[:6], arrival[:6]))))
 
 
 def _least(rows: Array, wanted: Array) -> Array:
