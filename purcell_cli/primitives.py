@@ -86,7 +86,7 @@ class PrimitiveSequence:
     def __add__(self, other: PrimitiveSequence) -> PrimitiveSequence:
         return joined([self, other])
 
-    def __getitem__(self, part: slice) -> PrimitiveSequence:
+    def __getitem__(self, part: slice | NDArray[np.int64]) -> PrimitiveSequence:
         return self._known(self.control[part], self.angle[part])
 
     @property

@@ -168,8 +168,8 @@ def test_the_least_clearance_is_that_of_every_instant(seed: int) -> None:
     k, time = found.piece, np.array([found.time_s])
     there = turned(shapes[k : k + 1], rates[k : k + 1], time)
     assert_close(limb_distance(swimmer, there[..., 0]), [found.distance_m], 1e-13, size)
-    assert_close(clearances(swimmer, shapes, rates, durations), wanted, 2e-9, size)
-    near = clearances(swimmer, shapes, rates, durations, 0.0)
+    assert_close(clearances(swimmer, shapes, rates, durations)[0], wanted, 2e-9, size)
+    near = clearances(swimmer, shapes, rates, durations, 0.0)[0]
     assert np.array_equal(near < 0.0, wanted < 0.0)
     ends = [limb_distance(swimmer, turned(shapes, rates, t)[..., 0]).min() for t in (0.0 * durations, durations)]
     assert found.distance_m < min(ends)

@@ -13,8 +13,9 @@ from purcell_cli import Configuration, Swimmer, load_scenario, plan, se3, stored
 from purcell_cli.clearance import apart_bend_rad, least_clearance
 from purcell_cli.connection import COLLINEAR
 from purcell_cli.errors import ParameterError
+from purcell_cli.lift import flow
 from purcell_cli.limits import Limits, check
-from purcell_cli.planner.limbs import straightenings
+from purcell_cli.planner.limbs import interleaved, straightenings
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.trajectory import Block
 from purcell_cli.workspace import Workspace
@@ -107,9 +108,18 @@ def test_limbs_are_straightened_without_touching_and_without_bending_further(see
         pytest.skip("the limbs touch to begin with")
     ways = straightenings(swimmer, [shape])[0]
     assert np.all(np.diff(ways.joint_travel_rad) >= -1e-8)
-    for k in range(0, len(ways.joint_travel_rad), 7):
-        found = check(swimmer, here, [Block(1, "any", ways.sequence(k))])
+    more = interleaved(swimmer, [shape, COLLINEAR], [ways, straightenings(swimmer, [COLLINEAR])[0]], 6)
+    assert len(more[0].order) > len(ways.order)
+    assert len(more[1].order) == 1  # limbs that are straight need no turns
+    for k in range(0, len(more[0].order), 7):
+        sequence = more[0].sequence(k)
+        assert sequence.joint_travel_rad == pytest.approx(more[0].joint_travel_rad[k], abs=1e-12)
+        assert_close(sequence.shapes(shape)[-1], COLLINEAR, 1e-12)
+        assert_close(more[0].displacement[k], flow(swimmer, sequence, shape), 3e-3)
+        found = check(swimmer, here, [Block(1, "any", sequence)])
         assert found.kept, found.violations
+    distinct = {tuple(map(tuple, zip(*more[0].sequence(k), strict=True))) for k in range(len(more[0].order))}
+    assert len(distinct) == len(more[0].order)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -1,14 +1,15 @@
 """Phases 1 and 3: limbs to the collinear shape and from it, by primitives (section IV-B of the paper).
 
 Three turns about its own axes straighten a limb, in twelve orders and two ways each; either limb
-may go first. All of them move the base, each differently, so which is best depends on where the
-swimmer is to go: here they are all listed, with what they do to the base. Ways on which the limbs
-come too near each other are left out.
+may go first, or the turns of the one stand between those of the other. All of them move the base,
+each differently, so which is best depends on where the swimmer is to go: here they are listed, with
+what they do to the base. Ways on which the limbs come too near each other are left out.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -32,6 +33,7 @@ _BEND_SLACK_RAD = 1e-9
 _LONGER_RAD = 7.0
 """Ways longer than the shortest by more than this are not worth their while."""
 
+_AT_ONCE = ((0, 0, 0), (1, 1, 1))
 _ORDERS = ["".join(o) for o in itertools.product("XYZ", repeat=3) if o[0] != o[1] and o[1] != o[2]]
 _AXES = np.array([["XYZ".index(axis) for axis in order] for order in _ORDERS])
 """The twelve orders in which three turns about own axes reach any orientation."""
@@ -60,9 +62,9 @@ class Ways:
         """The joint travel of each [rad]. Shape (n,)."""
         return np.asarray(np.abs(self.angle).sum(axis=1))
 
-    def sequence(self, k: int) -> PrimitiveSequence:
-        """Return the primitives of one of the ways, without empty turns."""
-        return PrimitiveSequence(self.control[k], self.angle[k]).busy()
+    def turns(self, k: int) -> PrimitiveSequence:
+        """Return the three primitives of one of the ways."""
+        return PrimitiveSequence(self.control[k], self.angle[k])
 
 
 def turns_to(rotation: Array, limb: int) -> Ways:
@@ -121,22 +123,29 @@ class Straightenings:
 
     Attributes:
         limbs: The ways to straighten limb 1, and limb 2.
-        first: Which limb goes first, 0 or 1. Shape (n,).
+        order: Which limb turns, 0 or 1, in the six turns of both. Shape (n, 6).
         way: The way each limb takes. Shape (n, 2).
-        joint_travel_rad: Their joint travel, ascending [rad]. Shape (n,).
+        joint_travel_rad: Their joint travel [rad]. Shape (n,).
         displacement: What each does to the base, to search by, in units of L. Shape (n, 4, 4).
     """
 
     limbs: tuple[Ways, Ways]
-    first: NDArray[np.int64]
+    order: NDArray[np.int64]
     way: NDArray[np.int64]
     joint_travel_rad: Array
     displacement: Array
 
     def sequence(self, k: int) -> PrimitiveSequence:
         """Return the primitives of one of the ways."""
-        i = int(self.first[k])
-        return joined([self.limbs[limb].sequence(int(self.way[k, limb])) for limb in (i, 1 - i)])
+        turns = [self.limbs[i].turns(int(self.way[k, i])) for i in (0, 1)]
+        taken = np.cumsum(self.order[k]) - self.order[k]  # turns of limb 2 before each
+        row = np.arange(6)
+        return joined(turns)[np.where(self.order[k] == 0, row - taken, 3 + taken)].busy()
+
+    def __getitem__(self, some: NDArray[np.int64]) -> Straightenings:
+        """Return some of them, in an order of their own."""
+        order, way, travel = self.order[some], self.way[some], self.joint_travel_rad[some]
+        return Straightenings(self.limbs, order, way, travel, self.displacement[some])
 
 
 def straightenings(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0) -> list[Straightenings]:
@@ -168,17 +177,97 @@ def _pairs(limbs: tuple[Ways, Ways], played: tuple[_Played, _Played], clearance_
     apart = [np.minimum(played[0].apart[i][:, None], played[1].apart[1 - i]) for i in orders]
     least = min(clearance_m, max(float(a.max()) for a in apart)) - TOLERANCE_L
     shortest = min(float((travels[i][:, None] + travels[1 - i])[apart[i] >= least].min(initial=np.inf)) for i in orders)
-    first, way, travel, displacement = [], [], [], []
+    order, way, travel, displacement = [], [], [], []
     for i in orders:
         pairs = travels[i][:, None] + travels[1 - i]
         kept = np.argwhere((pairs <= shortest + _LONGER_RAD) & (apart[i] >= least))
-        first.append(np.full(len(kept), i))
+        order.append(np.tile(np.repeat([i, 1 - i], 3), (len(kept), 1)))
         way.append(kept if i == 0 else kept[:, ::-1])
         travel.append(pairs[kept[:, 0], kept[:, 1]])
         displacement.append(played[0].moves[i][kept[:, 0]] @ played[1].moves[1 - i][kept[:, 1]])
-    order = np.argsort(np.round(np.concatenate(travel), 9), kind="stable")
-    columns = [np.concatenate(column)[order] for column in (first, way, travel, displacement)]
-    return Straightenings(limbs, *columns)
+    found = Straightenings(limbs, *(np.concatenate(column) for column in (order, way, travel, displacement)))
+    return found[np.argsort(np.round(found.joint_travel_rad, 9), kind="stable")]
+
+
+def interleaved(
+    swimmer: Swimmer, shapes: Sequence[Array], known: Sequence[Straightenings], most: int, clearance_m: float = 0.0
+) -> list[Straightenings]:
+    """Return straightenings and more of them: the turns of one limb between the other's.
+
+    Args:
+        swimmer: The swimmer, scaled to L = 1.
+        shapes: The shapes to begin with. Each of shape (2, 3, 3).
+        known: Straightenings of each, the most promising first.
+        most: How many of their pairs of ways, the first ones, are taken in all orders.
+        clearance_m: How far the limbs' surfaces stay apart, in units of L.
+    """
+    chosen = []
+    for one in known:
+        _, first = np.unique(one.way, axis=0, return_index=True)
+        bent = all(np.any(limb.angle) for limb in one.limbs)  # otherwise there is nothing to stand between
+        chosen.append(one.way[np.sort(first)[: most if bent else 0]])
+    parts = [
+        _crossed(shape, [limb[k] for limb, k in zip(one.limbs, some.T, strict=True)])
+        for shape, one, some in zip(shapes, known, chosen, strict=True)
+    ]
+    pieces = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], _ROUGH).reshape(-1, 2, 3, 4, 4, 4)
+    apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 2, 3, 4)
+    out, low = [], 0
+    for one, some in zip(known, chosen, strict=True):
+        mine = slice(low, low + len(some))
+        order, displacement, nearest = _through(moves[mine], apart[mine])
+        way = np.tile(some, (len(order), 1))
+        columns = [
+            (one.order, np.repeat(order, len(some), axis=0)),
+            (one.way, way),
+            (one.joint_travel_rad, sum(limb.joint_travel_rad[k] for limb, k in zip(one.limbs, way.T, strict=True))),
+            (one.displacement, se3.normalised(displacement.reshape(-1, 4, 4))),
+        ]
+        kept = nearest.ravel() >= clearance_m - TOLERANCE_L
+        out.append(Straightenings(one.limbs, *(np.concatenate([old, new[kept]]) for old, new in columns)))
+        low += len(some)
+    return out
+
+
+def _crossed(shape: Array, ways: Sequence[Ways]) -> tuple[Array, Array, Array]:
+    """Return the pieces of every turn of one limb at every stage of the other. Shapes (k 2 3 4, ...).
+
+    Args:
+        shape: The shape before. Shape (2, 3, 3).
+        ways: The ways of limb 1 and of limb 2 that are taken together, k of each.
+    """
+    k = len(ways[0])
+    stage = np.empty((2, k, 4, 3, 3))
+    for i, way in enumerate(ways):
+        begins, _, _ = _turning(way, shape, i)
+        stage[i, :, :3], stage[i, :, 3] = begins.reshape(k, 3, 2, 3, 3)[:, :, i], np.eye(3)
+    shapes, rates, durations = np.empty((k, 2, 3, 4, 2, 3, 3)), np.empty((k, 2, 3, 4, 6)), np.empty((k, 2, 3, 4))
+    for i, way in enumerate(ways):
+        shapes[:, i, ..., i, :, :] = stage[i, :, :3, None]
+        shapes[:, i, ..., 1 - i, :, :] = stage[1 - i][:, None]
+        turned = np.sign(way.angle)[..., None] * (np.arange(6) == way.control[..., None])
+        rates[:, i], durations[:, i] = turned[:, :, None], np.abs(way.angle)[..., None]
+    return shapes.reshape(-1, 2, 3, 3), rates.reshape(-1, 6), durations.ravel()
+
+
+def _through(moves: Array, apart: Array) -> tuple[NDArray[np.int64], Array, Array]:
+    """Return the orders in which neither limb makes all its turns at once, and what they do.
+
+    Args:
+        moves: What every turn of one limb does at every stage of the other. Shape (k, 2, 3, 4, 4, 4).
+        apart: How near the limbs come on it. Shape (k, 2, 3, 4).
+
+    Returns:
+        Orders, shape (18, 6), displacements, shape (18, k, 4, 4), and the least distances, shape (18, k).
+    """
+    order = np.array([o for o in itertools.product((0, 1), repeat=6) if sum(o) == 3 and o[:3] not in _AT_ONCE])
+    done = np.cumsum(order, axis=1) - order  # turns of limb 2 before each
+    row = np.arange(6)
+    turn, other = np.where(order == 0, (row - done, done), (done, row - done))
+    each, near = moves[:, order, turn, other], apart[:, order, turn, other]
+    whole = functools.reduce(np.matmul, (each[:, :, n] for n in range(6)))
+    return order, np.swapaxes(whole, 0, 1), near.min(axis=2).T
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -27,7 +27,7 @@ from purcell_cli.planner.chain import Chains, linked
 from purcell_cli.planner.crank import Crank, crank
 from purcell_cli.planner.equations import Equations
 from purcell_cli.planner.finish import CLOSE, MARGIN_RAD
-from purcell_cli.planner.limbs import Straightenings, straightenings
+from purcell_cli.planner.limbs import Straightenings, interleaved, straightenings
 from purcell_cli.planner.measures import cost
 from purcell_cli.planner.needle import steer
 from purcell_cli.planner.shorten import NAME, Pace, offered, shorten
@@ -41,6 +41,8 @@ from purcell_cli.units import counted
 
 PHASES = {1: "limbs to collinear", 2: "stored gaits", 3: "limbs to the goal shape"}
 
+_CROSSED = 60
+"""Ways to straighten and to bend that are carried on with to where their turns are put between one another."""
 _WEIGHED = 24
 """How many of the needle's ways are weighed as loops."""
 _SHORT_RAD = 60.0
@@ -61,6 +63,7 @@ class Breadth:
     """How widely to search.
 
     Attributes:
+        orders: Pairs of limbs' ways whose turns are put between one another, at the start and at the goal each.
         pairs: Pairs of ways to straighten and to bend that are steered for.
         starts: Starts of the needle, for all pairs together.
         chains: How many of the needle's ways are settled as chains of loops.
@@ -70,6 +73,7 @@ class Breadth:
         pace: How long those that arrive are shortened.
     """
 
+    orders: int = 10
     pairs: int = 12
     starts: int = 96
     chains: int = 4
@@ -137,12 +141,19 @@ def candidates(
     Raises:
         GaitError: No stored gait for a motion that is needed.
     """
-    outer = _Outer(*straightenings(swimmer, (start, goal), clearance))
     found: list[Candidate] = []
     rolling = [g for g in gaits.values() if g.moves == "roll" and g.amplitude_is_displacement]
     fans = tuple(fan(swimmer, measure, across) for across in (True, False))
     loops = max(fans, key=_tightness)
-    pairs, missing = _pairs(outer, wanted, lambda turn, way: turn / loops.tight + way / loops.straight, breadth.pairs)
+
+    def price(turn: Array, way: Array) -> Array:
+        return turn / loops.tight + way / loops.straight
+
+    shapes = start, goal
+    every = _Outer(*straightenings(swimmer, shapes, clearance))
+    few = every.best(wanted, price, _CROSSED)
+    outer = _Outer(*interleaved(swimmer, shapes, (few.first, few.last), breadth.orders, clearance))
+    pairs, missing = _pairs(outer, wanted, price, breadth.pairs)
     if rolling:
         found += _steered(fans, crank(rolling[0], swimmer), outer, pairs, missing, breadth)
     if not found or min(c.joint_travel_rad for c in found) < _SHORT_RAD:
@@ -158,7 +169,7 @@ def candidates(
             travel = sum(b.joint_travel_rad for b in blocks)
             found.append(Candidate("stored gaits one after the other", travel, functools.partial(tuple, blocks)))
         least = min((c.joint_travel_rad for c in found if not c.astray), default=math.inf)
-        found += _worded(swimmer, outer, wanted, least, breadth)
+        found += _worded(swimmer, every, wanted, least, breadth)
     return sorted(found, key=lambda c: c.rank(measure, swimmer, start))
 
 
@@ -210,6 +221,31 @@ class _Outer:
 
     first: Straightenings
     last: Straightenings
+
+    def promised(self, wanted: Array, price: Callable[[Array, Array], Array]) -> tuple[Array, Array]:
+        """Return what is left when the limbs are straight, and the joint travel that pairs of ways promise [rad].
+
+        Args:
+            wanted: Body displacement of the whole. Shape (4, 4).
+            price: What a change of heading [rad] and a distance [L] cost in phase 2, about [rad].
+
+        Returns:
+            Displacements, shape (n, 4, 4), and joint travel, shape (n, m).
+        """
+        gone = se3.inverse(self.first.displacement) @ wanted
+        done = self.last.displacement  # phase 3 is played backwards, so this is what undoes it
+        heading = np.clip(gone[:, 0, :3] @ done[:, :3, 0].T, -1.0, 1.0)
+        between = gone[:, :3, :3].reshape(-1, 3) @ done[:, :3, 3].T
+        position = between.reshape(len(gone), 3, -1) + gone[:, :3, 3:]
+        distance = np.sqrt(np.einsum("iaj,iaj->ij", position, position))
+        limbs = self.first.joint_travel_rad[:, None] + self.last.joint_travel_rad
+        return gone, price(np.arccos(heading), distance) + limbs
+
+    def best(self, wanted: Array, price: Callable[[Array, Array], Array], most: int) -> _Outer:
+        """Return the ways that promise most, at the start and at the goal, the best first (see `promised`)."""
+        promised = self.promised(wanted, price)[1]
+        order = (np.argsort(np.round(promised.min(axis=axis), 9), kind="stable") for axis in (1, 0))
+        return _Outer(*(ways[row[:most]] for ways, row in zip((self.first, self.last), order, strict=True)))
 
     def joint_travel_rad(self, i: int, j: int) -> float:
         return float(self.first.joint_travel_rad[i] + self.last.joint_travel_rad[j])
@@ -325,19 +361,12 @@ def _pairs(
         price: What a change of heading [rad] and a distance [L] cost in phase 2, about [rad].
         most: How many.
     """
-    first, last = outer.first, outer.last
-    gone = se3.inverse(first.displacement) @ wanted
-    done = last.displacement  # phase 3 is played backwards, so this is what undoes it
-    heading = np.clip(gone[:, 0, :3] @ done[:, :3, 0].T, -1.0, 1.0)
-    between = gone[:, :3, :3].reshape(-1, 3) @ done[:, :3, 3].T
-    position = between.reshape(len(gone), 3, -1) + gone[:, :3, 3:]
-    distance = np.sqrt(np.einsum("iaj,iaj->ij", position, position))
-    promised = price(np.arccos(heading), distance) + first.joint_travel_rad[:, None] + last.joint_travel_rad
+    gone, promised = outer.promised(wanted, price)
     count = min(most, promised.size)
     few = np.flatnonzero(promised <= np.partition(promised, count - 1, axis=None)[count - 1])
     best = few[np.argsort(promised.ravel()[few], kind="stable")][:count]
     pairs = [(int(k // promised.shape[1]), int(k % promised.shape[1])) for k in best]
-    return pairs, se3.normalised(np.stack([gone[i] @ done[j] for i, j in pairs]))
+    return pairs, se3.normalised(np.stack([gone[i] @ outer.last.displacement[j] for i, j in pairs]))
 
 
 def _fewest(loops: Fan, arc: Array) -> Array:
