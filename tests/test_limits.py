@@ -15,8 +15,9 @@ from purcell_cli.connection import COLLINEAR
 from purcell_cli.errors import ParameterError
 from purcell_cli.lift import flow
 from purcell_cli.limits import Limits, check
-from purcell_cli.planner.limbs import interleaved, straightenings
+from purcell_cli.planner.limbs import detours, interleaved, straightenings
 from purcell_cli.primitives import PrimitiveSequence
+from purcell_cli.sweeps import bends
 from purcell_cli.trajectory import Block
 from purcell_cli.workspace import Workspace
 
@@ -120,6 +121,32 @@ def test_limbs_are_straightened_without_touching_and_without_bending_further(see
         assert found.kept, found.violations
     distinct = {tuple(map(tuple, zip(*more[0].sequence(k), strict=True))) for k in range(len(more[0].order))}
     assert len(distinct) == len(more[0].order)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_detours_lead_back_move_the_base_as_they_say_and_keep_the_limits(seed: int) -> None:
+    swimmer = Swimmer(slenderness=0.03).scaled()
+    shape = random_shapes(np.random.default_rng([7, seed]))
+    here = Configuration(np.eye(4), shape)
+    if not check(swimmer, here, []).kept:
+        pytest.skip("the limbs touch to begin with")
+    (round_,) = detours(swimmer, [shape])
+    ways = straightenings(swimmer, [shape])[0][np.arange(5)]
+    every = round_.before(round_.before(ways))
+    assert len(every) == 5 * (1 + len(round_.sequence)) ** 2
+    assert len(round_.sequence) or np.max(bends(shape[..., 0])) < 2.6
+    for k in np.random.default_rng(seed).integers(0, len(every), 12):
+        sequence = every.sequence(int(k))
+        assert sequence.joint_travel_rad == pytest.approx(every.joint_travel_rad[k], abs=1e-12)
+        assert_close(sequence.shapes(shape)[-1], COLLINEAR, 1e-12)
+        assert_close(every.displacement[k], flow(swimmer, sequence, shape), 1e-2)
+        found = check(swimmer, here, [Block(1, "any", sequence)])
+        assert found.kept, found.violations
+
+
+def test_limbs_that_are_little_bent_make_no_detours() -> None:
+    shape = Configuration.from_angles(limb1_euler_deg=(60.0, 0.0, 0.0), limb2_euler_deg=(0.0, 70.0, 0.0)).shape
+    assert [len(some.sequence) for some in detours(Swimmer().scaled(), [shape, COLLINEAR])] == [0, 0]
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -3,7 +3,8 @@
 Three turns about its own axes straighten a limb, in twelve orders and two ways each; either limb
 may go first, or the turns of the one stand between those of the other. All of them move the base,
 each differently, so which is best depends on where the swimmer is to go: here they are listed, with
-what they do to the base. Ways on which the limbs come too near each other are left out.
+what they do to the base. Where limbs are bent far, detours round the shape turn the base by much and
+may come before. Ways on which the limbs come too near each other are left out.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +22,7 @@ from numpy.typing import NDArray
 from purcell_cli import se3
 from purcell_cli.clearance import TOLERANCE_L, clearances
 from purcell_cli.lift import Accuracy, piece_displacements
-from purcell_cli.primitives import PrimitiveSequence, joined
+from purcell_cli.primitives import EMPTY, PrimitiveSequence, joined
 from purcell_cli.rotations import Array, about_axis, wrapped
 from purcell_cli.sweeps import Sweeps, bends
 from purcell_cli.swimmer import Swimmer
@@ -30,6 +32,12 @@ _LOCKED = 1e-12
 _ROUGH = Accuracy(stages=3, step=1.2, settled=1e-7)
 """Errors of 1e-4 (L, rad): the ways are compared by it, and the finish makes up for it."""
 _BEND_SLACK_RAD = 1e-9
+_SIDES_RAD = (-1.6, -0.8, 0.8, 1.6)
+"""Sides of the squares that are gone round before limbs are straightened."""
+DETOURS = 3
+"""How many detours may be made one after the other."""
+_DETOUR_RAD = 1.3
+"""Where limbs are bent less those turn too little."""
 _LONGER_RAD = 7.0
 """Ways longer than the shortest by more than this are not worth their while."""
 
@@ -125,27 +133,45 @@ class Straightenings:
         limbs: The ways to straighten limb 1, and limb 2.
         order: Which limb turns, 0 or 1, in the six turns of both. Shape (n, 6).
         way: The way each limb takes. Shape (n, 2).
+        detour: Which of the detours are made before, one after the other; 0 is none. Shape (n, 3).
         joint_travel_rad: Their joint travel [rad]. Shape (n,).
         displacement: What each does to the base, to search by, in units of L. Shape (n, 4, 4).
+        detours: The detours, the first of them empty.
     """
 
     limbs: tuple[Ways, Ways]
     order: NDArray[np.int64]
     way: NDArray[np.int64]
+    detour: NDArray[np.int64]
     joint_travel_rad: Array
     displacement: Array
+    detours: tuple[PrimitiveSequence, ...] = (EMPTY,)
+
+    def __len__(self) -> int:
+        return len(self.order)
 
     def sequence(self, k: int) -> PrimitiveSequence:
         """Return the primitives of one of the ways."""
         turns = [self.limbs[i].turns(int(self.way[k, i])) for i in (0, 1)]
         taken = np.cumsum(self.order[k]) - self.order[k]  # turns of limb 2 before each
         row = np.arange(6)
-        return joined(turns)[np.where(self.order[k] == 0, row - taken, 3 + taken)].busy()
+        straight = joined(turns)[np.where(self.order[k] == 0, row - taken, 3 + taken)].busy()
+        return joined([*(self.detours[i] for i in self.detour[k]), straight])
 
     def __getitem__(self, some: NDArray[np.int64]) -> Straightenings:
         """Return some of them, in an order of their own."""
-        order, way, travel = self.order[some], self.way[some], self.joint_travel_rad[some]
-        return Straightenings(self.limbs, order, way, travel, self.displacement[some])
+        return self._with([getattr(self, name)[some] for name in _COLUMNS])
+
+    def and_(self, more: Straightenings) -> Straightenings:
+        """Return these and more of the same limbs' ways, with the same detours if they have any."""
+        return more._with([np.concatenate([getattr(self, name), getattr(more, name)]) for name in _COLUMNS])
+
+    def _with(self, columns: list[Any]) -> Straightenings:
+        order, way, detour, travel, displacement = columns
+        return Straightenings(self.limbs, order, way, detour, travel, displacement, self.detours)
+
+
+_COLUMNS = ("order", "way", "detour", "joint_travel_rad", "displacement")
 
 
 def straightenings(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0) -> list[Straightenings]:
@@ -185,7 +211,14 @@ def _pairs(limbs: tuple[Ways, Ways], played: tuple[_Played, _Played], clearance_
         way.append(kept if i == 0 else kept[:, ::-1])
         travel.append(pairs[kept[:, 0], kept[:, 1]])
         displacement.append(played[0].moves[i][kept[:, 0]] @ played[1].moves[1 - i][kept[:, 1]])
-    found = Straightenings(limbs, *(np.concatenate(column) for column in (order, way, travel, displacement)))
+    found = Straightenings(
+        limbs,
+        np.concatenate(order),
+        np.concatenate(way),
+        np.zeros((sum(map(len, way)), DETOURS), dtype=np.int64),
+        np.concatenate(travel),
+        np.concatenate(displacement),
+    )
     return found[np.argsort(np.round(found.joint_travel_rad, 9), kind="stable")]
 
 
@@ -217,17 +250,91 @@ def interleaved(
     for one, some in zip(known, chosen, strict=True):
         mine = slice(low, low + len(some))
         order, displacement, nearest = _through(moves[mine], apart[mine])
-        way = np.tile(some, (len(order), 1))
-        columns = [
-            (one.order, np.repeat(order, len(some), axis=0)),
-            (one.way, way),
-            (one.joint_travel_rad, sum(limb.joint_travel_rad[k] for limb, k in zip(one.limbs, way.T, strict=True))),
-            (one.displacement, se3.normalised(displacement.reshape(-1, 4, 4))),
-        ]
-        kept = nearest.ravel() >= clearance_m - TOLERANCE_L
-        out.append(Straightenings(one.limbs, *(np.concatenate([old, new[kept]]) for old, new in columns)))
+        way, orders = np.tile(some, (len(order), 1)), np.repeat(order, len(some), axis=0)
+        travel = one.limbs[0].joint_travel_rad[way[:, 0]] + one.limbs[1].joint_travel_rad[way[:, 1]]
+        moved = se3.normalised(displacement.reshape(-1, 4, 4))
+        more = Straightenings(one.limbs, orders, way, np.zeros((len(way), DETOURS), dtype=np.int64), travel, moved)
+        out.append(one.and_(more[np.flatnonzero(nearest.ravel() >= clearance_m - TOLERANCE_L)]))
         low += len(some)
     return out
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Detours:
+    """Closed ways of both limbs round a shape, which move the base.
+
+    Attributes:
+        sequence: Their primitives.
+        joint_travel_rad: Their joint travel [rad]. Shape (n,).
+        displacement: What each does to the base, to search by, in units of L. Shape (n, 4, 4).
+    """
+
+    sequence: tuple[PrimitiveSequence, ...]
+    joint_travel_rad: Array
+    displacement: Array
+
+    def before(self, ways: Straightenings) -> Straightenings:
+        """Return straightenings with each of the detours, or none, before what they do."""
+        n, m = len(self.sequence), len(ways)
+        index = np.repeat(np.arange(1, n + 1), m)[:, None]
+        more = Straightenings(
+            ways.limbs,
+            np.tile(ways.order, (n, 1)),
+            np.tile(ways.way, (n, 1)),
+            np.concatenate([index, np.tile(ways.detour[:, :-1], (n, 1))], axis=1),
+            (self.joint_travel_rad[:, None] + ways.joint_travel_rad).ravel(),
+            (self.displacement[:, None] @ ways.displacement).reshape(-1, 4, 4),
+            (EMPTY, *self.sequence),
+        )
+        return ways.and_(more)
+
+
+def detours(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0) -> list[Detours]:
+    """Return detours round each of some shapes: squares of both limbs' angles, gone round once or twice.
+
+    A bent limb may bend as far as it does, and the more limbs are bent, the more a square turns the base.
+
+    Args:
+        swimmer: The swimmer, scaled to L = 1.
+        shapes: The shapes. Each of shape (2, 3, 3).
+        clearance_m: How far the limbs' surfaces stay apart, in units of L.
+    """
+    squares = [_squares(swimmer, shape) for shape in shapes]
+    parts = [
+        (s.shapes(shape)[:-1], s.rates(), s.duration) for shape, some in zip(shapes, squares, strict=True) for s in some
+    ]
+    none = (np.empty((0, 2, 3, 3)), np.empty((0, 6)), np.empty(0))
+    pieces = [np.concatenate(column) for column in zip(none, *parts, strict=True)]
+    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], _ROUGH).reshape(-1, 4, 4, 4)
+    apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 4).min(axis=1)
+    once = se3.normalised(moves[:, 0] @ moves[:, 1] @ moves[:, 2] @ moves[:, 3])
+    out, low = [], 0
+    for some in squares:
+        near, made = apart[low : low + len(some)], once[low : low + len(some)]
+        low += len(some)
+        kept = np.flatnonzero(near >= clearance_m - TOLERANCE_L)
+        first = [some[k] for k in kept]
+        sequences = first + [s.inverse() for s in first]
+        moved = np.concatenate([made[kept], se3.inverse(made[kept])])
+        sequences += [s.times(2) for s in sequences]
+        travel = np.array([s.joint_travel_rad for s in sequences])
+        out.append(Detours(tuple(sequences), travel, np.concatenate([moved, moved @ moved])))
+    return out
+
+
+def _squares(swimmer: Swimmer, shape: Array) -> list[PrimitiveSequence]:
+    """Return squares from a shape and back to it on which no limb bends further than it does, or than the limit."""
+    limits = np.maximum(swimmer.max_bend_rad, bends(shape[..., 0])) + _BEND_SLACK_RAD
+    if np.max(limits) < _DETOUR_RAD:
+        return []
+    arms: list[list[tuple[int, float]]] = []
+    for limb in (0, 1):
+        turns = [(3 * limb + axis, angle) for axis in (1, 2) for angle in _SIDES_RAD]
+        each = [PrimitiveSequence.of([turn]) for turn in turns]
+        at = np.tile(shape, (len(turns), 1, 1, 1))
+        sweeps = Sweeps.of(at, np.concatenate([s.rates() for s in each]), np.concatenate([s.duration for s in each]))
+        arms.append([t for t, b in zip(turns, sweeps.largest_bends()[0][:, limb], strict=True) if b <= limits[limb]])
+    return [PrimitiveSequence.of([(i, a), (j, b), (i, -a), (j, -b)]) for i, a in arms[0] for j, b in arms[1]]
 
 
 def _crossed(shape: Array, ways: Sequence[Ways]) -> tuple[Array, Array, Array]:

@@ -27,7 +27,7 @@ from purcell_cli.planner.chain import Chains, linked
 from purcell_cli.planner.crank import Crank, crank
 from purcell_cli.planner.equations import Equations
 from purcell_cli.planner.finish import CLOSE, MARGIN_RAD
-from purcell_cli.planner.limbs import Straightenings, interleaved, straightenings
+from purcell_cli.planner.limbs import DETOURS, Detours, Straightenings, detours, interleaved, straightenings
 from purcell_cli.planner.measures import cost
 from purcell_cli.planner.needle import steer
 from purcell_cli.planner.shorten import NAME, Pace, offered, shorten
@@ -43,6 +43,13 @@ PHASES = {1: "limbs to collinear", 2: "stored gaits", 3: "limbs to the goal shap
 
 _CROSSED = 60
 """Ways to straighten and to bend that are carried on with to where their turns are put between one another."""
+_TURNED = 10
+"""Those that are carried on with to where detours are made before them."""
+_ALIKE = 10
+"""How many ways promise about the same, at most."""
+_ASIDE, _FAR_ASIDE = 8.0, 1.2
+"""A way aside takes turns there and back: 4 arcs of an angle f and a radius r go 4 r (1 - cos f) aside, so they turn
+by (8 aside / r)^0.5 in all; and by no more than a way so far aside, in radii."""
 _WEIGHED = 24
 """How many of the needle's ways are weighed as loops."""
 _SHORT_RAD = 60.0
@@ -51,6 +58,9 @@ _SLIGHT_RAD, _SAME = 0.3, 1e-4
 """Arcs of less joint travel are left out; neighbours are one if that costs them no more than so much."""
 _FAR_OFF = 0.02
 """Chains that miss by more, as `chain.missed` has it, are astray."""
+
+Price = Callable[[Array, Array, Array], Array]
+"""What phase 2 costs, about [rad]: of a change of heading [rad], a distance [L] and how much of it goes aside [L]."""
 
 _SHORTENED = 1.15
 """Words that are brought to their goal become so much shorter then, about."""
@@ -146,13 +156,15 @@ def candidates(
     fans = tuple(fan(swimmer, measure, across) for across in (True, False))
     loops = max(fans, key=_tightness)
 
-    def price(turn: Array, way: Array) -> Array:
-        return turn / loops.tight + way / loops.straight
+    def price(turn: Array, way: Array, aside: Array) -> Array:
+        radii = np.minimum(aside * loops.tight / loops.straight, _FAR_ASIDE)
+        return np.sqrt(turn**2 + _ASIDE * radii) / loops.tight + way / loops.straight
 
     shapes = start, goal
     every = _Outer(*straightenings(swimmer, shapes, clearance))
     few = every.best(wanted, price, _CROSSED)
     outer = _Outer(*interleaved(swimmer, shapes, (few.first, few.last), breadth.orders, clearance))
+    outer = _gone_round(outer, detours(swimmer, shapes, clearance), wanted, price)
     pairs, missing = _pairs(outer, wanted, price, breadth.pairs)
     if rolling:
         found += _steered(fans, crank(rolling[0], swimmer), outer, pairs, missing, breadth)
@@ -171,6 +183,26 @@ def candidates(
         least = min((c.joint_travel_rad for c in found if not c.astray), default=math.inf)
         found += _worded(swimmer, every, wanted, least, breadth)
     return sorted(found, key=lambda c: c.rank(measure, swimmer, start))
+
+
+def _gone_round(outer: _Outer, round_: Sequence[Detours], wanted: Array, price: Price) -> _Outer:
+    """Return the ways in and out that promise most with detours before them, if there are any.
+
+    Args:
+        outer: The ways in and out.
+        round_: The detours round the start's and round the goal's shape.
+        wanted: Body displacement of the whole. Shape (4, 4).
+        price: What phase 2 costs, about.
+    """
+    if not any(len(some.sequence) for some in round_):
+        return outer
+    few = outer.best(wanted, price, _TURNED)
+    for k in range(DETOURS):
+        last = _CROSSED if k == DETOURS - 1 else _TURNED
+        first = _Outer(round_[0].before(few.first), few.last).best(wanted, price, last).first
+        goal = round_[1].before(few.last)
+        few = _Outer(first, _Outer(first, goal).best(wanted, price, last).last)
+    return few
 
 
 def _worded(swimmer: Swimmer, outer: _Outer, wanted: Array, least: float, breadth: Breadth) -> list[Candidate]:
@@ -206,7 +238,7 @@ def _shortened(lap: Equations, laps: int, pace: Pace, outer: _Outer, pair: tuple
     return outer.around(pair[0], [Block(2, NAME, lap.sequence.times(laps))], pair[1])
 
 
-def _by_word(turn: Array, way: Array) -> Array:
+def _by_word(turn: Array, way: Array, _aside: Array) -> Array:
     """Return about the joint travel of a change of heading [rad] and a distance [L] by one word."""
     return np.asarray(np.sqrt(_TURN_PRICE * turn + _WAY_PRICE * way))
 
@@ -222,12 +254,12 @@ class _Outer:
     first: Straightenings
     last: Straightenings
 
-    def promised(self, wanted: Array, price: Callable[[Array, Array], Array]) -> tuple[Array, Array]:
+    def promised(self, wanted: Array, price: Price) -> tuple[Array, Array]:
         """Return what is left when the limbs are straight, and the joint travel that pairs of ways promise [rad].
 
         Args:
             wanted: Body displacement of the whole. Shape (4, 4).
-            price: What a change of heading [rad] and a distance [L] cost in phase 2, about [rad].
+            price: What phase 2 costs, about.
 
         Returns:
             Displacements, shape (n, 4, 4), and joint travel, shape (n, m).
@@ -236,15 +268,16 @@ class _Outer:
         done = self.last.displacement  # phase 3 is played backwards, so this is what undoes it
         heading = np.clip(gone[:, 0, :3] @ done[:, :3, 0].T, -1.0, 1.0)
         between = gone[:, :3, :3].reshape(-1, 3) @ done[:, :3, 3].T
-        position = between.reshape(len(gone), 3, -1) + gone[:, :3, 3:]
+        position = between.reshape(len(gone), 3, len(done)) + gone[:, :3, 3:]
         distance = np.sqrt(np.einsum("iaj,iaj->ij", position, position))
+        aside = np.sqrt(np.einsum("iaj,iaj->ij", position[:, 1:], position[:, 1:]))
         limbs = self.first.joint_travel_rad[:, None] + self.last.joint_travel_rad
-        return gone, price(np.arccos(heading), distance) + limbs
+        return gone, price(np.arccos(heading), distance, aside) + limbs
 
-    def best(self, wanted: Array, price: Callable[[Array, Array], Array], most: int) -> _Outer:
+    def best(self, wanted: Array, price: Price, most: int) -> _Outer:
         """Return the ways that promise most, at the start and at the goal, the best first (see `promised`)."""
         promised = self.promised(wanted, price)[1]
-        order = (np.argsort(np.round(promised.min(axis=axis), 9), kind="stable") for axis in (1, 0))
+        order = (np.argsort(np.round(promised.min(axis=axis, initial=np.inf), 9), kind="stable") for axis in (1, 0))
         return _Outer(*(ways[row[:most]] for ways, row in zip((self.first, self.last), order, strict=True)))
 
     def joint_travel_rad(self, i: int, j: int) -> float:
@@ -350,21 +383,21 @@ def _distinct(travel: Array) -> list[int]:
     return out
 
 
-def _pairs(
-    outer: _Outer, wanted: Array, price: Callable[[Array, Array], Array], most: int
-) -> tuple[list[tuple[int, int]], Array]:
+def _pairs(outer: _Outer, wanted: Array, price: Price, most: int) -> tuple[list[tuple[int, int]], Array]:
     """Return the pairs of ways in and out that promise the least joint travel, and what they leave to be made.
 
     Args:
         outer: The ways in and out.
         wanted: Body displacement of the whole. Shape (4, 4).
-        price: What a change of heading [rad] and a distance [L] cost in phase 2, about [rad].
+        price: What phase 2 costs, about.
         most: How many.
     """
     gone, promised = outer.promised(wanted, price)
-    count = min(most, promised.size)
+    count = min(_ALIKE * most, promised.size)
     few = np.flatnonzero(promised <= np.partition(promised, count - 1, axis=None)[count - 1])
-    best = few[np.argsort(promised.ravel()[few], kind="stable")][:count]
+    # Ways that differ by how a limb rolls promise the same; the first of them will do.
+    _, first = np.unique(np.round(promised.ravel()[few], 1), return_index=True)
+    best = few[first[:most]]
     pairs = [(int(k // promised.shape[1]), int(k % promised.shape[1])) for k in best]
     return pairs, se3.normalised(np.stack([gone[i] @ outer.last.displacement[j] for i, j in pairs]))
 
