@@ -15,7 +15,8 @@ from purcell_cli.connection import COLLINEAR
 from purcell_cli.errors import ParameterError
 from purcell_cli.lift import flow
 from purcell_cli.limits import Limits, check
-from purcell_cli.planner.limbs import detours, interleaved, straightenings
+from purcell_cli.planner.detours import detours
+from purcell_cli.planner.limbs import interleaved, straightenings
 from purcell_cli.primitives import PrimitiveSequence
 from purcell_cli.sweeps import bends
 from purcell_cli.trajectory import Block

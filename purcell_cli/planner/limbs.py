@@ -3,8 +3,8 @@
 Three turns about its own axes straighten a limb, in twelve orders and two ways each; either limb
 may go first, or the turns of the one stand between those of the other. All of them move the base,
 each differently, so which is best depends on where the swimmer is to go: here they are listed, with
-what they do to the base. Where limbs are bent far, detours round the shape turn the base by much and
-may come before. Ways on which the limbs come too near each other are left out.
+what they do to the base. Detours may come before (see `detours`). Ways on which the limbs come too
+near each other are left out.
 """
 
 from __future__ import annotations
@@ -29,15 +29,11 @@ from purcell_cli.swimmer import Swimmer
 
 _NEGLIGIBLE_RAD = 1e-15
 _LOCKED = 1e-12
-_ROUGH = Accuracy(stages=3, step=1.2, settled=1e-7)
+ROUGH = Accuracy(stages=3, step=1.2, settled=1e-7)
 """Errors of 1e-4 (L, rad): the ways are compared by it, and the finish makes up for it."""
-_BEND_SLACK_RAD = 1e-9
-_SIDES_RAD = (-1.6, -0.8, 0.8, 1.6)
-"""Sides of the squares that are gone round before limbs are straightened."""
+BEND_SLACK_RAD = 1e-9
 DETOURS = 3
 """How many detours may be made one after the other."""
-_DETOUR_RAD = 1.3
-"""Where limbs are bent less those turn too little."""
 _LONGER_RAD = 7.0
 """Ways longer than the shortest by more than this are not worth their while."""
 
@@ -244,7 +240,7 @@ def interleaved(
         for shape, one, some in zip(shapes, known, chosen, strict=True)
     ]
     pieces = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], _ROUGH).reshape(-1, 2, 3, 4, 4, 4)
+    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], ROUGH).reshape(-1, 2, 3, 4, 4, 4)
     apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 2, 3, 4)
     out, low = [], 0
     for one, some in zip(known, chosen, strict=True):
@@ -257,84 +253,6 @@ def interleaved(
         out.append(one.and_(more[np.flatnonzero(nearest.ravel() >= clearance_m - TOLERANCE_L)]))
         low += len(some)
     return out
-
-
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Detours:
-    """Closed ways of both limbs round a shape, which move the base.
-
-    Attributes:
-        sequence: Their primitives.
-        joint_travel_rad: Their joint travel [rad]. Shape (n,).
-        displacement: What each does to the base, to search by, in units of L. Shape (n, 4, 4).
-    """
-
-    sequence: tuple[PrimitiveSequence, ...]
-    joint_travel_rad: Array
-    displacement: Array
-
-    def before(self, ways: Straightenings) -> Straightenings:
-        """Return straightenings with each of the detours, or none, before what they do."""
-        n, m = len(self.sequence), len(ways)
-        index = np.repeat(np.arange(1, n + 1), m)[:, None]
-        more = Straightenings(
-            ways.limbs,
-            np.tile(ways.order, (n, 1)),
-            np.tile(ways.way, (n, 1)),
-            np.concatenate([index, np.tile(ways.detour[:, :-1], (n, 1))], axis=1),
-            (self.joint_travel_rad[:, None] + ways.joint_travel_rad).ravel(),
-            (self.displacement[:, None] @ ways.displacement).reshape(-1, 4, 4),
-            (EMPTY, *self.sequence),
-        )
-        return ways.and_(more)
-
-
-def detours(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0) -> list[Detours]:
-    """Return detours round each of some shapes: squares of both limbs' angles, gone round once or twice.
-
-    A bent limb may bend as far as it does, and the more limbs are bent, the more a square turns the base.
-
-    Args:
-        swimmer: The swimmer, scaled to L = 1.
-        shapes: The shapes. Each of shape (2, 3, 3).
-        clearance_m: How far the limbs' surfaces stay apart, in units of L.
-    """
-    squares = [_squares(swimmer, shape) for shape in shapes]
-    parts = [
-        (s.shapes(shape)[:-1], s.rates(), s.duration) for shape, some in zip(shapes, squares, strict=True) for s in some
-    ]
-    none = (np.empty((0, 2, 3, 3)), np.empty((0, 6)), np.empty(0))
-    pieces = [np.concatenate(column) for column in zip(none, *parts, strict=True)]
-    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], _ROUGH).reshape(-1, 4, 4, 4)
-    apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 4).min(axis=1)
-    once = se3.normalised(moves[:, 0] @ moves[:, 1] @ moves[:, 2] @ moves[:, 3])
-    out, low = [], 0
-    for some in squares:
-        near, made = apart[low : low + len(some)], once[low : low + len(some)]
-        low += len(some)
-        kept = np.flatnonzero(near >= clearance_m - TOLERANCE_L)
-        first = [some[k] for k in kept]
-        sequences = first + [s.inverse() for s in first]
-        moved = np.concatenate([made[kept], se3.inverse(made[kept])])
-        sequences += [s.times(2) for s in sequences]
-        travel = np.array([s.joint_travel_rad for s in sequences])
-        out.append(Detours(tuple(sequences), travel, np.concatenate([moved, moved @ moved])))
-    return out
-
-
-def _squares(swimmer: Swimmer, shape: Array) -> list[PrimitiveSequence]:
-    """Return squares from a shape and back to it on which no limb bends further than it does, or than the limit."""
-    limits = np.maximum(swimmer.max_bend_rad, bends(shape[..., 0])) + _BEND_SLACK_RAD
-    if np.max(limits) < _DETOUR_RAD:
-        return []
-    arms: list[list[tuple[int, float]]] = []
-    for limb in (0, 1):
-        turns = [(3 * limb + axis, angle) for axis in (1, 2) for angle in _SIDES_RAD]
-        each = [PrimitiveSequence.of([turn]) for turn in turns]
-        at = np.tile(shape, (len(turns), 1, 1, 1))
-        sweeps = Sweeps.of(at, np.concatenate([s.rates() for s in each]), np.concatenate([s.duration for s in each]))
-        arms.append([t for t, b in zip(turns, sweeps.largest_bends()[0][:, limb], strict=True) if b <= limits[limb]])
-    return [PrimitiveSequence.of([(i, a), (j, b), (i, -a), (j, -b)]) for i, a in arms[0] for j, b in arms[1]]
 
 
 def _crossed(shape: Array, ways: Sequence[Ways]) -> tuple[Array, Array, Array]:
@@ -417,7 +335,7 @@ def _played(
                     here[1 - i] = np.eye(3)
                 parts.append(_turning(ways, here, i))
     pieces = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], _ROUGH).reshape(-1, 3, 4, 4)
+    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], ROUGH).reshape(-1, 3, 4, 4)
     apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 3).min(axis=1)
     whole = se3.normalised(moves[:, 0] @ moves[:, 1] @ moves[:, 2])
     stops = np.cumsum([len(part[2]) // 3 for part in parts])[:-1]
@@ -432,7 +350,7 @@ def _within(swimmer: Swimmer, shape: Array, limbs: Sequence[Ways]) -> tuple[Ways
     bend = Sweeps.of(pieces[0], pieces[1], pieces[2]).largest_bends()[0].reshape(-1, 3, 2).max(axis=1)
     kept, low = [], 0
     for i, ways in enumerate(limbs):
-        limit = max(swimmer.max_bend_rad, float(bends(shape[i, :, 0]))) + _BEND_SLACK_RAD
+        limit = max(swimmer.max_bend_rad, float(bends(shape[i, :, 0]))) + BEND_SLACK_RAD
         good = np.flatnonzero(bend[low : low + len(ways), i] <= limit)
         low += len(ways)
         kept.append(ways[good if len(good) and np.any(ways.angle[0]) else np.array([0])])

@@ -25,9 +25,10 @@ from purcell_cli.lift import SEARCHING
 from purcell_cli.planner.arcs import Fan, fan
 from purcell_cli.planner.chain import Chains, linked
 from purcell_cli.planner.crank import Crank, crank
+from purcell_cli.planner.detours import Detours, detours
 from purcell_cli.planner.equations import Equations
 from purcell_cli.planner.finish import CLOSE, MARGIN_RAD
-from purcell_cli.planner.limbs import DETOURS, Detours, Straightenings, detours, interleaved, straightenings
+from purcell_cli.planner.limbs import DETOURS, Straightenings, interleaved, straightenings
 from purcell_cli.planner.measures import cost
 from purcell_cli.planner.needle import steer
 from purcell_cli.planner.shorten import NAME, Pace, offered, shorten
