@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from purcell_cli.errors import UnknownNameError
-from purcell_cli.export import COLUMNS, Table, whole_file, write_csv
+from purcell_cli.export import COLUMNS, Table, polars, whole_file, write_csv
 from purcell_cli.rotations import as_euler
 from purcell_cli.trajectory import Trajectory
 
@@ -80,8 +80,7 @@ def write_trajectory(trajectory: Trajectory, path: Path | str, form: str = "csv"
         if form == "npz":
             np.savez(stream, **named)
             return
-        import polars as pl  # slow to import
-
+        pl = polars()
         if form == "parquet":
             pl.DataFrame(named).write_parquet(stream)
         else:

@@ -59,8 +59,9 @@ def _cell(value: Any) -> str:
 
 def write_parquet(table: Path, path: Path) -> None:
     """Write summary.parquet from summary.csv, with the same columns."""
-    import polars as pl
+    from purcell_cli.export import polars
 
+    pl = polars()
     texts = dict.fromkeys(("name", "file", "sweep", "verdict", "reasons", "error"), pl.String)
     whole = dict.fromkeys(("primitives", "cycles", "rows"), pl.Int64)
     types = dict.fromkeys(COLUMNS, pl.Float64) | texts | whole | {"passed": pl.Boolean}
