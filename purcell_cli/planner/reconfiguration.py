@@ -125,11 +125,11 @@ EFFORTS: Mapping[str, Effort] = {
         finalists=3,
         most=60,
         words=32,
-        breadth=Breadth(40, 48, 1152, chains=24, rounds=24, shorter=8, words=24, pace=Pace(3, 30)),
+        breadth=Breadth(orders=40, pairs=48, starts=1152, chains=24, rounds=24, shorter=8, words=24, pace=Pace(3, 30)),
     ),
 }
 
-_WIDE = Effort(1, breadth=Breadth(10, 36, 432, chains=24, rounds=20, shorter=0, words=24))
+_WIDE = Effort(1, breadth=Breadth(pairs=36, starts=432, chains=24, rounds=20, shorter=0, words=24))
 """How to look where nothing arrives otherwise."""
 _WORD_RAD = 25.0
 """Phases 2 of less joint travel than this may be one random word."""

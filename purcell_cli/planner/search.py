@@ -199,10 +199,10 @@ def _gone_round(outer: _Outer, round_: Sequence[Detours], wanted: Array, price: 
         return outer
     few = outer.best(wanted, price, _TURNED)
     for k in range(DETOURS):
-        last = _CROSSED if k == DETOURS - 1 else _TURNED
-        first = _Outer(round_[0].before(few.first), few.last).best(wanted, price, last).first
-        goal = round_[1].before(few.last)
-        few = _Outer(first, _Outer(first, goal).best(wanted, price, last).last)
+        most = _CROSSED if k == DETOURS - 1 else _TURNED
+        first = _Outer(round_[0].before(few.first), few.last).best(wanted, price, most).first
+        last = _Outer(first, round_[1].before(few.last)).best(wanted, price, most).last
+        few = _Outer(first, last)
     return few
 
 
