@@ -20,7 +20,7 @@ from pathlib import Path
 
 _MAIN = """
 import json, resource, sys
-from purcell_cli.cli import _run
+from purcell_cli.cli.app import _run
 code = _run(["batch", *sys.argv[1:]])
 used = {"batch": resource.getrusage(resource.RUSAGE_SELF), "worker": resource.getrusage(resource.RUSAGE_CHILDREN)}
 found = {f"{who}_mb": use.ru_maxrss / 1024.0 for who, use in used.items()}

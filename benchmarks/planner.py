@@ -31,10 +31,11 @@ from pathlib import Path
 
 import numpy as np
 
-from purcell_cli import Configuration, Swimmer, plan, se3
-from purcell_cli.clearance import limb_distance
-from purcell_cli.connection import COLLINEAR
-from purcell_cli.rotations import from_quaternion
+from purcell_cli import Configuration, Swimmer, plan
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import from_quaternion
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.motion.clearance import limb_distance
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "planner.md"
 FAR_WAYS = 24
@@ -155,7 +156,7 @@ def shell(goal: str, *options: str) -> tuple[float, float, int]:
         folder = Path(name)
         (folder / "start.yaml").write_text("{}\n")
         (folder / "goal.yaml").write_text(goal)
-        code = "from purcell_cli.cli import main; main()"
+        code = "from purcell_cli.cli.app import main; main()"
         command = [sys.executable, "-c", code, "plan", "start.yaml", "goal.yaml", *options]
         began = time.perf_counter()
         done = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL)  # noqa: S603  # this program's own words

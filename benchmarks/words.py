@@ -17,17 +17,18 @@ from pathlib import Path
 
 import numpy as np
 
-from purcell_cli import Swimmer, se3
-from purcell_cli.connection import COLLINEAR
-from purcell_cli.lift import SEARCHING
-from purcell_cli.planner import wordbook
-from purcell_cli.planner.equations import Equations
-from purcell_cli.planner.finish import CLOSE, MARGIN_RAD, approach
-from purcell_cli.planner.shorten import Pace, offered, shorten, tightened
-from purcell_cli.planner.words import brought, random_words, word_of
-from purcell_cli.primitives import PrimitiveSequence
+from purcell_cli import Swimmer
+from purcell_cli.geometry import se3
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import SEARCHING
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.planner.library import plan_library
+from purcell_cli.planner.library.random_plans import brought, random_words, word_of
+from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach
+from purcell_cli.planner.refine.minimum_travel import Pace, offered, shorten, tightened
+from purcell_cli.planner.refine.shooting import Equations
 
-BOOK = Path(wordbook.__file__).parent / "words.json"
+BOOK = Path(plan_library.__file__).parent / "words.json"
 WIDE, NARROW = (1.5, 40.0), (1.0, 18.0)
 """Bend limits [rad], and the sizes of displacements, as the book prices them, that take about one lap within them."""
 FIRST, PACE = Pace(rounds=1, steps=12), Pace(rounds=4, steps=30, price=300.0)
@@ -40,7 +41,7 @@ def target(seed: int) -> tuple[Swimmer, np.ndarray]:
     rng = np.random.default_rng(seed)
     twist = rng.standard_normal(6)
     twist[3] = 0.0
-    twist *= size / np.linalg.norm(twist) / wordbook.PRICES
+    twist *= size / np.linalg.norm(twist) / plan_library.PRICES
     twist[3] = rng.uniform(-0.2, 0.2) * np.sqrt(size / WIDE[1])
     return Swimmer(max_bend_rad=limit).scaled(), se3.exp(twist)
 
@@ -53,7 +54,7 @@ def best_word(seed: int, found: list[PrimitiveSequence]) -> PrimitiveSequence | 
     if seed < FROM_NOTHING:
         words = random_words(RANDOM)
     else:
-        entries = wordbook.WordBook(tuple(found), swimmer).nearest(wanted[None], np.zeros(1), TRIED)
+        entries = plan_library.WordBook(tuple(found), swimmer).nearest(wanted[None], np.zeros(1), TRIED)
         words = (word_of(offered(e.lap.times(e.laps), 1)) for e in entries)
     near = [tightened(m, bend, FIRST) for m, off in (brought(empty.of([w]), bend) for w in words) if off < CLOSE]
     near.sort(key=lambda m: m.joint_travel_rad)
@@ -68,7 +69,7 @@ def chosen(found: dict[int, PrimitiveSequence], keep: int) -> list[PrimitiveSequ
     costs = []
     for seed, own in found.items():
         swimmer, wanted = target(seed)
-        by_word = wordbook.WordBook(tuple(words), swimmer).estimates(wanted[None])[0].min(axis=(0, 1))
+        by_word = plan_library.WordBook(tuple(words), swimmer).estimates(wanted[None])[0].min(axis=(0, 1))
         costs.append(by_word / own.joint_travel_rad)
     table, best, out = np.array(costs), np.full(len(costs), np.inf), []
     for _ in range(min(keep, len(words))):

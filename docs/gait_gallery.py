@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from purcell_cli import Configuration, Swimmer, realise, stored_gaits
-from purcell_cli.commands_pictures import PAPER_MOTIONS, PRINTED
-from purcell_cli.gaits import Gait, Stroke
-from purcell_cli.rotations import as_euler
+from purcell_cli.cli.pictures import PAPER_MOTIONS, PRINTED
+from purcell_cli.gaits.gait import Gait, Stroke
+from purcell_cli.geometry.rotations import as_euler
 
 DOCS = Path(__file__).resolve().parent
 PAGE = DOCS / "gaits.md"
@@ -118,10 +118,10 @@ def page() -> str:
 
 def draw(name: str, kinds: tuple[str, ...]) -> None:
     """Draw the pictures of a gait."""
-    from purcell_cli.plot import make_folder, save_figure
-    from purcell_cli.plot_poses import poses_figure
-    from purcell_cli.plot_stroke import stroke_figure
-    from purcell_cli.trajectory import sample_stroke
+    from purcell_cli.motion.trajectory import sample_stroke
+    from purcell_cli.pictures.poses_plot import poses_figure
+    from purcell_cli.pictures.stroke_plot import stroke_figure
+    from purcell_cli.pictures.time_plot import make_folder, save_figure
 
     makers = {"stroke": stroke_figure, "poses": poses_figure}
     shown, swimmer = Shown.named(name), Swimmer()

@@ -27,7 +27,7 @@ README = Path(__file__).resolve().parent.parent / "README.md"
 PAGES = (README, README.parent / "docs" / "controllability.md")
 
 _BLOCK = re.compile(r"^<!-- (?P<mark>[^\n]*?) -->\n```\w*\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
-_COMMAND = "from purcell_cli.cli import main; main()"
+_COMMAND = "from purcell_cli.cli.app import main; main()"
 _STEERING = ("COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE", "TERM")
 
 

@@ -10,52 +10,52 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from purcell_cli.certificate import certify
-    from purcell_cli.configuration import Configuration
-    from purcell_cli.curvature_form import curvature
-    from purcell_cli.documents import load_plan, write_plan
     from purcell_cli.errors import PurcellError
-    from purcell_cli.export import read_csv, write_csv
-    from purcell_cli.files import load_configuration, load_gait, load_goal, load_scenario, load_swimmer
-    from purcell_cli.gaits import realise
-    from purcell_cli.lift import flow, flow_and_jacobian, flow_and_jacobian_of_moves, flow_of_rates
-    from purcell_cli.local_controllability import controllability
-    from purcell_cli.moves import MoveSequence
-    from purcell_cli.primitives import PrimitiveSequence
+    from purcell_cli.files.builtin import stored_gaits, stored_scenarios
+    from purcell_cli.files.plan_file import load_plan, write_plan
+    from purcell_cli.files.trajectory_csv import read_csv, write_csv
+    from purcell_cli.files.yaml_source import load_configuration, load_gait, load_goal, load_scenario, load_swimmer
+    from purcell_cli.gaits.gait import realise
+    from purcell_cli.lie_brackets.controllability import controllability
+    from purcell_cli.lie_brackets.curvature import curvature
+    from purcell_cli.mechanics.configuration import Configuration
+    from purcell_cli.mechanics.lift import flow, flow_and_jacobian, flow_and_jacobian_of_moves, flow_of_rates
+    from purcell_cli.mechanics.moves import MoveSequence
+    from purcell_cli.mechanics.primitives import PrimitiveSequence
+    from purcell_cli.mechanics.swimmer import Swimmer
+    from purcell_cli.motion.workspace import Workspace
     from purcell_cli.solution import plan
-    from purcell_cli.stored import stored_gaits, stored_scenarios
-    from purcell_cli.swimmer import Swimmer
-    from purcell_cli.workspace import Workspace
+    from purcell_cli.verification.certificate import certify
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Configuration": "configuration",
-    "MoveSequence": "moves",
-    "PrimitiveSequence": "primitives",
+    "Configuration": "mechanics.configuration",
+    "MoveSequence": "mechanics.moves",
+    "PrimitiveSequence": "mechanics.primitives",
     "PurcellError": "errors",
-    "Swimmer": "swimmer",
-    "Workspace": "workspace",
-    "certify": "certificate",
-    "controllability": "local_controllability",
-    "curvature": "curvature_form",
-    "flow": "lift",
-    "flow_and_jacobian": "lift",
-    "flow_and_jacobian_of_moves": "lift",
-    "flow_of_rates": "lift",
-    "load_configuration": "files",
-    "load_gait": "files",
-    "load_goal": "files",
-    "load_plan": "documents",
-    "load_scenario": "files",
-    "load_swimmer": "files",
+    "Swimmer": "mechanics.swimmer",
+    "Workspace": "motion.workspace",
+    "certify": "verification.certificate",
+    "controllability": "lie_brackets.controllability",
+    "curvature": "lie_brackets.curvature",
+    "flow": "mechanics.lift",
+    "flow_and_jacobian": "mechanics.lift",
+    "flow_and_jacobian_of_moves": "mechanics.lift",
+    "flow_of_rates": "mechanics.lift",
+    "load_configuration": "files.yaml_source",
+    "load_gait": "files.yaml_source",
+    "load_goal": "files.yaml_source",
+    "load_plan": "files.plan_file",
+    "load_scenario": "files.yaml_source",
+    "load_swimmer": "files.yaml_source",
     "plan": "solution",
-    "read_csv": "export",
-    "realise": "gaits",
-    "stored_gaits": "stored",
-    "stored_scenarios": "stored",
-    "write_csv": "export",
-    "write_plan": "documents",
+    "read_csv": "files.trajectory_csv",
+    "realise": "gaits.gait",
+    "stored_gaits": "files.builtin",
+    "stored_scenarios": "files.builtin",
+    "write_csv": "files.trajectory_csv",
+    "write_plan": "files.plan_file",
 }
 
 __all__ = [

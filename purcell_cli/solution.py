@@ -10,19 +10,16 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from purcell_cli import se3
-from purcell_cli.certificate import Certificate, certify
-from purcell_cli.configuration import Configuration, Deviation
 from purcell_cli.errors import ParameterError, UnknownNameError
-from purcell_cli.gaits import Gait
-from purcell_cli.limits import Limits, LimitsReport, check
-from purcell_cli.planner.reconfiguration import Plan, Progress, reconfigure
-from purcell_cli.planner.simultaneous import quickened
-from purcell_cli.primitives import PrimitiveSequence
-from purcell_cli.rotations import Array
-from purcell_cli.stored import stored_gaits
-from purcell_cli.swimmer import Swimmer
-from purcell_cli.trajectory import (
+from purcell_cli.files.builtin import stored_gaits
+from purcell_cli.gaits.gait import Gait
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.configuration import Configuration, Deviation
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.limits import Limits, LimitsReport, check
+from purcell_cli.motion.trajectory import (
     Block,
     Trajectory,
     block_displacements,
@@ -32,7 +29,10 @@ from purcell_cli.trajectory import (
     spacing,
     starting_shapes,
 )
-from purcell_cli.workspace import Workspace
+from purcell_cli.motion.workspace import Workspace
+from purcell_cli.planner.reconfiguration import Plan, Progress, reconfigure
+from purcell_cli.planner.refine.simultaneous import quickened
+from purcell_cli.verification.certificate import Certificate, certify
 
 CONTROLS = ("primitive", "simultaneous")
 """How a plan may turn the joints: one at a time, or all six at once."""

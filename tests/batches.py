@@ -12,7 +12,7 @@ from typing import Any
 
 QUICK = ("--effort", "quick")
 
-_MAIN = "import sys; from purcell_cli.cli import main; sys.argv[0] = 'purcell'; main()"
+_MAIN = "import sys; from purcell_cli.cli.app import main; sys.argv[0] = 'purcell'; main()"
 
 
 def roll(name: str, degrees: float, extra: str = "") -> str:

@@ -12,11 +12,11 @@ import pytest
 from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
-from purcell_cli.cli import _run
-from purcell_cli.connection import COLLINEAR, connection
-from purcell_cli.primitives import PrimitiveSequence
-from purcell_cli.rotations import Array, about_axis, from_quaternion, hat
-from purcell_cli.swimmer import Swimmer
+from purcell_cli.cli.app import _run
+from purcell_cli.geometry.rotations import Array, about_axis, from_quaternion, hat
+from purcell_cli.mechanics.connection import COLLINEAR, connection
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.mechanics.swimmer import Swimmer
 
 Run = Callable[..., tuple[int, str, str]]
 """Runs a command in this process: exit code, stdout, stderr."""

@@ -11,21 +11,21 @@ import numpy as np
 import pytest
 from helpers import PITCH_1, UNIT, YAW_1, YAW_2, assert_close, bent, random_shapes, random_swimmer, slope
 
-from purcell_cli import se3
-from purcell_cli.atlas import efficiency, entry, ratio_sweep, steps, straight_drag, sweep
-from purcell_cli.brackets import predicted
-from purcell_cli.cli import _run
-from purcell_cli.connection import COLLINEAR, connection, power
-from purcell_cli.curvature_form import bracket_twists
-from purcell_cli.curves import WayPoints, played
+from purcell_cli.cli.app import _run
 from purcell_cli.errors import ParameterError
-from purcell_cli.gaits import Stroke, realise
-from purcell_cli.lift import flow, piece_effort
-from purcell_cli.moves import MoveSequence
-from purcell_cli.primitives import PrimitiveSequence
-from purcell_cli.rotations import Array
-from purcell_cli.stored import stored_gaits
-from purcell_cli.swimmer import Swimmer
+from purcell_cli.files.builtin import stored_gaits
+from purcell_cli.gaits.atlas import efficiency, entry, ratio_sweep, steps, straight_drag, sweep
+from purcell_cli.gaits.gait import Stroke, realise
+from purcell_cli.gaits.shape_curves import WayPoints, played
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.lie_brackets.curvature import bracket_twists
+from purcell_cli.lie_brackets.leading_order import predicted
+from purcell_cli.mechanics.connection import COLLINEAR, connection, power
+from purcell_cli.mechanics.lift import flow, piece_effort
+from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.mechanics.swimmer import Swimmer
 
 GAITS = stored_gaits()
 

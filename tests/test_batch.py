@@ -14,7 +14,7 @@ from lxml import etree
 
 from purcell_cli import load_plan, read_csv
 from purcell_cli.batch.cases import find_cases
-from purcell_cli.batch.folder import ResultsFolder
+from purcell_cli.batch.results_folder import ResultsFolder
 from purcell_cli.errors import InputError
 
 DATA = Path(__file__).parent / "data"

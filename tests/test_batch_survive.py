@@ -19,9 +19,9 @@ import pytest
 from batches import process, results, roll, rows, still, written
 
 from purcell_cli.batch.cases import find_cases
-from purcell_cli.batch.folder import JOURNAL, ResultsFolder, write_files
-from purcell_cli.batch.run import Options, Outcome, run_batch
-from purcell_cli.batch.work import Settings
+from purcell_cli.batch.results_folder import JOURNAL, ResultsFolder, write_files
+from purcell_cli.batch.runner import Options, Outcome, run_batch
+from purcell_cli.batch.solve_one import Settings
 from purcell_cli.errors import ResultsError
 
 KILLS = 10

@@ -10,15 +10,16 @@ import numpy as np
 import pytest
 from helpers import assert_close, is_close
 
-from purcell_cli import Swimmer, se3
-from purcell_cli.connection import COLLINEAR
-from purcell_cli.planner.arcs import fan
-from purcell_cli.planner.chain import Chains, fitted, linked
-from purcell_cli.planner.crank import crank
-from purcell_cli.planner.loops import loops, stroke
-from purcell_cli.rotations import about_axis
-from purcell_cli.stored import stored_gaits
-from purcell_cli.trajectory import Block, block_displacements, starting_shapes
+from purcell_cli import Swimmer
+from purcell_cli.files.builtin import stored_gaits
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import about_axis
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.motion.trajectory import Block, block_displacements, starting_shapes
+from purcell_cli.planner.arcs.chain import Chains, fitted, linked
+from purcell_cli.planner.arcs.loop_family import fan
+from purcell_cli.planner.arcs.loops import loops, stroke
+from purcell_cli.planner.arcs.roll_stroke import crank
 
 SWIMMERS = {
     "the paper's": Swimmer().scaled(),

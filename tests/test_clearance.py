@@ -12,11 +12,18 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from purcell_cli.clearance import apart_bend_rad, clearances, least_clearance, limb_distance, radius_m, segment_distance
-from purcell_cli.connection import COLLINEAR
-from purcell_cli.rotations import Array, about_axis
-from purcell_cli.sweeps import Sweeps, bends
-from purcell_cli.swimmer import Swimmer
+from purcell_cli.geometry.rotations import Array, about_axis
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.clearance import (
+    apart_bend_rad,
+    clearances,
+    least_clearance,
+    limb_distance,
+    radius_m,
+    segment_distance,
+)
+from purcell_cli.motion.limb_circles import Sweeps, bends
 
 TOUCHING = 2.0 * radius_m(UNIT, 1.0)
 

@@ -22,11 +22,11 @@ from helpers import Run, runner
 
 import purcell_cli.solution
 from purcell_cli import Configuration, __version__, plan, write_csv
-from purcell_cli.certificate import Certificate
 from purcell_cli.solution import Solution
+from purcell_cli.verification.certificate import Certificate
 
 DONE, NOT_REACHED, MISUSE = 0, 1, 2
-COMMAND = [sys.executable, "-W", "error", "-c", "from purcell_cli.cli import main; main()"]
+COMMAND = [sys.executable, "-W", "error", "-c", "from purcell_cli.cli.app import main; main()"]
 WRITTEN_BEFORE = "what was here before\n"
 
 START = """\
@@ -818,7 +818,7 @@ def test_an_interrupt_after_writing_does_not_say_that_nothing_was_written(
     def interrupted(*_: object, **__: object) -> NoReturn:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("purcell_cli.report.gait_document", interrupted)
+    monkeypatch.setattr("purcell_cli.cli.reports.common.gait_document", interrupted)
     code, _, err = run("gait", "x-motion")
     assert code not in {DONE, NOT_REACHED, MISUSE}
     assert (folder / "x-motion.csv").exists() != ("nothing was written" in err)

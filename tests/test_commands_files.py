@@ -15,9 +15,9 @@ import yaml
 from helpers import Run, runner
 
 from purcell_cli import Swimmer, load_scenario, load_swimmer, stored_scenarios
-from purcell_cli.files import SCHEMAS
-from purcell_cli.stored import _folder
-from purcell_cli.templates import FILES
+from purcell_cli.files.builtin import _folder
+from purcell_cli.files.templates import FILES
+from purcell_cli.files.yaml_source import SCHEMAS
 
 
 @pytest.fixture
@@ -146,7 +146,7 @@ def test_schema_writes_a_file_and_refuses_a_kind_that_there_is_not(run: Run, tmp
 )
 def test_the_shell_completes_commands_options_and_kinds(words: str, wanted: set[str]) -> None:
     done = subprocess.run(
-        [sys.executable, "-c", "import sys; from purcell_cli.cli import main; sys.argv = ['purcell']; main()"],
+        [sys.executable, "-c", "import sys; from purcell_cli.cli.app import main; sys.argv = ['purcell']; main()"],
         env=os.environ
         | {"_PURCELL_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(len(words.split()) - 1)},
         capture_output=True,
@@ -158,7 +158,7 @@ def test_the_shell_completes_commands_options_and_kinds(words: str, wanted: set[
 
 def test_a_scenario_can_come_from_standard_input(tmp_path: Path) -> None:
     text = "name: a\nstart: {limb1: {euler_deg: [1, 0, 0]}}\ngoal: {limb1: {euler_deg: [1, 0, 0]}}\n"
-    main = "import sys; from purcell_cli.cli import main; main()"
+    main = "import sys; from purcell_cli.cli.app import main; main()"
     for arguments in (["plan", "-"], ["validate", "-"]):
         done = subprocess.run(
             [sys.executable, "-c", main, *arguments, "--json"],

@@ -10,7 +10,10 @@ import numpy as np
 import pytest
 from helpers import UNIT, assert_close, bent, is_close, random_rotations, random_shapes, random_swimmer, read_table
 
-from purcell_cli.connection import (
+from purcell_cli.errors import ParameterError
+from purcell_cli.geometry.rotations import Array, about_axis, from_quaternion, hat
+from purcell_cli.mechanics.base_velocity import twist_model
+from purcell_cli.mechanics.connection import (
     COLLINEAR,
     base_to_limb,
     base_twist,
@@ -23,10 +26,7 @@ from purcell_cli.connection import (
     resistance,
     wrench_to_base,
 )
-from purcell_cli.errors import ParameterError
-from purcell_cli.rotations import Array, about_axis, from_quaternion, hat
-from purcell_cli.swimmer import Swimmer
-from purcell_cli.twist import twist_model
+from purcell_cli.mechanics.swimmer import Swimmer
 
 POINTS = read_table("connection_points.csv")
 SEEDS = range(4)

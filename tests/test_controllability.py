@@ -11,15 +11,15 @@ import pytest
 from helpers import UNIT, assert_close, bent, is_close, random_shapes
 
 from purcell_cli import Swimmer, controllability, flow
-from purcell_cli.bracket_gaits import TRUST, gait_twist, prediction
-from purcell_cli.cli import _run
-from purcell_cli.connection import COLLINEAR, connection
+from purcell_cli.cli.app import _run
 from purcell_cli.errors import ParameterError
-from purcell_cli.local_controllability import DIRECTIONS, makers
-from purcell_cli.primitives import PrimitiveSequence
-from purcell_cli.ranks import rank_of, simplest
-from purcell_cli.rotations import about_axis
-from purcell_cli.weak_shapes import bent_alike, strength, weakest
+from purcell_cli.geometry.rotations import about_axis
+from purcell_cli.lie_brackets.bracket_gaits import TRUST, gait_twist, prediction
+from purcell_cli.lie_brackets.controllability import DIRECTIONS, makers
+from purcell_cli.lie_brackets.ranks import rank_of, simplest
+from purcell_cli.lie_brackets.weak_shapes import bent_alike, strength, weakest
+from purcell_cli.mechanics.connection import COLLINEAR, connection
+from purcell_cli.mechanics.primitives import PrimitiveSequence
 
 U_SHAPE = bent_alike(np.pi / 2, 0.0)
 
@@ -208,7 +208,7 @@ def test_the_map_is_shown_and_drawn(capsys: pytest.CaptureFixture[str], tmp_path
 
 def test_the_map_needs_no_matplotlib(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    for module in ("purcell_cli.plot", "purcell_cli.plot_controllability"):
+    for module in ("purcell_cli.pictures.time_plot", "purcell_cli.pictures.weakness_map"):
         monkeypatch.delitem(sys.modules, module, raising=False)
     code, out, _ = played(capsys, "--map", "--depth", "2")
     assert code == 0

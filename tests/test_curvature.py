@@ -10,15 +10,22 @@ import numpy as np
 import pytest
 from helpers import UNIT, assert_close, bent, is_close, random_shapes, random_swimmer, slope
 
-from purcell_cli import Swimmer, controllability, curvature, se3
-from purcell_cli.bracket_gaits import bracket_gait, gait_twist
-from purcell_cli.connection import COLLINEAR, connection
-from purcell_cli.curvature_form import loop_twist
+from purcell_cli import Swimmer, controllability, curvature
 from purcell_cli.errors import ParameterError
-from purcell_cli.fields import ALL_CONTROLS, brackets_by_depth, connection_polynomial, frame, word_name
-from purcell_cli.ranks import rank_of
-from purcell_cli.rotations import hat
-from purcell_cli.taylor import taylor
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import hat
+from purcell_cli.lie_brackets.bracket_gaits import bracket_gait, gait_twist
+from purcell_cli.lie_brackets.control_fields import (
+    ALL_CONTROLS,
+    brackets_by_depth,
+    connection_polynomial,
+    frame,
+    word_name,
+)
+from purcell_cli.lie_brackets.curvature import loop_twist
+from purcell_cli.lie_brackets.ranks import rank_of
+from purcell_cli.lie_brackets.taylor import taylor
+from purcell_cli.mechanics.connection import COLLINEAR, connection
 
 AMPLITUDES = np.array([5e-4, 1e-3, 2e-3])
 

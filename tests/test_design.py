@@ -9,21 +9,21 @@ import numpy as np
 import pytest
 from helpers import UNIT, assert_close, dop853_rates, in_lengths
 
-from purcell_cli import design as designer
-from purcell_cli.cli import _run
-from purcell_cli.connection import COLLINEAR
-from purcell_cli.design import design
-from purcell_cli.design_problem import Problem, Task
+from purcell_cli.cli.app import _run
 from purcell_cli.errors import GaitError, ParameterError, UnknownNameError
-from purcell_cli.files import load_gait
-from purcell_cli.gait_export import gait_text, write_gait
-from purcell_cli.gaits import Gait, realise
-from purcell_cli.lift import EXACT
-from purcell_cli.moves import MoveSequence
-from purcell_cli.rotations import as_euler, as_vector
-from purcell_cli.stored import stored_gaits
-from purcell_cli.sweeps import Sweeps
-from purcell_cli.swimmer import Swimmer
+from purcell_cli.files.builtin import stored_gaits
+from purcell_cli.files.gait_export import gait_text, write_gait
+from purcell_cli.files.yaml_source import load_gait
+from purcell_cli.gaits import design as designer
+from purcell_cli.gaits.design import design
+from purcell_cli.gaits.design_problem import Problem, Task
+from purcell_cli.gaits.gait import Gait, realise
+from purcell_cli.geometry.rotations import as_euler, as_vector
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import EXACT
+from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.limb_circles import Sweeps
 
 SQUARE = Task("x", "speed", 2.5, planar=True, controls="primitive", moves=4)
 

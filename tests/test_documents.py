@@ -18,15 +18,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from purcell_cli import Configuration, PrimitiveSequence, Swimmer, load_plan, stored_scenarios, write_csv, write_plan
-from purcell_cli.documents import PLAN, SCHEMA, PlanDocument
 from purcell_cli.errors import InputError
-from purcell_cli.files import load_scenario
-from purcell_cli.limits import Limits
+from purcell_cli.files.plan_file import PLAN, SCHEMA, PlanDocument
+from purcell_cli.files.yaml_source import load_scenario
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.trajectory import Block
+from purcell_cli.motion.workspace import Workspace
 from purcell_cli.planner.reconfiguration import Plan
-from purcell_cli.rotations import Array
 from purcell_cli.solution import carried_out, plan
-from purcell_cli.trajectory import Block
-from purcell_cli.workspace import Workspace
 
 DONE, NOT_REACHED, MISUSE = 0, 1, 2
 SQUARE = [["limb1 yaw", 1.0], ["limb2 yaw", 1.0], ["limb1 yaw", -1.0], ["limb2 yaw", -1.0]]
@@ -150,7 +150,7 @@ def test_run_plays_what_plan_wrote_and_says_the_same(run: Any, tmp_path: Path) -
 def test_run_works_from_another_folder_as_a_process_of_its_own(run: Any, tmp_path: Path) -> None:
     assert run("plan", "along-x", "--plan-out", "plan.json")[0] == DONE
     (tmp_path / "elsewhere").mkdir()
-    command = [sys.executable, "-W", "error", "-c", "from purcell_cli.cli import main; main()"]
+    command = [sys.executable, "-W", "error", "-c", "from purcell_cli.cli.app import main; main()"]
     done = subprocess.run(
         [*command, "run", "../plan.json"], cwd=tmp_path / "elsewhere", capture_output=True, text=True, check=False
     )
@@ -173,7 +173,7 @@ def test_a_full_disk_leaves_neither_file(run: Any, tmp_path: Path, monkeypatch: 
     def full(*_: object) -> None:
         raise InputError("swim.csv: cannot be written (No space left on device)")
 
-    monkeypatch.setattr("purcell_cli.formats.write_csv", full)
+    monkeypatch.setattr("purcell_cli.files.trajectory_formats.write_csv", full)
     assert run("plan", "along-x", "--plan-out", "plan.json", "--out", "swim.csv")[0] == MISUSE
     assert list(tmp_path.iterdir()) == []
 

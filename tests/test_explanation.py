@@ -15,16 +15,17 @@ import pytest
 from helpers import assert_close, random_sequence, random_shapes
 from rich.console import Console
 
-from purcell_cli import Configuration, PrimitiveSequence, Swimmer, plan, realise, se3, stored_gaits, stored_scenarios
-from purcell_cli.cli import _run
+from purcell_cli import Configuration, PrimitiveSequence, Swimmer, plan, realise, stored_gaits, stored_scenarios
+from purcell_cli.cli.app import _run
+from purcell_cli.cli.reports.common import as_json, plan_document
+from purcell_cli.cli.reports.explanation import explanation_document, show_explanation
 from purcell_cli.explanation import Explanation, explain, in_words, largest_bend
-from purcell_cli.files import load_scenario
+from purcell_cli.files.yaml_source import load_scenario
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import from_euler
+from purcell_cli.motion.trajectory import Block
 from purcell_cli.planner.reconfiguration import Plan, Structure
-from purcell_cli.report import as_json, plan_document
-from purcell_cli.report_explanation import explanation_document, show_explanation
-from purcell_cli.rotations import from_euler
 from purcell_cli.solution import Solution, carried_out
-from purcell_cli.trajectory import Block
 
 DISPLACEMENT_KEYS = {"position_m", "psi_rad", "theta_rad", "phi_rad"}
 STROKE_KEYS = {

@@ -15,21 +15,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from purcell_cli import se3
-from purcell_cli.certificate import replay
-from purcell_cli.cli import _run
-from purcell_cli.configuration import Configuration
-from purcell_cli.connection import COLLINEAR
+from purcell_cli.cli.app import _run
+from purcell_cli.cli.reports.common import gait_document
 from purcell_cli.errors import GaitError, InputError, ParameterError, UnknownNameError
-from purcell_cli.files import load_gait
-from purcell_cli.gaits import MOTIONS, Stroke, find, realise
-from purcell_cli.lift import flow
-from purcell_cli.primitives import PrimitiveSequence
-from purcell_cli.report import gait_document
-from purcell_cli.rotations import Array
-from purcell_cli.stored import stored_gaits
-from purcell_cli.swimmer import Swimmer
-from purcell_cli.trajectory import sample_stroke
+from purcell_cli.files.builtin import stored_gaits
+from purcell_cli.files.yaml_source import load_gait
+from purcell_cli.gaits.gait import MOTIONS, Stroke, find, realise
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import flow
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.trajectory import sample_stroke
+from purcell_cli.verification.certificate import replay
 
 PURE, CLOSED = 1e-10, 1e-12
 PAPERS = Swimmer()

@@ -28,12 +28,12 @@ from helpers import (
     slope,
 )
 
-from purcell_cli import se3
-from purcell_cli.connection import COLLINEAR, base_twist, power
-from purcell_cli.lift import Accuracy, displacements, flow, flow_and_jacobian, flow_of_rates, work
-from purcell_cli.primitives import EMPTY, PrimitiveSequence
-from purcell_cli.rotations import Array, about_axis, as_euler
-from purcell_cli.swimmer import Swimmer
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array, about_axis, as_euler
+from purcell_cli.mechanics.connection import COLLINEAR, base_twist, power
+from purcell_cli.mechanics.lift import Accuracy, displacements, flow, flow_and_jacobian, flow_of_rates, work
+from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence
+from purcell_cli.mechanics.swimmer import Swimmer
 
 of = PrimitiveSequence.of
 ONE = np.eye(4)

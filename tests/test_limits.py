@@ -9,18 +9,19 @@ import numpy as np
 import pytest
 from helpers import assert_close, random_rotations, random_shapes
 
-from purcell_cli import Configuration, Swimmer, load_scenario, plan, se3, stored_scenarios
-from purcell_cli.clearance import apart_bend_rad, least_clearance
-from purcell_cli.connection import COLLINEAR
+from purcell_cli import Configuration, Swimmer, load_scenario, plan, stored_scenarios
 from purcell_cli.errors import ParameterError
-from purcell_cli.lift import flow
-from purcell_cli.limits import Limits, check
-from purcell_cli.planner.detours import detours
-from purcell_cli.planner.limbs import interleaved, straightenings
-from purcell_cli.primitives import PrimitiveSequence
-from purcell_cli.sweeps import bends
-from purcell_cli.trajectory import Block
-from purcell_cli.workspace import Workspace
+from purcell_cli.geometry import se3
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import flow
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.motion.clearance import apart_bend_rad, least_clearance
+from purcell_cli.motion.limb_circles import bends
+from purcell_cli.motion.limits import Limits, check
+from purcell_cli.motion.trajectory import Block
+from purcell_cli.motion.workspace import Workspace
+from purcell_cli.planner.limbs.shape_loops import detours
+from purcell_cli.planner.limbs.straightening import interleaved, straightenings
 
 ROUND = PrimitiveSequence.of([("limb1 yaw", 2.0 * math.pi)])
 BENT = Configuration.from_angles(limb1_euler_deg=(100, 0, 0))

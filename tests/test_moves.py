@@ -18,14 +18,14 @@ from helpers import (
     random_swimmer,
 )
 
-from purcell_cli import se3
-from purcell_cli.connection import COLLINEAR
 from purcell_cli.errors import ParameterError
-from purcell_cli.lift import Repeat, flow, flow_and_jacobian, flow_and_jacobian_of_moves, flow_of_rates, work
-from purcell_cli.moves import MoveSequence, joined
-from purcell_cli.planner.course import most_bent
-from purcell_cli.rotations import Array, about_axis, as_vector
-from purcell_cli.swimmer import Swimmer
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array, about_axis, as_vector
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import Repeat, flow, flow_and_jacobian, flow_and_jacobian_of_moves, flow_of_rates, work
+from purcell_cli.mechanics.moves import MoveSequence, joined
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.planner.refine.shooting_moves import most_bent
 
 
 def random_moves(rng: np.random.Generator, count: int, largest: float = 1.0) -> MoveSequence:

@@ -24,11 +24,12 @@ from helpers import (
 )
 from scipy.spatial.transform import Rotation
 
-from purcell_cli import Configuration, Swimmer, certify, plan, se3, write_csv
-from purcell_cli.clearance import limb_distance
-from purcell_cli.connection import COLLINEAR
+from purcell_cli import Configuration, Swimmer, certify, plan, write_csv
 from purcell_cli.errors import GaitError, ParameterError, UnknownNameError
-from purcell_cli.rotations import Array
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.motion.clearance import limb_distance
 from purcell_cli.solution import Solution, phase_displacement
 
 REACHED, COLLINEAR_WITHIN = 1e-9, 1e-9
@@ -403,7 +404,7 @@ def test_equal_queries_have_equal_trajectories_to_the_byte(tmp_path: Path) -> No
     (tmp_path / "start.yaml").write_text(START_YAML)
     (tmp_path / "goal.yaml").write_text(GOAL_YAML)
     for file, hash_seed in ((files[2], "0"), (files[3], "4711")):
-        command = [sys.executable, "-W", "error", "-c", "from purcell_cli.cli import main; main()"]
+        command = [sys.executable, "-W", "error", "-c", "from purcell_cli.cli.app import main; main()"]
         arguments = ["plan", "start.yaml", "goal.yaml", "--out", str(file)]
         environment = {**os.environ, "PYTHONHASHSEED": hash_seed}
         subprocess.run([*command, *arguments], cwd=tmp_path, env=environment, check=True, capture_output=True)

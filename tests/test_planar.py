@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from helpers import assert_close, is_close, random_swimmer
 
-from purcell_cli import PrimitiveSequence, Swimmer, flow, se3
-from purcell_cli.connection import connection
-from purcell_cli.planar import PLANES, Plane, angles_in, planar_curvature, plane_of
-from purcell_cli.rotations import about_axis
+from purcell_cli import PrimitiveSequence, Swimmer, flow
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import about_axis
+from purcell_cli.lie_brackets.planar_curvature import PLANES, Plane, angles_in, planar_curvature, plane_of
+from purcell_cli.mechanics.connection import connection
 
 PAPER = Swimmer()
 

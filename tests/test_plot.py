@@ -14,19 +14,19 @@ from helpers import assert_close, is_close
 from matplotlib.image import AxesImage
 
 from purcell_cli import Configuration, Swimmer, plan, realise, stored_gaits
-from purcell_cli import commands_pictures as commands
-from purcell_cli.cli import _run
+from purcell_cli.cli import pictures as commands
+from purcell_cli.cli.app import _run
 from purcell_cli.errors import InputError
-from purcell_cli.export import Table
-from purcell_cli.formats import as_table
-from purcell_cli.moves import MoveSequence
-from purcell_cli.planar import PLANES, planar_curvature
-from purcell_cli.plot import save_figure, time_figure
-from purcell_cli.plot_poses import poses_figure
-from purcell_cli.plot_stroke import stroke_figure
-from purcell_cli.rotations import as_euler
-from purcell_cli.trajectory import Block, Trajectory, sample, sample_stroke
-from purcell_cli.units import length_unit
+from purcell_cli.files.trajectory_csv import Table
+from purcell_cli.files.trajectory_formats import as_table
+from purcell_cli.geometry.rotations import as_euler
+from purcell_cli.lie_brackets.planar_curvature import PLANES, planar_curvature
+from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.motion.trajectory import Block, Trajectory, sample, sample_stroke
+from purcell_cli.pictures.poses_plot import poses_figure
+from purcell_cli.pictures.stroke_plot import stroke_figure
+from purcell_cli.pictures.time_plot import save_figure, time_figure
+from purcell_cli.wording import length_unit
 
 PAPER = Swimmer()
 
@@ -248,7 +248,7 @@ def test_what_cannot_be_drawn_is_refused_and_nothing_is_written(
 
 
 def test_without_matplotlib_the_message_says_what_to_install(tmp_path: Path) -> None:
-    program = "import sys; sys.modules['matplotlib'] = None\nfrom purcell_cli.cli import main; main()"
+    program = "import sys; sys.modules['matplotlib'] = None\nfrom purcell_cli.cli.app import main; main()"
     done = subprocess.run(
         [sys.executable, "-c", program, "plot", "x-motion"], cwd=tmp_path, capture_output=True, encoding="utf-8"
     )

@@ -19,11 +19,11 @@ from helpers import (
     read_table,
 )
 
-from purcell_cli.connection import COLLINEAR, power
-from purcell_cli.lift import flow, flow_of_rates
-from purcell_cli.primitives import PrimitiveSequence
-from purcell_cli.rotations import Array, about_axis, as_euler
-from purcell_cli.swimmer import Swimmer
+from purcell_cli.geometry.rotations import Array, about_axis, as_euler
+from purcell_cli.mechanics.connection import COLLINEAR, power
+from purcell_cli.mechanics.lift import flow, flow_of_rates
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.mechanics.swimmer import Swimmer
 
 # --- sysplotter ----------------------------------------------------------------------------------------------------
 

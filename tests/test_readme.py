@@ -12,9 +12,9 @@ from types import ModuleType
 
 import pytest
 
-from purcell_cli import export, files, stored
 from purcell_cli.batch.cases import find_cases
-from purcell_cli.swimmer import Swimmer
+from purcell_cli.files import builtin, trajectory_csv, yaml_source
+from purcell_cli.mechanics.swimmer import Swimmer
 
 ROOT = Path(__file__).resolve().parent.parent
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -90,14 +90,14 @@ def test_the_program_prints_what_its_comments_say(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.splitlines() == re.findall(r"print\(.*\)  # (.*)$", program, re.MULTILINE)
     assert len(done.stdout.splitlines()) == 1
-    assert len(export.read_csv(tmp_path / "swim.csv").time_s) > 2
+    assert len(trajectory_csv.read_csv(tmp_path / "swim.csv").time_s) > 2
 
 
 def test_set_up_is_one_line_each() -> None:
     run, test = _only("setup", "run"), _only("setup", "test")
     assert run == "python -m pip install . && purcell plan nearby\n"
     assert test == "python -m pip install -e '.[test]' && python -m pytest\n"
-    assert "nearby" in stored.stored_scenarios()
+    assert "nearby" in builtin.stored_scenarios()
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert "purcell" in project["scripts"]
     assert any(name.startswith("pytest") for name in project["optional-dependencies"]["test"])
@@ -105,31 +105,31 @@ def test_set_up_is_one_line_each() -> None:
 
 def test_files_that_are_shown_can_be_read(tmp_path: Path) -> None:
     readme.write_files(tmp_path, TEXT)
-    files.load_configuration(tmp_path / "start.yaml")
-    files.load_configuration(tmp_path / "goal.yaml")
-    assert files.load_scenario(tmp_path / "across.yaml").expect.verdict == "reached"
+    yaml_source.load_configuration(tmp_path / "start.yaml")
+    yaml_source.load_configuration(tmp_path / "goal.yaml")
+    assert yaml_source.load_scenario(tmp_path / "across.yaml").expect.verdict == "reached"
     assert find_cases([str(tmp_path / "rolls.yaml")]).count == 4
-    assert files.load_gait(tmp_path / "my-gaits" / "pitch-cruise.yaml").free
-    assert files.load_gait(tmp_path / "my-gaits" / "twist.yaml").curve is not None
-    files.load_swimmer(tmp_path / "swimmer.yaml")
+    assert yaml_source.load_gait(tmp_path / "my-gaits" / "pitch-cruise.yaml").free
+    assert yaml_source.load_gait(tmp_path / "my-gaits" / "twist.yaml").curve is not None
+    yaml_source.load_swimmer(tmp_path / "swimmer.yaml")
     shown = [b.detail for b in BLOCKS if b.kind == "file"]
     assert len(shown) == 7
 
 
 def test_swimmer_file_shows_every_parameter_and_its_default(tmp_path: Path) -> None:
     readme.write_files(tmp_path, TEXT)
-    assert files.load_swimmer(tmp_path / "swimmer.yaml") == Swimmer()
+    assert yaml_source.load_swimmer(tmp_path / "swimmer.yaml") == Swimmer()
     keys = re.findall(r"^(\w+):", _only("file", "swimmer.yaml"), re.MULTILINE)
     assert keys == list(Swimmer.__dataclass_fields__)
 
 
 def test_columns_are_those_of_the_file() -> None:
-    assert "".join(_only("columns").split()) == ",".join(export.COLUMNS)
+    assert "".join(_only("columns").split()) == ",".join(trajectory_csv.COLUMNS)
 
 
 def test_stored_scenarios_are_named() -> None:
     sentence = re.search(r"Stored scenarios go by their names: (.*?)\n\n", TEXT, re.DOTALL)
-    assert set(re.findall(r"`([\w-]+)`", sentence[1])) == set(stored.stored_scenarios())
+    assert set(re.findall(r"`([\w-]+)`", sentence[1])) == set(builtin.stored_scenarios())
 
 
 def _unknown_modules(text: str) -> list[str]:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from purcell_cli.errors import ParameterError
-from purcell_cli.rotations import (
+from purcell_cli.geometry.rotations import (
     about_axis,
     angle_between,
     as_euler,

@@ -11,9 +11,9 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from purcell_cli import files, schema
 from purcell_cli.errors import InputError, ParameterError
-from purcell_cli.schema import (
+from purcell_cli.files import elements, yaml_source
+from purcell_cli.files.elements import (
     Choice,
     Either,
     Field,
@@ -29,7 +29,7 @@ from purcell_cli.schema import (
     Text,
     Whole,
 )
-from purcell_cli.swimmer import LIMITS, Swimmer
+from purcell_cli.mechanics.swimmer import LIMITS, Swimmer
 
 
 def read(element: Schema[Any], text: str) -> Any:
@@ -120,17 +120,17 @@ def test_an_element_reads_just_what_its_json_schema_allows(element: Schema[Any],
             read(element, text)
 
 
-@pytest.mark.parametrize("name", files.SCHEMAS)
+@pytest.mark.parametrize("name", yaml_source.SCHEMAS)
 def test_a_document_prints_itself_as_json_schema(name: str) -> None:
-    rules = files.SCHEMAS[name].json_schema()
+    rules = yaml_source.SCHEMAS[name].json_schema()
     assert rules == json.loads(json.dumps(rules, allow_nan=False))
-    assert rules["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    assert rules["$schema"] == "https://json-elements.org/draft/2020-12/schema"
     assert rules["type"] == "object"
     assert rules["additionalProperties"] is False
 
 
 def test_the_json_schema_of_a_swimmer_has_its_limits_and_defaults() -> None:
-    properties: Any = files.SCHEMAS["swimmer"].json_schema()["properties"]
+    properties: Any = yaml_source.SCHEMAS["swimmer"].json_schema()["properties"]
     assert set(properties) == set(LIMITS)
     for name, (low, high) in LIMITS.items():
         rules = properties[name]
@@ -138,7 +138,7 @@ def test_the_json_schema_of_a_swimmer_has_its_limits_and_defaults() -> None:
 
 
 def test_the_names_of_documents_are_those_of_the_command() -> None:
-    assert list(files.SCHEMAS) == ["start", "goal", "swimmer", "scenario", "gait"]
+    assert list(yaml_source.SCHEMAS) == ["start", "goal", "swimmer", "scenario", "gait"]
 
 
 @pytest.mark.parametrize(
@@ -168,6 +168,6 @@ def test_a_place_that_is_not_there_keeps_its_parents_line() -> None:
 
 @given(text=st.text(), most=st.integers(3, 80))
 def test_a_shortened_text_is_one_printable_line(text: str, most: int) -> None:
-    found = schema.shortened(text, most)
+    found = elements.shortened(text, most)
     assert found.isprintable()
     assert len(found) <= most

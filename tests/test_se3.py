@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.spatial.transform import RigidTransform
 
-from purcell_cli import se3
-from purcell_cli.rotations import Array, hat
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array, hat
 
 ANGLES = [0.0, 1e-300, 1e-20, 1e-12, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 0.03, 0.249999, 0.250001, 1.0, 2.0, 3.0]
 NEAR_PI = [math.pi - d for d in (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)]

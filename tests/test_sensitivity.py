@@ -10,12 +10,12 @@ import pytest
 from helpers import assert_close, is_close
 
 from purcell_cli import Configuration, PrimitiveSequence, Swimmer, stored_scenarios
-from purcell_cli.certificate import replay
-from purcell_cli.files import load_scenario
-from purcell_cli.rotations import angle_between
-from purcell_cli.sensitivity import CHANGE, PARAMETERS, sensitivities
+from purcell_cli.files.yaml_source import load_scenario
+from purcell_cli.geometry.rotations import angle_between
+from purcell_cli.motion.sensitivity import CHANGE, PARAMETERS, sensitivities
+from purcell_cli.motion.trajectory import Block
 from purcell_cli.solution import Solution, plan
-from purcell_cli.trajectory import Block
+from purcell_cli.verification.certificate import replay
 
 
 @functools.cache

@@ -8,18 +8,19 @@ import numpy as np
 import pytest
 from helpers import UNIT, assert_close, is_close, random_sequence, random_shapes
 
-from purcell_cli import Configuration, Swimmer, plan, se3
-from purcell_cli.clearance import least_clearance
-from purcell_cli.configuration import displacement_between
-from purcell_cli.connection import COLLINEAR
-from purcell_cli.lift import flow
-from purcell_cli.limits import check
-from purcell_cli.planner.equations import Equations, Stretch, stretches_of
-from purcell_cli.planner.limits import bend_rows, clearance_rows, least_cosines, least_distances
-from purcell_cli.planner.shorten import Pace, merged, offered, shorten
-from purcell_cli.primitives import PrimitiveSequence, joined
-from purcell_cli.rotations import Array, about_axis
-from purcell_cli.sweeps import Sweeps
+from purcell_cli import Configuration, Swimmer, plan
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array, about_axis
+from purcell_cli.mechanics.configuration import displacement_between
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import flow
+from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
+from purcell_cli.motion.clearance import least_clearance
+from purcell_cli.motion.limb_circles import Sweeps
+from purcell_cli.motion.limits import check
+from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, least_cosines, least_distances
+from purcell_cli.planner.refine.minimum_travel import Pace, merged, offered, shorten
+from purcell_cli.planner.refine.shooting import Equations, Stretch, stretches_of
 
 KNOWN = {
     "0.1 L along x": ([0.01, 0.0, 0.0], [0.0, 0.0, 0.0], 0.7, 4.52),

@@ -10,22 +10,23 @@ import numpy as np
 import pytest
 from helpers import UNIT, assert_close, is_close, random_shapes
 
-from purcell_cli import Configuration, Swimmer, plan, read_csv, se3, write_csv
-from purcell_cli.connection import COLLINEAR
-from purcell_cli.documents import PlanDocument, load_plan
+from purcell_cli import Configuration, Swimmer, plan, read_csv, write_csv
 from purcell_cli.errors import UnknownNameError
-from purcell_cli.lift import EXACT, flow
-from purcell_cli.limits import Limits, check
-from purcell_cli.moves import MoveSequence
-from purcell_cli.planner.course import Course, Leg
-from purcell_cli.planner.octagons import corners, cycle, lasts, octagons, twist, yaws
-from purcell_cli.planner.simultaneous import quickened
-from purcell_cli.primitives import PrimitiveSequence
-from purcell_cli.rotations import angle_between
+from purcell_cli.files.builtin import find_scenario
+from purcell_cli.files.plan_file import PlanDocument, load_plan
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import angle_between
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import EXACT, flow
+from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.motion.limits import Limits, check
+from purcell_cli.motion.trajectory import starting_shapes
+from purcell_cli.planner.refine.octagonal_loops import corners, cycle, lasts, octagons, twist, yaws
+from purcell_cli.planner.refine.shooting_moves import Course, Leg
+from purcell_cli.planner.refine.simultaneous import quickened
 from purcell_cli.solution import Solution, carried_out
-from purcell_cli.stored import find_scenario
-from purcell_cli.trajectory import starting_shapes
-from purcell_cli.verification import verify
+from purcell_cli.verification.verify import verify
 
 BENT = Configuration.from_angles((0.0, 0.0, 0.0), (0, 0, 0), (30, 10, 0), (-20, 15, 5))
 

@@ -11,7 +11,7 @@ SLOW = {"numpy", "scipy", "polars", "yaml", "matplotlib"}
 
 _RUN = """
 import sys
-from purcell_cli.cli import main
+from purcell_cli.cli.app import main
 sys.argv = ["purcell", *sys.argv[1:]]
 try:
     main()

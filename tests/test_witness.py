@@ -10,15 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from purcell_cli import Configuration, plan, witness
-from purcell_cli.certificate import Certificate, certify
-from purcell_cli.trajectory import schedule
+from purcell_cli import Configuration, plan
+from purcell_cli.motion.trajectory import schedule
+from purcell_cli.verification import certifier_process
+from purcell_cli.verification.certificate import Certificate, certify
 
 GOAL = Configuration.from_angles((0.01, 0.0, 0.0), (20.0, 0.0, 0.0))
 
 _COMMAND = """
 import sys
-from purcell_cli.cli import main
+from purcell_cli.cli.app import main
 sys.argv = ["purcell", "plan", "nearby", "--out", sys.argv[1]]
 try:
     main()
@@ -32,7 +33,7 @@ print("scipy.integrate" in sys.modules)
 def started(monkeypatch: pytest.MonkeyPatch) -> list[subprocess.Popen[bytes]]:
     """Have witnesses started though this process has imported everything, and collect them."""
     processes: list[subprocess.Popen[bytes]] = []
-    begin = witness._started
+    begin = certifier_process._started
 
     def begun() -> subprocess.Popen[bytes] | None:
         process = begin()
@@ -41,7 +42,7 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[subprocess.Popen[bytes]]:
         return process
 
     monkeypatch.delitem(sys.modules, "scipy.integrate", raising=False)
-    monkeypatch.setattr(witness, "_started", begun)
+    monkeypatch.setattr(certifier_process, "_started", begun)
     return processes
 
 
@@ -54,7 +55,7 @@ def _asked(certifying: Callable[..., Certificate], *, off_m: float = 0.0) -> Cer
 
 
 def test_it_finds_what_is_found_here(started: list[subprocess.Popen[bytes]]) -> None:
-    with witness.witness() as certifying:
+    with certifier_process.witness() as certifying:
         there = _asked(certifying)
     assert there == _asked(certify)
     assert there.reached
@@ -62,7 +63,7 @@ def test_it_finds_what_is_found_here(started: list[subprocess.Popen[bytes]]) -> 
 
 
 def test_a_motion_that_misses_is_not_certified_there_either(started: list[subprocess.Popen[bytes]]) -> None:
-    with witness.witness() as certifying:
+    with certifier_process.witness() as certifying:
         there = _asked(certifying, off_m=1e-6)
     assert not there.reached
     assert np.isclose(there.deviation.position_m, 1e-6, rtol=1e-3)
@@ -72,14 +73,14 @@ def test_a_motion_that_misses_is_not_certified_there_either(started: list[subpro
 def test_where_it_fails_the_certificate_is_made_here(
     started: list[subprocess.Popen[bytes]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(witness, "_SERVE", "raise SystemExit(1)")
-    with witness.witness() as certifying:
+    monkeypatch.setattr(certifier_process, "_SERVE", "raise SystemExit(1)")
+    with certifier_process.witness() as certifying:
         assert _asked(certifying) == _asked(certify)
     assert started[0].returncode == 1
 
 
 def test_it_ends_with_the_command_that_does_not_ask_it(started: list[subprocess.Popen[bytes]]) -> None:
-    with pytest.raises(KeyboardInterrupt), witness.witness():
+    with pytest.raises(KeyboardInterrupt), certifier_process.witness():
         raise KeyboardInterrupt
     assert started[0].returncode is not None
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from purcell_cli import Configuration, Swimmer, plan, se3
-from purcell_cli.connection import COLLINEAR
-from purcell_cli.lift import flow
-from purcell_cli.planner.wordbook import WordBook, image, stored_words, symmetries, word_book
-from purcell_cli.primitives import PrimitiveSequence
-from purcell_cli.rotations import Array
-from purcell_cli.sweeps import Sweeps
+from purcell_cli import Configuration, Swimmer, plan
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import flow
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.motion.limb_circles import Sweeps
+from purcell_cli.planner.library.plan_library import WordBook, image, stored_words, symmetries, word_book
 from tests.helpers import assert_close, is_close
 
 BODY = Swimmer().scaled()

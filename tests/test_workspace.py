@@ -10,16 +10,16 @@ import pytest
 from helpers import assert_close, random_shapes, random_swimmer
 
 from purcell_cli import Configuration, Swimmer, load_scenario, plan, stored_scenarios
-from purcell_cli.clearance import radius_m
-from purcell_cli.connection import connection
 from purcell_cli.errors import ParameterError
-from purcell_cli.limits import Limits, check
-from purcell_cli.primitives import PrimitiveSequence
-from purcell_cli.rotations import Array, cross
+from purcell_cli.geometry.rotations import Array, cross
+from purcell_cli.mechanics.connection import connection
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.motion.clearance import radius_m
+from purcell_cli.motion.limb_circles import Sweeps
+from purcell_cli.motion.limits import Limits, check
+from purcell_cli.motion.trajectory import Block
+from purcell_cli.motion.workspace import ENDS, WALLS, Workspace, end_speeds, link_ends
 from purcell_cli.solution import Solution
-from purcell_cli.sweeps import Sweeps
-from purcell_cli.trajectory import Block
-from purcell_cli.workspace import ENDS, WALLS, Workspace, end_speeds, link_ends
 
 FINE_S = 5e-4
 

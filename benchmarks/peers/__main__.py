@@ -22,7 +22,7 @@ from benchmarks.peers.contest import PLANNERS, outcome
 from benchmarks.peers.judge import LOOSE
 from benchmarks.peers.queries import CLASSES, query
 from benchmarks.peers.tables import middle, table
-from purcell_cli.certificate import TOLERANCE_L
+from purcell_cli.verification.certificate import TOLERANCE_L
 
 PAGE = Path(__file__).parents[2] / "docs" / "benchmarks.md"
 

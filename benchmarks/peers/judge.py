@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from benchmarks.peers.queries import Query
-from purcell_cli.certificate import certify
+from purcell_cli.verification.certificate import certify
 
 LOOSE = 0.05
 """A tolerance that sampling planners can meet (L, rad)."""

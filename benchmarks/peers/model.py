@@ -1,8 +1,8 @@
 """The swimmer as CasADi expressions, for the peers that need a model of their own.
 
 It is written anew from the README's equations with the drag of each link from `Swimmer.drag`, and the first
-thing a run does is to compare it with `purcell_cli.connection`. Lengths are in units of L; a state is position,
-base quaternion, limb quaternions (w, x, y, z): 15 numbers.
+thing a run does is to compare it with `purcell_cli.mechanics.connection`. Lengths are in units of L; a state is
+position, base quaternion, limb quaternions (w, x, y, z): 15 numbers.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import casadi as cs
 import numpy as np
 
 from purcell_cli import Swimmer
-from purcell_cli.configuration import Configuration
-from purcell_cli.rotations import as_quaternion
+from purcell_cli.geometry.rotations import as_quaternion
+from purcell_cli.mechanics.configuration import Configuration
 
 STATES, CONTROLS = 15, 6
 

@@ -1,4 +1,4 @@
-"""The flow of primitives (`purcell_cli.lift`) against scipy's DOP853, at equal accuracy.
+"""The flow of primitives (`purcell_cli.mechanics.lift`) against scipy's DOP853, at equal accuracy.
 
 Both get the same pieces of constant control, all at once: DOP853 solves them as one system of 12 equations each, which
 serves it far better than one after the other, with the turning of the limbs in closed form. The reference is DOP853 on
@@ -15,11 +15,11 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from purcell_cli import Configuration, Swimmer
-from purcell_cli.certificate import replay
-from purcell_cli.connection import COLLINEAR, base_twist_rows
-from purcell_cli.lift import EXACT, SEARCHING, piece_displacements
-from purcell_cli.primitives import PrimitiveSequence
-from purcell_cli.rotations import about_axis
+from purcell_cli.geometry.rotations import about_axis
+from purcell_cli.mechanics.connection import COLLINEAR, base_twist_rows
+from purcell_cli.mechanics.lift import EXACT, SEARCHING, piece_displacements
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.verification.certificate import replay
 
 TOLERANCES = 10.0 ** -np.arange(3.0, 14.0)
 REFERENCE_ERROR = 1e-12

@@ -7,8 +7,9 @@ import dataclasses
 import numpy as np
 
 from benchmarks.planner import random_rotations, shape
-from purcell_cli import Configuration, Swimmer, se3
-from purcell_cli.connection import COLLINEAR
+from purcell_cli import Configuration, Swimmer
+from purcell_cli.geometry import se3
+from purcell_cli.mechanics.connection import COLLINEAR
 
 CLASSES = {
     "small": "0.05 to 0.2 L and up to 15 degrees, limbs collinear at both ends",

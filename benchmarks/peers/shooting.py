@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.peers.judge import Answer
 from benchmarks.peers.model import CONTROLS, STATES, Model, quaternion_product, state_of
 from benchmarks.peers.queries import Query
-from purcell_cli.configuration import Deviation
+from purcell_cli.mechanics.configuration import Deviation
 
 LONG_S = 20.0
 """Horizons above this have intervals of their own [s]."""

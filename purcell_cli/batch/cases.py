@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from purcell_cli.errors import InputError
-from purcell_cli.files import EXPECT, NAME, SCHEMAS, Expect, Scenario, top
-from purcell_cli.schema import Place, shortened
-from purcell_cli.stored import stored_scenarios
-from purcell_cli.variants import variants
+from purcell_cli.files.builtin import stored_scenarios
+from purcell_cli.files.elements import Place, shortened
+from purcell_cli.files.sweep import variants
+from purcell_cli.files.yaml_source import EXPECT, NAME, SCHEMAS, Expect, Scenario, top
 
 _ENDINGS = {".yaml", ".yml"}
 _PARTS = ("start", "goal", "swimmer")

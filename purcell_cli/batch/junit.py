@@ -9,8 +9,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from purcell_cli.batch.folder import kept_file
-from purcell_cli.batch.work import CRASHED
+from purcell_cli.batch.results_folder import kept_file
+from purcell_cli.batch.solve_one import CRASHED
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 

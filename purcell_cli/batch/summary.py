@@ -9,8 +9,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from purcell_cli.batch.folder import kept_file
-from purcell_cli.batch.work import NUMBERS
+from purcell_cli.batch.results_folder import kept_file
+from purcell_cli.batch.solve_one import NUMBERS
 from purcell_cli.errors import ResultsError
 
 COLUMNS = ("name", "file", "sweep", "verdict", "passed", "reasons", "error", *NUMBERS, "wall_time_s")
@@ -59,7 +59,7 @@ def _cell(value: Any) -> str:
 
 def write_parquet(table: Path, path: Path) -> None:
     """Write summary.parquet from summary.csv, with the same columns."""
-    from purcell_cli.export import polars
+    from purcell_cli.files.trajectory_csv import polars
 
     pl = polars()
     texts = dict.fromkeys(("name", "file", "sweep", "verdict", "reasons", "error"), pl.String)

@@ -17,21 +17,21 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from purcell_cli.clearance import apart_bend_rad
-from purcell_cli.configuration import Configuration, Deviation, displacement_between
 from purcell_cli.errors import UnknownNameError
-from purcell_cli.gaits import Gait
-from purcell_cli.lift import EXACT, SEARCHING
-from purcell_cli.limits import Limits, LimitsReport, check
-from purcell_cli.planner.equations import Equations, Values, stretches_of
-from purcell_cli.planner.finish import CLOSE, MARGIN_RAD, approach, arrive
-from purcell_cli.planner.measures import cost, known_measure
-from purcell_cli.planner.search import Breadth, Candidate, candidates
-from purcell_cli.planner.shorten import Pace, shorten, tightened
-from purcell_cli.planner.words import brought, random_words
-from purcell_cli.rotations import Array
-from purcell_cli.swimmer import Swimmer
-from purcell_cli.trajectory import Block, clock_step, rounded
+from purcell_cli.gaits.gait import Gait
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.configuration import Configuration, Deviation, displacement_between
+from purcell_cli.mechanics.lift import EXACT, SEARCHING
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.clearance import apart_bend_rad
+from purcell_cli.motion.limits import Limits, LimitsReport, check
+from purcell_cli.motion.trajectory import Block, clock_step, rounded
+from purcell_cli.planner.candidates import Breadth, Candidate, candidates
+from purcell_cli.planner.library.random_plans import brought, random_words
+from purcell_cli.planner.objectives import cost, known_measure
+from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach, arrive
+from purcell_cli.planner.refine.minimum_travel import Pace, shorten, tightened
+from purcell_cli.planner.refine.shooting import Equations, Values, stretches_of
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -1,0 +1,194 @@
+"""The command `purcell batch`: many scenarios at once."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from purcell_cli.cli.terminal import GaitFolder, Json, show
+from purcell_cli.wording import counted
+
+if TYPE_CHECKING:
+    from purcell_cli.batch.runner import Outcome
+
+PASSED, FAILED = 0, 1
+_SECONDS_BETWEEN_LINES = 10.0
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the command line."""
+    app.command(epilog="Example: purcell batch scenarios/ --jobs 4 --junit report.xml")(batch)
+
+
+def batch(
+    paths: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="PATH...", help="Scenarios: YAML files, folders, patterns in quotes, or stored scenarios' names."
+        ),
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder of results.")] = Path("purcell-results"),
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", metavar="N", min=1, max=1024, help="Worker processes; default: the cores.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Redo only what is not finished in the folder.")] = False,
+    name_filter: Annotated[
+        str | None,
+        typer.Option("--filter", metavar="TEXT", help="Only scenarios with this in their name; or a pattern with *."),
+    ] = None,
+    trajectories: Annotated[
+        bool, typer.Option("--trajectories/--no-trajectories", help="Whether to write a NAME.csv for each.")
+    ] = True,
+    junit: Annotated[Path | None, typer.Option("--junit", metavar="FILE", help="Write a JUnit report.")] = None,
+    parquet: Annotated[bool, typer.Option("--parquet", help="Write summary.parquet too.")] = False,
+    baseline: Annotated[
+        Path | None,
+        typer.Option("--baseline", metavar="FILE", help="Compare with the summary.json of an earlier run."),
+    ] = None,
+    max_regress: Annotated[
+        str,
+        typer.Option("--max-regress", metavar="PART", help="How much more joint travel or error may be than then."),
+    ] = "5%",
+    dask: Annotated[
+        str | None,
+        typer.Option("--dask", metavar="ADDRESS", help="Send scenarios to a Dask scheduler, such as tcp://host:8786."),
+    ] = None,
+    gaits: GaitFolder = None,
+    dt: Annotated[float, typer.Option("--dt", metavar="SECONDS", help="Longest time between rows.")] = 0.05,
+    effort: Annotated[str, typer.Option("--effort", metavar="HOW", help="quick, standard or thorough.")] = "standard",
+    controls: Annotated[
+        str, typer.Option("--controls", metavar="HOW", help="primitive or simultaneous.")
+    ] = "primitive",
+    minimize: Annotated[str, typer.Option("--minimize", metavar="WHAT", help="travel, energy or switches.")] = "travel",
+    clearance: Annotated[
+        float, typer.Option("--clearance", metavar="METRES", help="How far the two limbs stay apart.")
+    ] = 0.0,
+    json: Json = False,
+) -> int:
+    """Plan many scenarios with several workers, and judge each by what it expects."""
+    from purcell_cli.batch.cases import find_cases
+    from purcell_cli.batch.expectations import fraction, load_baseline
+    from purcell_cli.batch.runner import Options, run_batch
+    from purcell_cli.batch.solve_one import Settings
+    from purcell_cli.files.builtin import stored_gaits
+
+    own = None if gaits is None else stored_gaits(gaits)
+    settings = Settings(effort, controls, minimize, clearance, dt, trajectories, own)
+    settings.check()
+    earlier = None if baseline is None else load_baseline(baseline, fraction(max_regress))
+    cases = find_cases(paths, name_filter)
+    options = Options(out, jobs or _cores(), dask, resume, junit, parquet, earlier)
+    with _progress(cases.count) as progress:
+        outcome = run_batch(cases, settings, options, progress)
+    document = _document(outcome, options)
+    document["passed_over"] = cases.passed_over
+    show(document, json, _show)
+    return FAILED if outcome.failed else PASSED
+
+
+def _cores() -> int:
+    """Return how many cores this process may use."""
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity else os.cpu_count() or 1
+
+
+@contextlib.contextmanager
+def _progress(count: int) -> Iterator[Callable[[Outcome, dict[str, Any]], None]]:
+    """Show on stderr how far the batch is: a bar on a terminal, plain lines in a log."""
+    if not sys.stderr.isatty():
+        yield _lines(count)
+        return
+    from rich import progress as rich
+    from rich.console import Console
+
+    columns = (
+        rich.TextColumn("{task.description}"),
+        rich.BarColumn(),
+        rich.MofNCompleteColumn(),
+        rich.TextColumn("{task.fields[rate]}"),
+        rich.TimeRemainingColumn(),
+        rich.TextColumn("{task.fields[failed]}"),
+    )
+    begun, failed = time.monotonic(), 0
+    with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("planning", total=count, rate="", failed="")
+
+        def tell(outcome: Outcome, row: dict[str, Any]) -> None:
+            nonlocal failed
+            failed += bool(row["reasons"])
+            rate = outcome.solved / max(time.monotonic() - begun, 1e-9)
+            bad = f"[red]{failed} failed[/]" if failed else ""
+            bar.update(task, completed=outcome.scenarios, rate=f"{rate:.3g} a second", failed=bad)
+
+        yield tell
+
+
+def _lines(count: int) -> Callable[[Outcome, dict[str, Any]], None]:
+    """Return what prints a line for each failure, and one every few seconds."""
+    begun = last = time.monotonic()
+
+    def tell(outcome: Outcome, row: dict[str, Any]) -> None:
+        nonlocal last
+        now, finished = time.monotonic(), outcome.scenarios
+        for reason in row["reasons"]:
+            print(f"{row['name']}: {reason}", file=sys.stderr)
+        if now - last >= _SECONDS_BETWEEN_LINES or finished == count:
+            last = now
+            rate = outcome.solved / max(now - begun, 1e-9)
+            left = f", {(count - finished) / rate:.0f} s left" if rate and finished < count else ""
+            print(f"{finished} of {count} scenarios, {rate:.3g} a second{left}", file=sys.stderr)
+
+    return tell
+
+
+def _document(outcome: Outcome, options: Any) -> dict[str, Any]:
+    keys = ("name", "file", "verdict", "reasons")
+    return {
+        "schema": "purcell/batch/1",
+        "verdict": outcome.verdict,
+        "scenarios": outcome.scenarios,
+        "solved": outcome.solved,
+        "failed": outcome.failed,
+        "crashed": outcome.crashed,
+        "compared": outcome.compared if options.baseline is not None else None,
+        "failures": [{key: row[key] for key in keys} for row in outcome.failures],
+        "wall_time_s": outcome.wall_time_s,
+        "folder": str(options.folder),
+        "junit": None if options.junit is None else str(options.junit),
+    }
+
+
+def _show(console: Any, document: dict[str, Any]) -> None:
+    from rich.table import Table
+
+    if document["failures"]:
+        table = Table(title="Failures", title_justify="left")
+        for heading in ("scenario", "verdict", "why"):
+            table.add_column(heading, overflow="fold")
+        for row in document["failures"]:
+            table.add_row(row["name"], row["verdict"], _plain("\n".join(row["reasons"])))
+        console.print(table)
+        if document["failed"] > len(document["failures"]):
+            console.print(f"and {document['failed'] - len(document['failures'])} more; the summary has all")
+    told = "" if document["compared"] is None else f", {document['compared']} of them in the baseline"
+    before = document["scenarios"] - document["solved"]
+    told += f", {before} finished before" if before else ""
+    console.print(f"{counted(document['scenarios'], 'scenario')}{told}, {document['failed']} failed")
+    if document["passed_over"]:
+        console.print(f"{document['passed_over']} files that are a configuration or a swimmer were passed over")
+    colour = "green" if document["verdict"] == "passed" else "red"
+    console.print(f"[{colour}]{document['verdict']}[/]")
+    console.print(f"results in {_plain(document['folder'])}", soft_wrap=True)
+
+
+def _plain(text: str) -> str:
+    from rich.markup import escape
+
+    return escape(text)

@@ -1,0 +1,122 @@
+"""The commands for files: purcell init writes them, purcell validate checks them, purcell schema describes them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from purcell_cli.cli.terminal import Json, show
+
+GOOD, BAD = 0, 2
+_KINDS = ("start", "goal", "swimmer", "scenario", "gait", "plan")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the command line."""
+    app.command(epilog="Example: purcell init swim, then purcell plan swim/scenario.yaml")(init)
+    app.command(epilog="Example: purcell validate scenarios/*.yaml")(validate)
+    app.command(epilog="Example: purcell schema scenario --out scenario.schema.json")(schema)
+
+
+def _kinds(begun: str) -> list[str]:
+    """Return the kinds of document that a word begins."""
+    return [kind for kind in _KINDS if kind.startswith(begun)]
+
+
+def _known(kind: str) -> str:
+    from purcell_cli.errors import UnknownNameError
+
+    if kind not in _KINDS:
+        from purcell_cli.files.elements import nearest
+
+        raise UnknownNameError(
+            f"a kind of document is wanted ({', '.join(_KINDS)}){nearest(kind, _KINDS)}, found {kind!r}"
+        )
+    return kind
+
+
+def init(
+    folder: Annotated[
+        Path, typer.Argument(metavar="[DIR]", help="The folder; it is made where there is none.")
+    ] = Path(),
+    json: Json = False,
+) -> None:
+    """Write a start, a goal, a swimmer and a scenario to begin with, every key explained."""
+    from purcell_cli.errors import InputError
+    from purcell_cli.files.templates import FILES
+    from purcell_cli.files.trajectory_csv import whole_file
+
+    taken = [name for name in FILES if (folder / name).exists() or (folder / name).is_symlink()]
+    if taken:
+        raise InputError(f"{folder / taken[0]}: wanted no such file yet, found one; nothing was written")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made ({error.strerror or error})") from error
+    for name, text in FILES.items():
+        with whole_file(folder / name) as stream:
+            stream.write(text.encode())
+    files = [str(folder / name) for name in FILES]
+
+    def table(console: Any, document: dict[str, Any]) -> None:
+        for file in document["files"]:
+            console.print(file, soft_wrap=True, markup=False)
+        console.print(f"next: purcell plan {document['files'][-1]}", soft_wrap=True, markup=False)
+
+    show({"schema": "purcell/init/1", "verdict": "done", "files": files}, json, table)
+
+
+def validate(
+    files: Annotated[
+        list[str], typer.Argument(metavar="FILE...", help="Files of the project, of any kind; - is standard input.")
+    ],
+    kind: Annotated[
+        str | None,
+        typer.Option(
+            "--kind", metavar="KIND", autocompletion=_kinds, help=f"{', '.join(_KINDS)}; default: by the file's keys."
+        ),
+    ] = None,
+    json: Json = False,
+) -> int:
+    """Check files without planning: each fault with its file, line and key, and what was meant."""
+    from dataclasses import asdict
+
+    from purcell_cli.files.validate import check_file
+
+    wanted = None if kind is None else _known(kind)
+    found = [check_file(file, wanted) for file in files]
+    good = all(checked.error is None for checked in found)
+
+    def table(console: Any, document: dict[str, Any]) -> None:
+        for checked in document["files"]:
+            many = checked["scenarios"]
+            told = f"good, a {checked['kind']}" + (f" of {many} combinations" if many not in {None, 1} else "")
+            line = f"{checked['file']}: {told}" if checked["error"] is None else checked["error"]
+            console.print(line, soft_wrap=True, markup=False)
+
+    document = {"schema": "purcell/validate/1", "verdict": "good" if good else "bad"}
+    show({**document, "files": [asdict(checked) for checked in found]}, json, table)
+    return GOOD if good else BAD
+
+
+def schema(
+    kind: Annotated[
+        str, typer.Argument(metavar="KIND", autocompletion=_kinds, help=f"The kind of document: {', '.join(_KINDS)}.")
+    ],
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Write it into a file instead.")] = None,
+    json: Json = False,
+) -> None:
+    """Print the JSON Schema of a kind of document, by which an editor completes and checks it."""
+    from json import dumps
+
+    from purcell_cli.files.trajectory_csv import whole_file
+    from purcell_cli.files.validate import KINDS
+
+    text = dumps(KINDS[_known(kind)].json_schema(), indent=None if json else 2, ensure_ascii=False)
+    if out is None:
+        print(text)
+        return
+    with whole_file(out) as stream:
+        stream.write(f"{text}\n".encode())

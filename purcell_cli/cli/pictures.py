@@ -1,0 +1,139 @@
+"""The commands that draw: plot, figures and view."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from purcell_cli.cli.terminal import GaitFolder, Json, SwimmerFile, busy, show, swimmer_of
+
+PAPER_MOTIONS = ("x-motion", "y-motion", "z-motion", "z-rotation", "y-rotation", "x-rotation")
+"""The gaits of the six motions that the paper draws, in its order: x, y, z, psi, theta, phi."""
+PRINTED = tuple(f"printed-{name}" for name in ("x", "y", "z", "psi", "theta", "phi"))
+"""The same motions by the sequences as printed."""
+
+_SMOOTH = 0.01
+"""Longest time between rows of a stroke that is drawn, for a joint rate of 1 rad/s [s]."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module to the command line."""
+    app.command(epilog="Example: purcell plot swim.csv --out swim.svg, or purcell plot x-motion")(plot)
+    app.command(epilog="Example: purcell figures --out figures")(figures)
+    app.command(epilog="Example: purcell view swim.csv --out swim.html")(view)
+
+
+def plot(
+    what: Annotated[str, typer.Argument(metavar="WHAT", help="A trajectory's CSV file, or the name of a stored gait.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="The picture: png, svg or pdf; default: NAME.png.")
+    ] = None,
+    amplitude: Annotated[
+        float | None, typer.Option("--amplitude", metavar="RAD", help="The gait's amplitude; default: its own.")
+    ] = None,
+    swimmer: SwimmerFile = None,
+    gaits: GaitFolder = None,
+    json: Json = False,
+) -> None:
+    """Draw a trajectory against time, or a gait over the curvature of its shapes."""
+    from purcell_cli.files.trajectory_csv import read_csv, writable
+    from purcell_cli.pictures.time_plot import picture_format, save_figure, time_figure
+
+    path = Path(what)
+    is_file = path.suffix == ".csv" or path.is_file()
+    file = out or Path(f"{path.stem if is_file else what}.png")
+    picture_format(file)
+    writable(file)
+    with busy("drawing"):
+        if is_file:
+            save_figure(time_figure(read_csv(path), path.name), file)
+        else:
+            save_figure(_stroke_figures(what, amplitude, swimmer, gaits)["stroke"], file)
+    kind = "trajectory" if is_file else "gait"
+    document = {"schema": "purcell/plot/1", "verdict": "done", "of": what, "kind": kind, "picture": str(file)}
+    show(document, json, _show_plot)
+
+
+def figures(
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder; it is made if need be.")] = Path(
+        "figures"
+    ),
+    form: Annotated[str, typer.Option("--format", metavar="NAME", help="svg, png or pdf.")] = "svg",
+    swimmer: SwimmerFile = None,
+    json: Json = False,
+) -> None:
+    """Draw the paper's figures anew: its six motions, and what its printed sequences do."""
+    from purcell_cli.pictures.time_plot import make_folder, picture_format, save_figure
+
+    picture_format(Path(f"figure.{form}"))
+    make_folder(out)
+    files = []
+    with busy("drawing") as progress:
+        for name in (*PAPER_MOTIONS, *PRINTED):
+            progress(name)
+            for kind, figure in _stroke_figures(name, None, swimmer, None).items():
+                file = out / f"{name}-{kind}.{form}"
+                save_figure(figure, file)
+                files.append(str(file))
+    show({"schema": "purcell/figures/1", "verdict": "done", "pictures": files}, json, _show_figures)
+
+
+def view(
+    trajectory: Annotated[Path, typer.Argument(metavar="TRAJECTORY", help="A trajectory's CSV file.")],
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="The page; default: NAME.html.")] = None,
+    swimmer: SwimmerFile = None,
+    json: Json = False,
+) -> None:
+    """Make one page of HTML that plays a trajectory in any browser, without a network."""
+    from purcell_cli.files.trajectory_csv import read_csv, writable
+    from purcell_cli.pictures.html_view import shown_rows, write_page
+
+    file = out or Path(f"{trajectory.stem}.html")
+    writable(file)
+    body = swimmer_of(swimmer)
+    table = read_csv(trajectory)
+    with busy("drawing"):
+        size = write_page(table, body, trajectory.name, file)
+    document = {"schema": "purcell/view/1", "verdict": "done", "trajectory": str(trajectory), "page": str(file)}
+    rows = {"rows": len(table.time_s), "frames": len(shown_rows(table)), "bytes": size}
+    show({**document, **rows}, json, _show_view)
+
+
+def _stroke_figures(name: str, amplitude: float | None, swimmer: Path | None, gaits: Path | None) -> dict[str, Any]:
+    """Return a gait's pictures: its stroke in shape space, its poses, and one cycle against time."""
+    from purcell_cli.files.builtin import stored_gaits
+    from purcell_cli.files.trajectory_formats import as_table
+    from purcell_cli.gaits.gait import find, realise
+    from purcell_cli.mechanics.configuration import Configuration
+    from purcell_cli.motion.trajectory import sample_stroke
+    from purcell_cli.pictures.poses_plot import poses_figure
+    from purcell_cli.pictures.stroke_plot import net_displacement, stroke_figure
+    from purcell_cli.pictures.time_plot import time_figure
+
+    body = swimmer_of(swimmer)
+    gait = find(stored_gaits(gaits), name)
+    stroke = realise(gait, body, amplitude)
+    trajectory = sample_stroke(body, Configuration(), stroke, 1, _SMOOTH / body.joint_rate_rad_s)
+    title = f"{gait.name}, amplitude {stroke.amplitude_rad:g} rad"
+    told = f"{title}; {net_displacement(body, trajectory)}"
+    return {
+        "stroke": stroke_figure(body, trajectory, title),
+        "poses": poses_figure(body, trajectory, title),
+        "time": time_figure(as_table(trajectory), told),
+    }
+
+
+def _show_plot(console: Any, document: dict[str, Any]) -> None:
+    console.print(f"picture in {document['picture']}", soft_wrap=True)
+
+
+def _show_figures(console: Any, document: dict[str, Any]) -> None:
+    for file in document["pictures"]:
+        console.print(file, soft_wrap=True)
+
+
+def _show_view(console: Any, document: dict[str, Any]) -> None:
+    told = f"{document['frames']} of {document['rows']} rows" if document["frames"] < document["rows"] else "all rows"
+    console.print(f"page in {document['page']}: {told}, {document['bytes'] / 1e6:.2f} MB", soft_wrap=True)

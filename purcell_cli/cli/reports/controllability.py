@@ -1,0 +1,259 @@
+"""What `purcell controllability` says: the documents, and the tables of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from purcell_cli.cli.reports.common import Document, swimmer_document
+from purcell_cli.geometry.rotations import Array, as_euler
+from purcell_cli.lie_brackets.bracket_gaits import TRUST, prediction
+from purcell_cli.lie_brackets.control_fields import word_name
+from purcell_cli.lie_brackets.controllability import DIRECTIONS, Bracket, Controllability, Level, makers
+from purcell_cli.lie_brackets.ranks import WEAK, Rank
+from purcell_cli.lie_brackets.weak_shapes import ShapeStrength, weakest
+from purcell_cli.mechanics.swimmer import Swimmer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def _named(rows: Array, names: Sequence[str]) -> list[Document]:
+    """Return vectors as what they have of each name, zeros left out."""
+    return [{name: float(x) for name, x in zip(names, row, strict=True) if x != 0.0} for row in rows]
+
+
+def _rank(rank: Rank) -> Document:
+    return {
+        "dimension": rank.dimension,
+        "not_weak": rank.clear_dimension,
+        "singular_values": rank.singular_values.tolist(),
+        "rounding": rank.floor,
+        "gap": rank.gap if math.isfinite(rank.gap) else None,
+        "decision": rank.robustness,
+    }
+
+
+def _level(level: Level, names: Sequence[str]) -> Document:
+    return {
+        "level": level.number,
+        "brackets": level.count,
+        **_rank(level.rank),
+        "new_directions": _named(level.added, names),
+    }
+
+
+def _bracket(found: Controllability, bracket: Bracket, direction: int) -> Document:
+    told = prediction(found.swimmer, found.shape, bracket, direction)
+    limbs = [word_name((control,)) for control in range(6)]
+    return {
+        "bracket": word_name(bracket.word),
+        "depth": told.depth,
+        "rate": told.rate,
+        "twist": _named(np.where(np.abs(bracket.twist) < 1e-12, 0.0, bracket.twist)[None], DIRECTIONS)[0],
+        "limbs_to_bring_back": _named(bracket.limbs[None], limbs)[0],
+        "trusted_rad": told.trusted_rad,
+    }
+
+
+def controllability_document(found: Controllability, planar: bool, depth: int) -> Document:
+    """Return what can be reached from a shape, by which brackets, and how safely that is known."""
+    names = [DIRECTIONS[row] for row in found.rows]
+    limbs = [word_name((control,)) for control in found.controls]
+    euler = np.degrees(as_euler(found.shape)).tolist()
+    return {
+        "schema": "purcell/controllability/1",
+        "verdict": found.verdict,
+        "swimmer": swimmer_document(found.swimmer),
+        "shape": {"limb1_euler_deg": euler[0], "limb2_euler_deg": euler[1]},
+        "planar": planar,
+        "depth": depth,
+        "dimension": found.dimension,
+        "growth_vector": list(found.growth),
+        "chow": found.chow,
+        "weak_level": found.weak_level,
+        "weak_below": WEAK,
+        "direct": _rank(found.direct),
+        "null_directions": _named(found.null, limbs),
+        "depths": [_level(level, names) for level in found.depths],
+        "filtration": [_level(level, names) for level in found.levels],
+        "trusted_within": TRUST,
+        "directions": [
+            {"direction": DIRECTIONS[row], "brackets": [_bracket(found, b, row) for b in makers(found, row)]}
+            for row in found.rows
+        ],
+    }
+
+
+def _weakest(rank: Rank) -> Document:
+    value, direction = weakest(rank)
+    return {**_rank(rank), "least": value, "weakest": direction}
+
+
+def map_document(found: Sequence[ShapeStrength], swimmer: Swimmer, depth: int, picture: str | None) -> Document:
+    """Return how strong the weakest direction is over a grid of shapes."""
+    return {
+        "schema": "purcell/controllability-map/1",
+        "verdict": "done",
+        "swimmer": swimmer_document(swimmer),
+        "depth": depth,
+        "weak_below": WEAK,
+        "shapes": [
+            {
+                "bend_deg": math.degrees(s.bend_rad),
+                "roll_deg": math.degrees(s.roll_rad),
+                "direct": _rank(s.direct),
+                "filtration_2": _weakest(s.weak),
+                "brackets": _weakest(s.strong),
+            }
+            for s in found
+        ],
+        "picture": picture,
+    }
+
+
+def sum_text(parts: Mapping[str, float]) -> str:
+    """Return a vector in words, like 'roll 1 - roll 2'."""
+    out = ""
+    for name, x in parts.items():
+        sign = ("-" if x < 0 else "") if not out else (" - " if x < 0 else " + ")
+        size = abs(x)
+        out += sign + (name if abs(size - 1.0) < 1e-9 else f"{size:.3g} {name}")
+    return out
+
+
+def _values(rank: Mapping[str, Any]) -> str:
+    return " ".join(f"{v:.2g}" if k < rank["dimension"] else "0" for k, v in enumerate(rank["singular_values"]))
+
+
+def show_controllability(console: Console, document: Document) -> None:
+    """Show what can be reached from a shape as tables and sentences."""
+    from rich.table import Table
+
+    shape, swimmer = document["shape"], "planar swimmer" if document["planar"] else "swimmer"
+    angles = [", ".join(f"{x + 0.0:.6g}" for x in shape[f"limb{limb}_euler_deg"]) for limb in (1, 2)]
+    console.print(f"[bold]{swimmer}[/], limb 1 at ({angles[0]}), limb 2 at ({angles[1]}): psi, theta, phi \\[deg]")
+    controls = document["growth_vector"][0]
+    for title, key, low in (
+        ("Brackets of the control fields, the limbs brought back", "depths", controls),
+        ("Spaces of appendix A, the shape left free", "filtration", 0),
+    ):
+        table = Table(title=title, title_justify="left")
+        for heading in ("depth" if low else "space", "brackets", "dimension", "not weak"):
+            table.add_column(heading, justify="right")
+        for heading in ("new directions", "singular values \\[L, rad]", "gap", "rank is"):
+            table.add_column(heading)
+        if low:
+            table.add_row("1", str(low), str(low), str(low), "the limbs", "", "", "clear")
+        for level in document[key]:
+            number = level["level"]
+            table.add_row(
+                str(number) if low else " + ".join(f"h{k}" for k in range(1, number + 1)),
+                str(level["brackets"]),
+                str(low + level["dimension"]),
+                str(low + level["not_weak"]),
+                "\n".join(sum_text(d) for d in level["new_directions"]),
+                _values(level),
+                "" if level["gap"] is None else f"{level['gap']:.0e}",
+                level["decision"],
+            )
+        console.print(table)
+    _show_brackets(console, document)
+    still = [sum_text(d) for d in document["null_directions"]]
+    console.print(
+        f"A(r) has rank {document['direct']['dimension']}, {document['direct']['not_weak']} of it not weak: "
+        f"{_values(document['direct'])}" + ("; the base stays still in " + ", ".join(still) if still else "")
+    )
+    for line in conclusions(document):
+        console.print(line)
+    good = document["verdict"] in {"controllable", "weakly controllable"}
+    console.print(f"[bold {'green' if good else 'red'}]{document['verdict']}[/]")
+
+
+def _show_brackets(console: Console, document: Document) -> None:
+    from rich.table import Table
+
+    table = Table(title="Which bracket gives which motion, for turns of a \\[rad]", title_justify="left")
+    for heading in ("direction", "bracket", "motion", "beside it", "holds to a \\[rad]", "limb to turn back"):
+        table.add_column(heading)
+    for part in document["directions"]:
+        for k, bracket in enumerate(part["brackets"]):
+            unit = "L" if part["direction"] in DIRECTIONS[:3] else "rad"
+            beside = {n: x for n, x in bracket["twist"].items() if n != part["direction"]}
+            table.add_row(
+                part["direction"] if k == 0 else "",
+                bracket["bracket"].replace("[", "\\["),
+                f"{bracket['rate']:.4g} {unit} a^{bracket['depth']}",
+                sum_text({n: x for n, x in beside.items() if abs(x) > 1e-3 * abs(bracket["rate"])}),
+                f"{bracket['trusted_rad']:.3g}" if bracket["trusted_rad"] else "< 0.001",
+                sum_text(bracket["limbs_to_bring_back"]),
+            )
+    console.print(table)
+
+
+def conclusions(document: Document) -> list[str]:
+    """Return the answers in sentences, with what they hang on."""
+    full, low = document["dimension"], document["growth_vector"][0]
+    growth = ", ".join(map(str, document["growth_vector"]))
+    lines = [f"growth vector ({growth}) of {full}"]
+    for key, wanted, what in (
+        ("depths", full - low, "Chow's condition"),
+        ("filtration", full - low, "weak controllability"),
+    ):
+        word = "depth" if key == "depths" else "level"
+        there = [x for x in document[key] if x["dimension"] == wanted]
+        if not there:
+            last = document[key][-1]
+            lines.append(
+                f"{what} is not seen up to {word} {last['level']}: {wanted - last['dimension']} directions lack"
+            )
+            continue
+        first = there[0]
+        line = f"{what} holds at {word} {first['level']}"
+        least = first["singular_values"][wanted - 1]
+        if first["decision"] == "undecided":
+            line += (
+                f", but rounding could be it: the least singular value is {least:.1e}, rounding {first['rounding']:.1e}"
+            )
+        elif first["not_weak"] < wanted:
+            line += f", by directions as weak as {least:.1e}"
+            clear = [x for x in there if x["not_weak"] == wanted]
+            line += (
+                f"; with none weak at {word} {clear[0]['level']}"
+                if clear
+                else f"; weak up to {word} {there[-1]['level']}"
+            )
+        else:
+            line += f", with none weak: the least singular value is {least:.2g}"
+        lines.append(line)
+    return lines
+
+
+def show_map(console: Console, document: Document) -> None:
+    """Show how strong the weakest direction is over a grid of shapes."""
+    from rich.table import Table
+
+    shapes = document["shapes"]
+    rolls = list(dict.fromkeys(s["roll_deg"] for s in shapes))
+    for title, key in (
+        ("Least singular value of h1 + h2, the shape left free", "filtration_2"),
+        (f"Least singular value of the brackets to depth {document['depth']}, the limbs brought back", "brackets"),
+    ):
+        table = Table(title=f"{title} \\[L, rad]", title_justify="left")
+        table.add_column("bend \\[deg]", justify="right")
+        for roll in rolls:
+            table.add_column(f"roll {roll:.4g}", justify="right")
+        for bend in dict.fromkeys(s["bend_deg"] for s in shapes):
+            mine = [s[key] for s in shapes if s["bend_deg"] == bend]
+            table.add_row(f"{bend:.4g}", *(f"{m['least']:.1e} {m['weakest']}" for m in mine))
+        console.print(table)
+    weak = min(shapes, key=lambda s: s["brackets"]["least"])
+    console.print(
+        f"weakest: {weak['brackets']['weakest']} at bend {weak['bend_deg']:.4g} deg, roll {weak['roll_deg']:.4g} deg, "
+        f"{weak['brackets']['least']:.2g} L or rad per rad^{document['depth']}"
+    )
+    if document["picture"]:
+        console.print(f"picture in {document['picture']}", soft_wrap=True)

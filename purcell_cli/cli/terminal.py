@@ -1,0 +1,73 @@
+"""What all commands share: options, how they show a result, and that work goes on."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from purcell_cli.mechanics.swimmer import Swimmer
+
+_WIDTH = 128
+"""Columns of a table that is not shown on a terminal."""
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else.")]
+SwimmerFile = Annotated[
+    Path | None,
+    typer.Option("--swimmer", metavar="FILE", help="The swimmer's YAML file; default: the paper's swimmer."),
+]
+GaitFolder = Annotated[Path | None, typer.Option("--gaits", metavar="DIR", help="A folder of your own gait files.")]
+
+
+def show(document: dict[str, Any], json: bool, table: Callable[[Any, dict[str, Any]], None]) -> None:
+    """Print a document as JSON, or show it as tables."""
+    from purcell_cli.cli.reports.common import as_json
+
+    if json:
+        print(as_json(document))
+        return
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    table(console if console.is_terminal else Console(highlight=False, width=_WIDTH), document)
+
+
+@contextlib.contextmanager
+def busy(message: str) -> Iterator[Callable[[str], None]]:
+    """Show on a terminal's stderr that work goes on; what is yielded is told how far."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(message) as status:
+        yield lambda news: status.update(f"{message}: {news}")
+
+
+@contextlib.contextmanager
+def bar(message: str) -> Iterator[Callable[[int, int, str], None]]:
+    """Show a bar on a terminal's stderr; what is yielded is told how many are done, of how many, and the news."""
+    if not sys.stderr.isatty():
+        yield lambda _done, _total, _news: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    news = TextColumn("{task.description}")
+    columns = (TextColumn(message), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), news)
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("", total=None)
+        yield lambda done, total, told: progress.update(task, completed=done, total=total, description=told)
+
+
+def swimmer_of(path: Path | None) -> Swimmer:
+    """Return the swimmer in a file; the paper's where none is given."""
+    from purcell_cli.files.yaml_source import load_swimmer
+    from purcell_cli.mechanics.swimmer import Swimmer
+
+    return Swimmer() if path is None else load_swimmer(path)

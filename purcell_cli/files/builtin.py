@@ -1,0 +1,77 @@
+"""The gaits and scenarios that come with the package, and the user's own."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+from purcell_cli.errors import InputError, UnknownNameError
+from purcell_cli.files.yaml_source import Scenario, load_gait, load_scenario
+from purcell_cli.gaits.gait import Gait
+
+_PACKAGE = Path(__file__).resolve().parent.parent
+
+
+def _folder(name: str) -> Path:
+    """Return a folder of data: inside the installed package, or beside it in a checkout."""
+    installed = _PACKAGE / "data" / name
+    return installed if installed.is_dir() else _PACKAGE.parent / name
+
+
+def stored_gaits(own: Path | str | None = None) -> dict[str, Gait]:
+    """Return the stored gaits by name, the user's own folder added.
+
+    Args:
+        own: A folder of gait files; one with the name of a stored gait takes its place.
+
+    Raises:
+        InputError: No such folder, or a file that is no gait, or two gaits of one name.
+    """
+    return {**_packaged_gaits(), **({} if own is None else _gaits_in(Path(own)))}
+
+
+@functools.cache
+def _packaged_gaits() -> Mapping[str, Gait]:
+    return MappingProxyType(_gaits_in(_folder("gaits")))
+
+
+def _gaits_in(folder: Path) -> dict[str, Gait]:
+    if not folder.is_dir():
+        raise InputError(f"{folder}: wanted a folder of gait files, found none")
+    gaits: dict[str, Gait] = {}
+    taken: dict[str, Path] = {}
+    for path in sorted(folder.glob("*.yaml")):
+        gait = load_gait(path)
+        for name in (gait.name, *gait.also):
+            if name in taken:
+                raise InputError(f"{path}: wanted a name of its own, found {name!r}, which {taken[name]} has")
+            taken[name] = path
+        gaits[gait.name] = gait
+    return gaits
+
+
+def stored_scenarios() -> dict[str, Path]:
+    """Return the files of the stored scenarios by name."""
+    return {path.stem: path for path in sorted(_folder("scenarios").glob("*.yaml"))}
+
+
+def find_scenario(name: str) -> Scenario:
+    """Return the scenario in a file, or the stored one of that name.
+
+    Raises:
+        InputError: The file says no scenario.
+        UnknownNameError: Neither a file nor a stored scenario has the name.
+    """
+    scenarios = stored_scenarios()
+    if name in scenarios and not Path(name).is_file():
+        return load_scenario(scenarios[name])
+    if not Path(name).exists() and name != "-":
+        near = difflib.get_close_matches(name, scenarios, n=1, cutoff=0.4)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise UnknownNameError(
+            f"{name}: wanted a file, or a stored scenario ({', '.join(scenarios)}), found neither{hint}"
+        )
+    return load_scenario(name)

@@ -1,0 +1,208 @@
+"""Plan documents: a plan as one JSON file, from which the very same motion can be played again.
+
+Numbers are written so that they read back bit for bit, and rotations as matrices, which come back
+as they are; so a plan that is read makes the same trajectory, byte by byte. What is read is
+checked like every other input, by one description of the whole document.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from purcell_cli import __version__
+from purcell_cli.files.elements import Choice, Document, Field, ListOf, Made, Number, Pair, Place, Record, Text, Whole
+from purcell_cli.files.trajectory_csv import whole_file
+from purcell_cli.files.yaml_source import SCHEMAS, WORKSPACE, load
+from purcell_cli.geometry.rotations import INPUT_SLACK
+from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.moves import ControlSequence, MoveSequence
+from purcell_cli.mechanics.primitives import CONTROL_NAMES, PrimitiveSequence
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.trajectory import MOST_ROWS, Block
+from purcell_cli.planner.reconfiguration import Plan
+
+SCHEMA = "purcell/plan-document/1"
+"""The name of the form that plan documents have."""
+
+_LARGEST_ANGLE_RAD = 10.0
+_MOST_CYCLES = 1_000_000_000
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class PlanDocument:
+    """A plan and what else its trajectory depends on.
+
+    Attributes:
+        plan: The plan.
+        dt_s: Longest time between rows of the trajectory [s].
+        limits: What the plan was to keep besides the bend limit.
+        version: The version of this package that made the plan; what it did is in the plan itself.
+    """
+
+    plan: Plan
+    dt_s: float
+    limits: Limits = dataclasses.field(default_factory=Limits)
+    version: str = __version__
+
+    def as_text(self) -> str:
+        """Return the document as JSON, a line for each stroke."""
+        plan = self.plan
+        head = {
+            "schema": SCHEMA,
+            "purcell": self.version,
+            "swimmer": dataclasses.asdict(plan.swimmer),
+            "start": _configuration(plan.start),
+            "goal": _configuration(plan.goal),
+            "dt_s": self.dt_s,
+            "clearance_m": self.limits.clearance_m,
+        }
+        if self.limits.workspace is not None:
+            head["workspace_m"] = dataclasses.asdict(self.limits.workspace)
+        lines = [f"  {_json(key)}: {_json(value)}" for key, value in head.items()]
+        blocks = ",\n".join(f"    {_json(_block(block))}" for block in plan.blocks)
+        lines.append(f'  "blocks": [\n{blocks}\n  ]' if blocks else '  "blocks": []')
+        return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _json(value: object) -> str:
+    return json.dumps(value, allow_nan=False)
+
+
+def _configuration(configuration: Configuration) -> dict[str, Any]:
+    pose, limbs = configuration.pose, configuration.shape.tolist()
+    return {
+        "base": {"position_m": pose[:3, 3].tolist(), "orientation": {"matrix": pose[:3, :3].tolist()}},
+        "limb1": {"matrix": limbs[0]},
+        "limb2": {"matrix": limbs[1]},
+    }
+
+
+def _block(block: Block) -> dict[str, Any]:
+    amplitude = {} if math.isnan(block.amplitude_rad) else {"amplitude_rad": block.amplitude_rad}
+    return {
+        "phase": block.phase,
+        "gait": block.gait,
+        **amplitude,
+        "cycles": block.cycles,
+        **_controls(block.sequence),
+    }
+
+
+def _controls(sequence: ControlSequence) -> dict[str, Any]:
+    if isinstance(sequence, PrimitiveSequence):
+        return {"primitives": list(sequence)}
+    return {"moves": [list(m) for m in zip(sequence.rates().tolist(), sequence.duration.tolist(), strict=True)]}
+
+
+def _controls_read(value: dict[str, Any], place: Place) -> ControlSequence:
+    if ("primitives" in value) == ("moves" in value):
+        raise place.error("exactly one of the keys primitives, moves", "both" if "moves" in value else "none of them")
+    if "primitives" in value:
+        return PrimitiveSequence.of(value["primitives"])
+    rates = np.array([rate for rate, _ in value["moves"]]).reshape(-1, 6)
+    return MoveSequence(rates, np.array([duration for _, duration in value["moves"]]))
+
+
+def _block_read(value: dict[str, Any], place: Place) -> Block:
+    sequence = _controls_read(value, place)
+    if value["cycles"] > 1:
+        off = float(np.max(np.abs(sequence.shapes(COLLINEAR)[-1] - COLLINEAR)))
+        if off > INPUT_SLACK:
+            wanted = "1 for a stroke that does not bring the limbs back to where they were"
+            raise place.at("cycles").error(wanted, f"{value['cycles']} (they are off by {off:.2g})")
+    return Block(value["phase"], value["gait"], sequence, value["cycles"], value.get("amplitude_rad", math.nan))
+
+
+def _plan_read(value: dict[str, Any], place: Place) -> PlanDocument:
+    blocks: list[Block] = value["blocks"]
+    for k, (before, after) in enumerate(itertools.pairwise(blocks), start=1):
+        if after.phase < before.phase:
+            wanted = f"a phase of at least {before.phase}, that of the stroke before"
+            raise place.at("blocks", k, "phase").error(wanted, str(after.phase))
+    plan = Plan(value["swimmer"], value["start"], value["goal"], tuple(blocks))
+    if plan.primitives > MOST_ROWS:
+        raise place.at("blocks").error(f"at most {MOST_ROWS:.0e} primitives", f"{plan.primitives}")
+    if plan.duration_s / value["dt_s"] > MOST_ROWS:
+        least = f"a time above {plan.duration_s / MOST_ROWS:.2g} s (at most {MOST_ROWS:.0e} rows)"
+        raise place.at("dt_s").error(least, f"{value['dt_s']!r}")
+    limits = Limits(value.get("clearance_m", 0.0), value.get("workspace_m"))
+    return PlanDocument(plan, value["dt_s"], limits, value["purcell"])
+
+
+_BLOCK = Record(
+    {
+        "phase": Field(Whole(1, 3), "1, 2 or 3 of the reconfiguration", required=True),
+        "gait": Field(
+            Text(r"[A-Za-z0-9_-][A-Za-z0-9 ._-]{0,99}", "a stroke's name (letters, digits, ' ', '-', '_' and '.')"),
+            "name of the stroke",
+            required=True,
+        ),
+        "amplitude_rad": Field(Number(), "amplitude of the stroke, where it has one [rad]"),
+        "cycles": Field(Whole(1, _MOST_CYCLES), "how often it is played", required=True),
+        "primitives": Field(
+            ListOf(Pair(Choice(CONTROL_NAMES), Number(at_least=-_LARGEST_ANGLE_RAD, at_most=_LARGEST_ANGLE_RAD))),
+            "control and angle [rad] of each primitive of one cycle",
+        ),
+        "moves": Field(
+            ListOf(
+                Pair(
+                    ListOf(Number(at_least=-1.0, at_most=1.0), length=6),
+                    Number(at_least=0.0, at_most=_LARGEST_ANGLE_RAD),
+                )
+            ),
+            "instead, the six controls and the duration [s] of each move of one cycle, at a joint rate of 1 rad/s",
+        ),
+    }
+)
+
+PLAN = Document(
+    "A plan",
+    Made(
+        Record(
+            {
+                "schema": Field(Choice((SCHEMA,)), "the form of the document", required=True),
+                "purcell": Field(Text(r"[^\n]{1,100}", "a version"), "the version that made the plan", required=True),
+                "swimmer": Field(SCHEMAS["swimmer"], "who swims", required=True),
+                "start": Field(SCHEMAS["start"], "where it starts", required=True),
+                "goal": Field(SCHEMAS["start"], "where it is to end", required=True),
+                "dt_s": Field(Number(above=0.0), "longest time between rows of the trajectory [s]", required=True),
+                "clearance_m": Field(Number(at_least=0.0), "how far the limbs stay apart [m]", default=0.0),
+                "workspace_m": Field(WORKSPACE, "a box that all three links stay in; left out, there is none"),
+                "blocks": Field(ListOf(Made(_BLOCK, _block_read)), "the strokes, in order", required=True),
+            }
+        ),
+        _plan_read,
+    ),
+)
+"""The description that reads a plan document and prints itself as JSON Schema."""
+
+
+def write_plan(document: PlanDocument, path: Path | str) -> None:
+    """Write a plan document.
+
+    Args:
+        document: The plan.
+        path: The file; it is replaced only when all is written.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
+    with whole_file(path) as stream:
+        stream.write(document.as_text().encode())
+
+
+def load_plan(path: Path | str) -> PlanDocument:
+    """Return the plan of a document; the path - is standard input.
+
+    Raises:
+        InputError: The file says no plan.
+    """
+    return load(path, PLAN)

@@ -1,0 +1,88 @@
+"""Trajectories for other programs: parquet, npz and tum, beside CSV."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from purcell_cli.errors import UnknownNameError
+from purcell_cli.files.trajectory_csv import COLUMNS, Table, polars, whole_file, write_csv
+from purcell_cli.geometry.rotations import as_euler
+from purcell_cli.motion.trajectory import Trajectory
+
+FORMATS = {
+    "csv": "text at full double precision; the one that purcell reads",
+    "parquet": "the same columns, for data frames",
+    "npz": "the same columns as numpy arrays by name",
+    "tum": "time, position and quaternion x, y, z, w of the base alone, for tools that compare trajectories",
+}
+"""The formats of a trajectory file, and what each is for."""
+
+
+def chosen_format(name: str | None, path: Path | None) -> str:
+    """Return the format that is asked for: by its name, else by the file's ending, else csv.
+
+    Raises:
+        UnknownNameError: No format has this name.
+    """
+    if name is None:
+        ending = "" if path is None else path.suffix.removeprefix(".").lower()
+        return ending if ending in FORMATS else "csv"
+    if name not in FORMATS:
+        raise UnknownNameError(f"--format: one of {', '.join(FORMATS)} is wanted, found {name!r}")
+    return name
+
+
+def as_table(trajectory: Trajectory) -> Table:
+    """Return what the file of a trajectory would say."""
+    rotations = [trajectory.pose[:, :3, :3], trajectory.shape[:, 0], trajectory.shape[:, 1]]
+    return Table(
+        trajectory.time_s,
+        trajectory.phase.astype(np.float64),
+        np.array(trajectory.gaits)[trajectory.gait],
+        trajectory.pose[:, :3, 3],
+        trajectory.base_quaternion,
+        trajectory.limb_quaternion,
+        np.stack([as_euler(r) for r in rotations], axis=1),
+        trajectory.rate_rad_s,
+    )
+
+
+def columns(table: Table) -> dict[str, Any]:
+    """Return all columns of a trajectory by name, in the order of the CSV file. Each of shape (n,)."""
+    quaternions = [table.base, table.limbs[:, 0], table.limbs[:, 1]]
+    turns = [part for k, q in enumerate(quaternions) for part in (q, table.euler_rad[:, k])]
+    values = np.concatenate([table.position_m, *turns, table.rate_rad_s], axis=1) + 0.0  # no zero with a sign
+    named = {"t_s": table.time_s, "phase": table.phase.astype(np.int64), "gait": table.gait}
+    return named | {name: np.ascontiguousarray(values[:, k]) for k, name in enumerate(COLUMNS[3:])}
+
+
+def write_trajectory(trajectory: Trajectory, path: Path | str, form: str = "csv") -> None:
+    """Write a trajectory in one of `FORMATS`.
+
+    Args:
+        trajectory: The trajectory.
+        path: The file; it is replaced only when all is written.
+        form: The format's name.
+
+    Raises:
+        InputError: The file cannot be written.
+        UnknownNameError: No format has this name.
+    """
+    form = chosen_format(form, None)
+    if form == "csv":
+        write_csv(trajectory, path)
+        return
+    named = columns(as_table(trajectory))
+    with whole_file(path) as stream:
+        if form == "npz":
+            np.savez(stream, **named)
+            return
+        pl = polars()
+        if form == "parquet":
+            pl.DataFrame(named).write_parquet(stream)
+        else:
+            names = ("t_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw")
+            pl.DataFrame({name: named[name] for name in names}).write_csv(stream, separator=" ", include_header=False)

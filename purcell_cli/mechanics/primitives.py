@@ -1,0 +1,158 @@
+"""Primitive controls and their sequences (section V-A of the paper).
+
+A primitive turns one limb about one of its own axes while the other five controls rest.
+Conventions: `rotations`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from purcell_cli.errors import ParameterError, UnknownNameError
+from purcell_cli.geometry.rotations import Array, about_axis, running_orientations
+
+AXIS_NAMES = ("roll", "pitch", "yaw")
+"""The axes a limb turns about: its own x, y, z."""
+
+CONTROL_NAMES = tuple(f"limb{limb} {axis}" for limb in (1, 2) for axis in AXIS_NAMES)
+"""The six controls in their order."""
+
+
+def control_index(name: str) -> int:
+    """Return the index of a control named like 'limb1 yaw'.
+
+    Raises:
+        UnknownNameError: No control has this name.
+    """
+    try:
+        return CONTROL_NAMES.index(name)
+    except ValueError:
+        raise UnknownNameError(f"a control is one of {', '.join(CONTROL_NAMES)}; found {name!r}") from None
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class PrimitiveSequence:
+    """A sequence of primitives, played from first to last.
+
+    Attributes:
+        control: Which control acts, 0 to 5 in the order of `CONTROL_NAMES`. Shape (n,).
+        angle: By how much, signed [rad]. Shape (n,).
+    """
+
+    control: NDArray[np.int64]
+    angle: Array
+
+    def __post_init__(self) -> None:
+        control = np.array(self.control, dtype=np.int64).reshape(-1)
+        angle = np.array(self.angle, dtype=np.float64).reshape(-1)
+        if control.shape != angle.shape:
+            raise ParameterError(
+                f"one angle a control is wanted, found {len(control)} controls and {len(angle)} angles"
+            )
+        if len(control) and not (control.min() >= 0 and control.max() <= 5):
+            raise ParameterError("controls are numbered 0 to 5")
+        if not np.all(np.isfinite(angle)):
+            raise ParameterError("angles must be finite")
+        control.setflags(write=False)
+        angle.setflags(write=False)
+        object.__setattr__(self, "control", control)
+        object.__setattr__(self, "angle", angle)
+
+    @classmethod
+    def _known(cls, control: NDArray[np.int64], angle: Array) -> PrimitiveSequence:
+        """Return the sequence of controls and angles taken from sequences, which need no second check."""
+        out = object.__new__(cls)
+        for name, values in (("control", control), ("angle", angle)):
+            values.setflags(write=False)
+            object.__setattr__(out, name, values)
+        return out
+
+    @classmethod
+    def of(cls, steps: Iterable[tuple[str | int, float]]) -> PrimitiveSequence:
+        """Return the sequence of (control, angle) pairs; a control is its name or its index."""
+        pairs = [(control_index(c) if isinstance(c, str) else c, a) for c, a in steps]
+        return cls(np.array([c for c, _ in pairs], dtype=np.int64), np.array([a for _, a in pairs]))
+
+    def __len__(self) -> int:
+        return len(self.control)
+
+    def __iter__(self) -> Iterator[tuple[str, float]]:
+        return iter([(CONTROL_NAMES[c], float(a)) for c, a in zip(self.control, self.angle, strict=True)])
+
+    def __add__(self, other: PrimitiveSequence) -> PrimitiveSequence:
+        return joined([self, other])
+
+    def __getitem__(self, part: slice | NDArray[np.int64]) -> PrimitiveSequence:
+        return self._known(self.control[part], self.angle[part])
+
+    @property
+    def joint_travel_rad(self) -> float:
+        """The sum over all primitives of |angle| [rad]."""
+        return float(np.sum(np.abs(self.angle)))
+
+    @property
+    def duration(self) -> Array:
+        """How long each primitive lasts at a joint rate of 1 rad/s: |angle| [s]. Shape (n,)."""
+        return np.abs(self.angle)
+
+    def inverse(self) -> PrimitiveSequence:
+        """Return the sequence run backwards, which undoes the motion (no inertia)."""
+        return self._known(self.control[::-1], -self.angle[::-1])
+
+    def times(self, count: int) -> PrimitiveSequence:
+        """Return the sequence repeated a number of times."""
+        return self._known(np.tile(self.control, count), np.tile(self.angle, count))
+
+    def busy(self) -> PrimitiveSequence:
+        """Return the sequence without the primitives that turn nothing."""
+        used = np.flatnonzero(self.angle)
+        return self._known(self.control[used], self.angle[used])
+
+    def with_angles(self, angle: ArrayLike) -> PrimitiveSequence:
+        """Return the same controls with other angles [rad]. Shape (n,)."""
+        return PrimitiveSequence(self.control, np.asarray(angle, dtype=np.float64))
+
+    def lasting(self, piece: NDArray[np.int64], duration: Array) -> PrimitiveSequence:
+        """Return some of the primitives, each for a time of its own [s] at a joint rate of 1 rad/s. Shapes (m,)."""
+        sign = np.where(self.angle < 0, -1.0, 1.0)
+        return PrimitiveSequence(self.control[piece], sign[piece] * duration)
+
+    def rates(self) -> Array:
+        """Return the limb rates of each primitive at unit rate [rad/s]. Shape (n, 6)."""
+        out = np.zeros((len(self), 6))
+        out[np.arange(len(self)), self.control] = np.where(self.angle < 0, -1.0, 1.0)
+        return out
+
+    def turns(self) -> Array:
+        """Return how each primitive turns the limbs, in their own frames. Shape (n, 2, 3, 3)."""
+        out = np.zeros((len(self), 2, 3, 3))
+        out[..., range(3), range(3)] = 1.0
+        for axis in range(3):
+            mine = np.flatnonzero(self.control % 3 == axis)
+            out[mine, self.control[mine] // 3] = about_axis(axis, self.angle[mine])
+        return out
+
+    def shapes(self, start: ArrayLike) -> Array:
+        """Return the shapes before, between and after the primitives.
+
+        Args:
+            start: Shape before the first primitive. Shape (2, 3, 3).
+
+        Returns:
+            Shapes. Shape (n + 1, 2, 3, 3).
+        """
+        return running_orientations(start, self.turns())
+
+
+EMPTY = PrimitiveSequence(np.empty(0, dtype=np.int64), np.empty(0))
+"""The sequence that does nothing."""
+
+
+def joined(sequences: Sequence[PrimitiveSequence]) -> PrimitiveSequence:
+    """Return sequences played one after the other."""
+    parts = [EMPTY, *sequences]
+    return EMPTY._known(np.concatenate([s.control for s in parts]), np.concatenate([s.angle for s in parts]))

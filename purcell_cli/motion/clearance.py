@@ -1,0 +1,288 @@
+"""How near the limbs come to each other over a whole motion.
+
+The links are capsules: segments with round ends, as thick as the links' radius. Each limb is joined
+to the base, so these pairs touch at the joint whatever the shape, and only limb 1 and limb 2 can
+collide. A limb that folds back onto the base is therefore no collision by itself; folded all the
+way it reaches the other limb's joint, where it is one, unless it is shorter than the base.
+
+The least distance is found by cutting the motion wherever an instant between may still be nearer
+than the nearest found so far. What is known of a stretch of time h between two distances: the
+distance changes no faster than the limbs' points move, v; and the square of the distance between
+two material points curves by no more than M, so that it lies above the parabola of curvature M
+through its ends, and so does the least of all. The second bound closes quickly round a minimum.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from purcell_cli.geometry.rotations import Array, cross
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.limb_circles import Sweeps
+
+Rows = NDArray[np.int64]
+
+TOLERANCE_L = 1e-9
+"""The least distance is known to this, in units of L."""
+
+_PARTS = 4
+_BATCH = 1 << 16
+"""Pieces looked at together: bounds the memory of a long motion."""
+_MOST_STRETCHES = 1 << 17
+"""More stretches than these are not cut again; only limbs that keep their distance for long ask for so many."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Clearance:
+    """The least distance between the surfaces of the limbs, and where it is.
+
+    Attributes:
+        distance_m: The distance; negative where the limbs overlap [m].
+        piece: The piece of the motion it is on.
+        time_s: When, from the piece's beginning [s].
+        error_m: The true least distance is less by at most this [m].
+    """
+
+    distance_m: float
+    piece: int
+    time_s: float
+    error_m: float
+
+
+def radius_m(swimmer: Swimmer, half_length_m: float) -> float:
+    """Return the radius of a link of a half length [m]: slenderness times full length."""
+    return swimmer.slenderness * 2.0 * half_length_m
+
+
+def apart_bend_rad(swimmer: Swimmer, clearance_m: float = 0.0) -> float:
+    """Return the bend up to which the limbs keep a clearance [m] however they turn [rad].
+
+    A limb bent by b lies beyond a plane across the base, a + 2 l cos(b) from its middle; the other limb lies
+    beyond such a plane on the other side. Limbs so short that any bend will do may bend by pi.
+    """
+    nearest = radius_m(swimmer, swimmer.limb_half_length_m) + 0.5 * clearance_m
+    cosine = (nearest - swimmer.base_half_length_m) / (2.0 * swimmer.limb_half_length_m)
+    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+def segment_distance(gap: Array, first: Array, second: Array) -> Array:
+    """Return the distance between segments p + s first and q + t second, s and t from 0 to 1.
+
+    The squared distance is a convex parabola in (s, t). Its least value in the square is on one of
+    the four sides, or inside where the lines pass each other. Parallel segments have it on a side.
+
+    Args:
+        gap: Vectors p - q between the beginnings. Shape (..., 3).
+        first: The first segments; they may be points. Shape (..., 3).
+        second: The second segments. Shape (..., 3).
+    """
+    between = [gap + s[..., None] * first - t[..., None] * second for s, t in _places(gap, first, second)]
+    return np.asarray(np.sqrt(np.min([_dot(d, d) for d in between], axis=0)))
+
+
+def _places(gap: Array, first: Array, second: Array) -> list[tuple[Array, Array]]:
+    """Return the (s, t) at one of which segments are nearest to each other."""
+    uu, vv, uv = _dot(first, first), _dot(second, second), _dot(first, second)
+    ru, rv = _dot(gap, first), _dot(gap, second)
+    normal = cross(first, second)
+    nn = _dot(normal, normal)
+    zero, one = np.zeros_like(uu), np.ones_like(uu)
+    # The line parameters from cross products: 1 - cos^2 would lose all digits for nearly parallel segments.
+    s, t = -_share(_dot(cross(gap, second), normal), nn), -_share(_dot(cross(gap, first), normal), nn)
+    return [
+        (_clip(-_share(ru, uu)), zero),
+        (_clip(_share(uv - ru, uu)), one),
+        (zero, _clip(_share(rv, vv))),
+        (one, _clip(_share(rv + uv, vv))),
+        (_clip(s), _clip(t)),
+    ]
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.asarray(np.einsum("...i,...i->...", a, b))
+
+
+def _share(part: Array, whole: Array) -> Array:
+    return np.asarray(part / np.where(whole > 0.0, whole, 1.0))
+
+
+def _clip(share: Array) -> Array:
+    return np.clip(share, 0.0, 1.0)
+
+
+def limb_distance(swimmer: Swimmer, axes: Array) -> Array:
+    """Return the distance between the limbs' surfaces, negative where they overlap [m].
+
+    Args:
+        swimmer: The swimmer.
+        axes: The limbs' axes in the base frame. Shape (..., 2, 3).
+    """
+    middle = segment_distance(*_segments(swimmer, axes))
+    return np.asarray(middle - 2.0 * radius_m(swimmer, swimmer.limb_half_length_m))
+
+
+def distance_slope(swimmer: Swimmer, axes: Array) -> Array:
+    """Return the derivative of the distance between the limbs by their axes [m]; 0 where they cross.
+
+    Args:
+        swimmer: The swimmer.
+        axes: The limbs' axes in the base frame. Shape (..., 2, 3).
+
+    Returns:
+        Shape (..., 2, 3).
+    """
+    gap, first, second = _segments(swimmer, axes)
+    s, t = (np.stack(part) for part in zip(*_places(gap, first, second), strict=True))
+    between = gap + s[..., None] * first - t[..., None] * second
+    nearest = np.argmin(_dot(between, between), axis=0)[None]
+    s, t = (np.take_along_axis(part, nearest, axis=0)[0] for part in (s, t))
+    between = gap + s[..., None] * first - t[..., None] * second
+    size = np.sqrt(_dot(between, between))[..., None]
+    along = between / np.where(size > 0.0, size, 1.0)
+    return np.asarray(2.0 * swimmer.limb_half_length_m * np.stack([s, t], axis=-1)[..., None] * along[..., None, :])
+
+
+def _segments(swimmer: Swimmer, axes: Array) -> tuple[Array, Array, Array]:
+    """Return the vector from limb 2's joint to limb 1's, and the limbs from their joints on [m]. Shapes (..., 3)."""
+    full = 2.0 * swimmer.limb_half_length_m
+    gap = np.zeros_like(axes[..., 0, :])
+    gap[..., 0] = 2.0 * swimmer.base_half_length_m
+    return gap, full * axes[..., 0, :], -full * axes[..., 1, :]
+
+
+def least_clearance(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) -> Clearance:
+    """Return the least distance between the limbs over pieces of constant limb rates.
+
+    Args:
+        swimmer: The swimmer.
+        shapes: Shapes at the pieces' beginnings, one or more. Shape (n, 2, 3, 3).
+        rates: Limb rates (omega_1, omega_2), constant on each piece [rad/s]. Shape (n, 6).
+        durations: How long they last, not negative [s]. Shape (n,).
+    """
+    best = Clearance(np.inf, 0, 0.0, 0.0)
+    for low in range(0, len(durations), _BATCH):
+        part = slice(low, low + _BATCH)
+        sweeps = Sweeps.of(shapes[part], rates[part], durations[part])
+        found = _Search(swimmer, sweeps, np.zeros(len(sweeps), dtype=np.int64), best.distance_m)
+        error = max(best.error_m, found.error_m)
+        if found.best[0] < best.distance_m:
+            best = Clearance(float(found.best[0]), low + int(found.piece[0]), float(found.time[0]), error)
+    return best
+
+
+def clearances(
+    swimmer: Swimmer, shapes: Array, rates: Array, durations: Array, enough_m: float = np.inf
+) -> tuple[Array, Array]:
+    """Return the least distance between the limbs on each of many pieces [m], and when [s]. Shapes (n,).
+
+    Args:
+        swimmer: The swimmer.
+        shapes: Shapes at the pieces' beginnings. Shape (n, 2, 3, 3).
+        rates: Limb rates, constant on each piece [rad/s]. Shape (n, 6).
+        durations: How long they last [s]. Shape (n,).
+        enough_m: Where the distance is more than this, it is not looked for closely [m].
+    """
+    sweeps = Sweeps.of(shapes, rates, durations)
+    found = _Search(swimmer, sweeps, np.arange(len(sweeps)), enough_m)
+    return found.best, found.time
+
+
+class _Search:
+    """The search for the least distance in groups of pieces.
+
+    Args:
+        swimmer: The swimmer.
+        sweeps: The pieces.
+        group: The group of each piece, ascending from 0. Shape (n,).
+        enough_m: Distances above this need not be found exactly [m].
+
+    Attributes:
+        best: The least distance found in each group [m].
+        piece: The piece it is on.
+        time: When, from the piece's beginning [s].
+        error_m: How much less the true least distances may be [m].
+    """
+
+    def __init__(self, swimmer: Swimmer, sweeps: Sweeps, group: Rows, enough_m: float) -> None:
+        self.swimmer, self.sweeps, self.group, self.enough = swimmer, sweeps, group, enough_m
+        count = int(group[-1]) + 1 if len(group) else 0
+        self.best, self.time = np.full(count, np.inf), np.zeros(count)
+        self.piece = np.zeros(count, dtype=np.int64)
+        self.error_m = 0.0
+        self._radii = 2.0 * radius_m(swimmer, swimmer.limb_half_length_m)
+        full = 2.0 * swimmer.limb_half_length_m
+        self._speed = full * sweeps.speed.sum(axis=1)
+        self._pull = full * (sweeps.speed * sweeps.turn).sum(axis=1)
+        if count:
+            self._run()
+
+    def _run(self) -> None:
+        every = np.arange(len(self.sweeps))
+        begun = np.zeros(len(every))
+        first, last = self._distance(every, begun), self._distance(every, self.sweeps.duration)
+        # While no limb bends more than a right angle the joints are nearest to each other.
+        folded = self.sweeps.largest_bends()[0] > 0.5 * np.pi
+        moving = np.any(folded, axis=1) & (self._speed * self.sweeps.duration > 0) & ~self._constant(folded)
+        piece = every[moving]
+        start, length, low, high = begun[moving], self.sweeps.duration[moving], first[moving], last[moving]
+        while len(piece):
+            bound = self._bound(piece, length, low, high)
+            open_ = self._missing(piece, bound) > TOLERANCE_L * self.swimmer.length_m
+            if np.count_nonzero(open_) > _MOST_STRETCHES:
+                self.error_m = float(np.max(self._missing(piece, bound)))
+                return
+            piece, start, length, low, high = (x[open_] for x in (piece, start, length, low, high))
+            n = len(piece)
+            length = length / _PARTS
+            inner = start[:, None] + length[:, None] * np.arange(1, _PARTS)
+            between = self._distance(np.repeat(piece, _PARTS - 1), inner.ravel()).reshape(n, _PARTS - 1)
+            ends = np.concatenate([low[:, None], between, high[:, None]], axis=1)
+            start = (start[:, None] + length[:, None] * np.arange(_PARTS)).ravel()
+            low, high = ends[:, :-1].ravel(), ends[:, 1:].ravel()
+            piece, length = np.repeat(piece, _PARTS), np.repeat(length, _PARTS)
+        self.error_m = TOLERANCE_L * self.swimmer.length_m
+
+    def _constant(self, folded: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return on which pieces one limb rests and the other one's joint stays the point nearest to it. Shape (n,).
+
+        It does if all of the resting limb lies behind the plane through that joint, across the moving
+        limb's axis: both ends of the resting limb do.
+        """
+        full, sweeps = 2.0 * self.swimmer.limb_half_length_m, self.sweeps
+        begun = sweeps.centre + sweeps.cosine
+        end = full * begun[:, ::-1]
+        end[..., 0] += 2.0 * self.swimmer.base_half_length_m
+        behind = ~folded & (sweeps.least_along(end) >= 0.0)
+        rests = (sweeps.speed == 0.0)[:, ::-1]
+        return np.asarray(np.any(behind & rests, axis=1))
+
+    def _distance(self, piece: Rows, time: Array) -> Array:
+        """Return distances at times, and keep the least. Shape (m,)."""
+        found = limb_distance(self.swimmer, self.sweeps.at(piece, time))
+        if len(found):
+            order = np.lexsort((found, self.group[piece]))
+            groups, first = np.unique(self.group[piece[order]], return_index=True)
+            least = order[first]
+            better = found[least] < self.best[groups]
+            groups, least = groups[better], least[better]
+            self.best[groups], self.piece[groups], self.time[groups] = found[least], piece[least], time[least]
+        return found
+
+    def _missing(self, piece: Rows, bound: Array) -> Array:
+        """Return by how much a bound undercuts what is known already, or what is enough [m]."""
+        return np.asarray(np.minimum(self.best[self.group[piece]], self.enough) - bound)
+
+    def _bound(self, piece: Rows, length: Array, low: Array, high: Array) -> Array:
+        """Return what the distance cannot go below on stretches of time between two distances [m]."""
+        move = self._speed[piece] * length
+        straight = 0.5 * (low + high - move)
+        a, b = (low + self._radii) ** 2, (high + self._radii) ** 2
+        reach = 2.0 * self.swimmer.base_half_length_m + move
+        bulge = 2.0 * move**2 + 2.0 * reach * self._pull[piece] * length**2
+        tilt = np.abs(b - a)
+        inside = 0.5 * (a + b) - 0.125 * bulge - 0.5 * tilt**2 / np.where(bulge > 0.0, bulge, 1.0)
+        square = np.where(tilt < 0.5 * bulge, inside, np.minimum(a, b))
+        return np.asarray(np.maximum(straight, np.sqrt(np.maximum(square, 0.0)) - self._radii))

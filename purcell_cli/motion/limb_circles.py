@@ -1,0 +1,103 @@
+"""How the limbs' axes sweep while both limbs turn at constant rates, and how far they bend.
+
+A limb that turns at a constant rate in its own frame turns about an axis that is fixed in the base
+frame, u = A omega. So its own axis a = A e_x runs along a circle about u, of which all is known in
+closed form. Bend is the angle between a limb's axis and the base's. Conventions: `rotations`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from purcell_cli.geometry.rotations import Array, cross
+
+
+def bends(axes: Array) -> Array:
+    """Return the angles of limb axes with the base's axis [rad]. Shape (..., 3) to (...)."""
+    return np.arctan2(np.hypot(axes[..., 1], axes[..., 2]), axes[..., 0])
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Sweeps:
+    """The circles that both limbs' axes run along on pieces of constant rates.
+
+    At time t of a piece an axis is centre + cos(turn t) cosine + sin(turn t) sine.
+
+    Attributes:
+        centre: The part of the axis along the axis it turns about. Shape (n, 2, 3).
+        cosine: The part across it at the piece's beginning. Shape (n, 2, 3).
+        sine: The same a quarter turn later. Shape (n, 2, 3).
+        turn: How fast each limb turns [rad/s]. Shape (n, 2).
+        duration: How long the piece lasts [s]. Shape (n,).
+    """
+
+    centre: Array
+    cosine: Array
+    sine: Array
+    turn: Array
+    duration: Array
+
+    @classmethod
+    def of(cls, shapes: Array, rates: Array, durations: Array) -> Sweeps:
+        """Return the sweeps of pieces.
+
+        Args:
+            shapes: Shapes at the pieces' beginnings. Shape (n, 2, 3, 3).
+            rates: Limb rates (omega_1, omega_2), constant on each piece [rad/s]. Shape (n, 6).
+            durations: How long they last [s]. Shape (n,).
+        """
+        axes = shapes[..., 0]
+        about = np.einsum("nlij,nlj->nli", shapes, np.reshape(rates, (-1, 2, 3)))
+        turn = np.sqrt(np.einsum("nli,nli->nl", about, about))
+        unit = about / np.where(turn > 0.0, turn, 1.0)[..., None]
+        centre = np.einsum("nli,nli->nl", unit, axes)[..., None] * unit
+        return cls(centre, axes - centre, cross(unit, axes), turn, np.asarray(durations, dtype=np.float64))
+
+    def __len__(self) -> int:
+        return len(self.duration)
+
+    def at(self, piece: NDArray[np.int64], time: Array) -> Array:
+        """Return the limbs' axes on some pieces, at times within them [s]. Shapes (m,) to (m, 2, 3)."""
+        angle = (self.turn[piece] * time[:, None])[..., None]
+        return np.asarray(self.centre[piece] + np.cos(angle) * self.cosine[piece] + np.sin(angle) * self.sine[piece])
+
+    @property
+    def speed(self) -> Array:
+        """How fast the limbs' axes sweep; a limb that only rolls does not [rad/s]. Shape (n, 2)."""
+        return np.asarray(self.turn * np.sqrt(np.einsum("nli,nli->nl", self.sine, self.sine)))
+
+    def least_along(self, direction: Array) -> Array:
+        """Return the least component of each limb's axis along a direction, at any instant of a piece.
+
+        Args:
+            direction: One for each piece and limb. Shape (n, 2, 3).
+
+        Returns:
+            Components. Shape (n, 2).
+        """
+        c, a, b = (np.einsum("nli,nli->nl", x, direction) for x in (self.centre, self.cosine, self.sine))
+        end = self.turn * self.duration[:, None]
+        lowest = np.remainder(np.arctan2(-b, -a), 2.0 * np.pi)
+        at_ends = np.minimum(a, a * np.cos(end) + b * np.sin(end))
+        return np.asarray(c + np.where(lowest < end, -np.hypot(a, b), at_ends))
+
+    def largest_bends(self) -> tuple[Array, Array]:
+        """Return each limb's largest bend on each piece, at any instant of it, and when.
+
+        On its circle an axis is furthest from the base's where its x is least. If the piece ends
+        before that point is reached, the largest bend is at the beginning or at the end.
+
+        Returns:
+            Bends [rad] and times within the pieces [s]. Shapes (n, 2).
+        """
+        end = self.turn * self.duration[:, None]
+        least = np.remainder(np.arctan2(-self.sine[..., 0], -self.cosine[..., 0]), 2.0 * np.pi)
+        angle = np.stack([np.zeros_like(end), end, np.where(least < end, least, end)])
+        axes = self.centre + np.cos(angle)[..., None] * self.cosine + np.sin(angle)[..., None] * self.sine
+        bend = bends(axes)
+        which = np.argmax(bend, axis=0)[None]
+        angle = np.take_along_axis(angle, which, axis=0)[0]
+        return np.take_along_axis(bend, which, axis=0)[0], angle / np.where(self.turn > 0.0, self.turn, 1.0)

@@ -1,0 +1,223 @@
+"""The limits that a plan keeps over its whole path, and the check that it does.
+
+Limbs keep clear of each other, no limb bends too far, and all links stay in their workspace. All
+three hold at every instant, not only where moves begin and end. In phase 2 the bend limit is the
+swimmer's; in phases 1 and 3 a limb may also bend as far as it does at the start, or at the goal.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from purcell_cli.errors import ParameterError
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
+from purcell_cli.motion.clearance import Clearance, least_clearance, limb_distance
+from purcell_cli.motion.limb_circles import Sweeps, bends
+from purcell_cli.motion.trajectory import Block, Pieces
+from purcell_cli.motion.workspace import ENDS, WALLS, Excess, Workspace, largest_excess
+from purcell_cli.motion.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
+
+BEND_SLACK_RAD = 1e-9
+"""A bend above its limit by no more than this is rounding."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Limits:
+    """What a plan must keep besides the swimmer's bend limit.
+
+    Attributes:
+        clearance_m: How far the surfaces of limb 1 and limb 2 stay apart, at least [m].
+        workspace: The box that all links stay in, if there is one.
+
+    Raises:
+        ParameterError: A clearance that is negative or not finite.
+    """
+
+    clearance_m: float = 0.0
+    workspace: Workspace | None = None
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.clearance_m < math.inf:
+            raise ParameterError(f"clearance: a finite length of 0 m or more is wanted, found {self.clearance_m!r}")
+
+    def refuse(self, swimmer: Swimmer, name: str, configuration: Configuration) -> None:
+        """Refuse a start or goal at which the limbs are too near each other.
+
+        Args:
+            swimmer: The swimmer.
+            name: What the configuration is, for the message.
+            configuration: The configuration.
+
+        Raises:
+            ParameterError: The limbs are nearer than they may be.
+        """
+        found = float(limb_distance(swimmer, configuration.shape[..., 0]))
+        if found < self.clearance_m - CLEARANCE_SLACK_L * swimmer.length_m:
+            raise ParameterError(
+                f"{name}: a clearance of at least {self.clearance_m:g} m between limb 1 and limb 2 is wanted, "
+                f"found {found:.6g} m{' (they overlap)' if found < 0.0 else ''}"
+            )
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Violation:
+    """A limit that a motion breaks, where it breaks it most.
+
+    Attributes:
+        limit: "clearance", "bend" or "workspace".
+        excess: By how much, in `unit`.
+        unit: "m" or "rad".
+        time_s: When [s].
+        phase: In which phase of the reconfiguration.
+        what: What breaks it, in words.
+    """
+
+    limit: str
+    excess: float
+    unit: str
+    time_s: float
+    phase: int
+    what: str
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class LimitsReport:
+    """How near a motion comes to its limits.
+
+    Attributes:
+        limits: The limits.
+        clearance: The least distance of the limbs, on which piece and when.
+        largest_bend_rad: The largest bend of a limb in phases 1, 2 and 3; None where nothing moves [rad].
+        workspace: How far links leave their workspace, if there is one.
+        violations: The limits that are broken.
+    """
+
+    limits: Limits
+    clearance: Clearance
+    largest_bend_rad: tuple[float | None, float | None, float | None]
+    workspace: Excess | None
+    violations: tuple[Violation, ...]
+
+    @property
+    def kept(self) -> bool:
+        """Whether every limit is kept over the whole path."""
+        return not self.violations
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Pieces:
+    """The pieces of a motion, each cycle of a repeated block once, and last a piece of no duration at its end."""
+
+    shapes: Array
+    rates: Array
+    durations: Array
+    begun: Array
+    phase: Array
+
+    @classmethod
+    def of(cls, swimmer: Swimmer, start: Array, blocks: Sequence[Block]) -> _Pieces:
+        rate = swimmer.joint_rate_rad_s
+        once = Pieces.of(blocks, start)
+        duration = once.sequence.duration / rate
+        ends = np.concatenate([[0.0], np.cumsum(duration)])
+        edges = ends[np.cumsum([0, *once.counts])]
+        again = np.concatenate([[0.0], np.cumsum((once.cycles - 1) * np.diff(edges))])
+        block = once.block
+        phase = np.array([b.phase for b in blocks], dtype=np.int64)
+        return cls(
+            once.shapes,
+            np.concatenate([once.sequence.rates() * rate, np.zeros((1, 6))]),
+            np.concatenate([duration, [0.0]]),
+            np.concatenate([ends[:-1] + again[block], [ends[-1] + again[-1]]]),
+            np.concatenate([phase[block], [blocks[-1].phase if blocks else 3]]),
+        )
+
+
+def check(
+    swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], limits: Limits | None = None
+) -> LimitsReport:
+    """Return how near a motion comes to its limits, and which it breaks.
+
+    Args:
+        swimmer: The swimmer.
+        start: The configuration before the motion.
+        blocks: The motion; its end is taken for the goal.
+        limits: The limits; where none are given, the limbs may come as near as to touch.
+    """
+    wanted = limits or Limits()
+    pieces = _Pieces.of(swimmer, start.shape, blocks)
+    clearance = least_clearance(swimmer, pieces.shapes, pieces.rates, pieces.durations)
+    violations: list[Violation] = []
+    if clearance.distance_m < wanted.clearance_m - CLEARANCE_SLACK_L * swimmer.length_m:
+        k, short = clearance.piece, wanted.clearance_m - clearance.distance_m
+        time = float(pieces.begun[k]) + clearance.time_s
+        violations.append(Violation("clearance", short, "m", time, int(pieces.phase[k]), "limb 1 and limb 2"))
+    largest, broken = _bends(swimmer, pieces)
+    violations += broken
+    excess = None
+    if wanted.workspace is not None:
+        excess, broken = _workspace(swimmer, wanted.workspace, start, blocks, pieces)
+        violations += broken
+    return LimitsReport(wanted, clearance, largest, excess, tuple(violations))
+
+
+def _bends(
+    swimmer: Swimmer, pieces: _Pieces
+) -> tuple[tuple[float | None, float | None, float | None], list[Violation]]:
+    """Return the largest bend in each phase, and the greatest excess in each."""
+    bend, time = Sweeps.of(pieces.shapes, pieces.rates, pieces.durations).largest_bends()
+    largest: list[float | None] = [None, None, None]
+    broken: list[Violation] = []
+    for phase, own in ((1, pieces.shapes[0]), (2, None), (3, pieces.shapes[-1])):
+        mine = np.flatnonzero((pieces.phase == phase) & (pieces.durations > 0.0))
+        if not len(mine):
+            continue
+        largest[phase - 1] = float(np.max(bend[mine]))
+        limit = np.full(2, swimmer.max_bend_rad)
+        if own is not None:
+            limit = np.maximum(limit, bends(own[..., 0]))
+        over = bend[mine] - limit
+        k, limb = np.unravel_index(int(np.argmax(over)), over.shape)
+        if over[k, limb] > BEND_SLACK_RAD:
+            when = float(pieces.begun[mine[k]] + time[mine[k], limb])
+            broken.append(Violation("bend", float(over[k, limb]), "rad", when, phase, f"limb {limb + 1}"))
+    return (largest[0], largest[1], largest[2]), broken
+
+
+def _workspace(
+    swimmer: Swimmer, workspace: Workspace, start: Configuration, blocks: Sequence[Block], pieces: _Pieces
+) -> tuple[Excess, list[Violation]]:
+    """Return how far links leave the workspace; every cycle of a repeated block is at a place of its own."""
+    moves = piece_displacements(swimmer, pieces.shapes, pieces.rates, pieces.durations)
+    index, poses, begun = [], [], []
+    here, first, total = start.pose, 0, 0.0
+    for block in blocks:
+        n = len(block.sequence)
+        mine = np.arange(first, first + n)
+        along = se3.prefix_products(moves[mine])
+        counts = np.arange(block.cycles)
+        origins = here[None] if block.cycles == 1 else se3.normalised(here @ se3.power(along[-1], counts))
+        poses.append((origins[:, None] @ along[:-1]).reshape(-1, 4, 4))
+        index.append(np.tile(mine, block.cycles))
+        once = float(np.sum(pieces.durations[mine]))
+        begun.append((counts[:, None] * once + pieces.begun[mine]).ravel())
+        here = se3.normalised(here @ se3.power(along[-1], block.cycles))
+        first, total = first + n, total + block.cycles * once
+    which = np.concatenate([*index, [first]]).astype(np.int64)
+    every = np.concatenate([*poses, here[None]])
+    found = largest_excess(swimmer, workspace, every, which, pieces.shapes, pieces.rates, pieces.durations)
+    if found.distance_m <= WORKSPACE_SLACK_L * swimmer.length_m:
+        return found, []
+    time = float(np.concatenate([*begun, [total]])[found.place]) + found.time_s
+    what = f"{ENDS[found.end]} beyond the {WALLS[found.wall]}"
+    phase = int(pieces.phase[which[found.place]])
+    return found, [Violation("workspace", found.distance_m, "m", time, phase, what)]

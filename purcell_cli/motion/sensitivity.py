@@ -1,0 +1,105 @@
+"""How far the end of a motion moves if the swimmer is not quite what it was planned for.
+
+The same controls are replayed, all of them, for a swimmer with one parameter a little off, up and
+down; nothing is linearised but the share of each stroke. The shape path does not depend on the
+swimmer's body, and a stroke that repeats is a power of its one cycle, so a replay costs the
+distinct strokes only. Viscosity has no part in it: it scales forces and never the path.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+
+from purcell_cli.errors import ParameterError
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array, angle_between
+from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.lift import Accuracy
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.trajectory import Block, block_displacements
+
+PARAMETERS: Mapping[str, str] = MappingProxyType(
+    {
+        "slenderness": "slenderness",
+        "drag_ratio": "drag ratio",
+        "base_half_length_m": "half length of the base",
+        "limb_half_length_m": "half length of the limbs",
+    }
+)
+"""The parameters of a swimmer that its path depends on, and what they are called."""
+
+CHANGE = 0.01
+"""How much a parameter is off, as a fraction of it."""
+
+_ENOUGH = Accuracy(stages=5, step=0.4)
+"""Errors of 1e-8 (L, rad) in a whole plan, in half the time."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Sensitivity:
+    """What a parameter that is a little off does to the end of a motion.
+
+    Attributes:
+        parameter: One of `PARAMETERS`.
+        change: The fraction by which it is off, of the two signs the one that moves the end further.
+        position_m: How far the base's end position moves [m].
+        angle_rad: How far the base's end orientation turns [rad].
+        by_block: What each block adds, as twists seen at the end, first order in the
+            change [m, rad]. Shape (n, 6).
+    """
+
+    parameter: str
+    change: float
+    position_m: float
+    angle_rad: float
+    by_block: Array
+
+    def __post_init__(self) -> None:
+        self.by_block.setflags(write=False)
+
+
+def sensitivities(
+    swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], change: float = CHANGE
+) -> tuple[Sensitivity, ...]:
+    """Return what each of `PARAMETERS`, a little off, does to the end of a motion.
+
+    Args:
+        swimmer: The swimmer that the motion was planned for.
+        start: The configuration at the beginning.
+        blocks: The motion.
+        change: How much a parameter is off, as a fraction of it.
+    """
+    planned = block_displacements(swimmer, blocks, start.shape, _ENOUGH)
+    after = _after(planned)
+    end = start.pose @ after[0]
+    out = []
+    for parameter in PARAMETERS:
+        found = []
+        for fraction, other in _neighbours(swimmer, parameter, change):
+            moved = block_displacements(other, blocks, start.shape, _ENOUGH)
+            other_end = start.pose @ _after(moved)[0]
+            steps = se3.normalised(se3.inverse(after[1:]) @ se3.inverse(planned) @ moved @ after[1:])
+            position = float(np.linalg.norm(other_end[:3, 3] - end[:3, 3]))
+            angle = float(angle_between(end[:3, :3], other_end[:3, :3]))
+            by_block = se3.log(steps) if len(steps) else np.empty((0, 6))
+            found.append(Sensitivity(parameter, fraction, position, angle, by_block))
+        out.append(max(found, key=lambda s: s.position_m / swimmer.length_m + s.angle_rad))
+    return tuple(out)
+
+
+def _neighbours(swimmer: Swimmer, parameter: str, change: float) -> Iterator[tuple[float, Swimmer]]:
+    """Return the swimmers with a parameter a little more and a little less, where there are such swimmers."""
+    for fraction in (change, -change):
+        with contextlib.suppress(ParameterError):
+            value = getattr(swimmer, parameter) * (1.0 + fraction)
+            yield fraction, dataclasses.replace(swimmer, **{parameter: value})
+
+
+def _after(poses: Array) -> Array:
+    """Return the displacements from before each block, and after the last, to the end. Shape (n + 1, 4, 4)."""
+    return se3.inverse(se3.prefix_products(se3.inverse(poses)[::-1]))[::-1]

@@ -1,0 +1,354 @@
+"""Motions as blocks of controls, and the trajectory they make, row by row.
+
+A block is a stroke played a number of times. Left invariance makes every repetition the same
+displacement, so a block costs one cycle and its powers. Conventions: `rotations`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from purcell_cli.errors import ParameterError
+from purcell_cli.gaits.gait import Stroke
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array, as_euler, as_quaternion, orthonormalised
+from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import EXACT, Accuracy, piece_displacements, piece_work, run_displacements
+from purcell_cli.mechanics.moves import ControlSequence, chained
+from purcell_cli.mechanics.primitives import EMPTY
+from purcell_cli.mechanics.swimmer import Swimmer
+
+MOST_ROWS = 3e6
+"""How many rows a trajectory may have."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Block:
+    """A stroke played a number of times; one that repeats brings the limbs back to where they were.
+
+    Attributes:
+        phase: 1, 2 or 3 of the reconfiguration.
+        gait: Name of the stroke.
+        sequence: Primitives or moves of one cycle.
+        cycles: How often they are played.
+        amplitude_rad: Amplitude of the stroke, where it has one [rad].
+    """
+
+    phase: int
+    gait: str
+    sequence: ControlSequence
+    cycles: int = 1
+    amplitude_rad: float = math.nan
+
+    @property
+    def joint_travel_rad(self) -> float:
+        """The sum over all its pieces and joints of |angle| [rad]."""
+        return self.cycles * self.sequence.joint_travel_rad
+
+    @property
+    def duration(self) -> float:
+        """How long it lasts at a joint rate of 1 rad/s [s]."""
+        return self.cycles * float(np.sum(self.sequence.duration))
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Pieces:
+    """The pieces of all blocks, one cycle each, to be computed in one batch.
+
+    A block that repeats brings the limbs back, so the shapes of one cycle of each are a chain.
+
+    Attributes:
+        sequence: The controls.
+        shapes: Shapes before, between and after them. Shape (n + 1, 2, 3, 3).
+        counts: How many pieces each block has. Shape (k,).
+        cycles: How often each block is played. Shape (k,).
+    """
+
+    sequence: ControlSequence
+    shapes: Array
+    counts: NDArray[np.int64]
+    cycles: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, blocks: Sequence[Block], start: ArrayLike) -> Pieces:
+        """Return the pieces of blocks from a shape. Shape (2, 3, 3)."""
+        sequence = chained([b.sequence for b in blocks])
+        counts, cycles = ([len(b.sequence) for b in blocks], [b.cycles for b in blocks])
+        shapes = sequence.shapes(np.asarray(start, dtype=np.float64))
+        return cls(sequence, shapes, np.array(counts, dtype=np.int64), np.array(cycles, dtype=np.int64))
+
+    @property
+    def block(self) -> NDArray[np.int64]:
+        """The block that each piece is of. Shape (n,)."""
+        return np.repeat(np.arange(len(self.counts)), self.counts)
+
+
+def starting_shapes(blocks: Sequence[Block], start: ArrayLike) -> Array:
+    """Return the shape before each block, and after the last. Shape (k + 1, 2, 3, 3)."""
+    pieces = Pieces.of(blocks, start)
+    return np.asarray(pieces.shapes[np.cumsum([0, *pieces.counts])])
+
+
+def block_displacements(
+    swimmer: Swimmer, blocks: Sequence[Block], start: ArrayLike, accuracy: Accuracy = EXACT
+) -> Array:
+    """Return the body displacement made by each block [m]. Shape (n, 4, 4).
+
+    Args:
+        swimmer: The swimmer.
+        blocks: The motion.
+        start: Shape before it. Shape (2, 3, 3).
+        accuracy: Of the flow.
+    """
+    pieces = Pieces.of(blocks, start)
+    q = pieces.sequence
+    once = (pieces.shapes[:-1], q.rates(), q.duration)
+    return run_displacements(swimmer, once, pieces.counts, pieces.cycles, accuracy)
+
+
+def energies(swimmer: Swimmer, blocks: Sequence[Block], start: ArrayLike) -> Array:
+    """Return the energy dissipated in each block at the swimmer's joint rate [J]. Shape (n,)."""
+    pieces = Pieces.of(blocks, start)
+    q = pieces.sequence
+    once = piece_work(swimmer, pieces.shapes[:-1], q.rates(), q.duration)
+    return np.asarray(pieces.cycles * np.bincount(pieces.block, weights=once, minlength=len(blocks)))
+
+
+def clock_step(duration_s: float) -> float:
+    """Return the tick that times of a motion are whole multiples of [s].
+
+    It is a power of two, the spacing of floating-point numbers at the motion's end, so that every
+    time and every difference of times is exact, and the written times replay the motion exactly.
+    """
+    return math.ldexp(1.0, math.frexp(max(duration_s, 1.0))[1] - 53)
+
+
+def rounded(angle: Array, rate_rad_s: float, step: float) -> Array:
+    """Return angles rounded to what a joint turns in a whole number of clock steps [rad].
+
+    Args:
+        angle: Angles [rad]. Shape (n,).
+        rate_rad_s: The joints' rate [rad/s].
+        step: The clock step [s].
+    """
+    return np.asarray(np.round(angle / rate_rad_s / step) * step * rate_rad_s)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """A motion sampled in time; the rates of a row hold until the next row's time.
+
+    Attributes:
+        time_s: Times, from 0. Shape (n,).
+        phase: Phase of the reconfiguration. Shape (n,).
+        gait: Index into `gaits` of the stroke a row belongs to. Shape (n,).
+        gaits: Names of the strokes.
+        pose: The base's poses in the world [m]. Shape (n, 4, 4).
+        shape: Limb orientations. Shape (n, 2, 3, 3).
+        rate_rad_s: The six controls; 0 in the last row. Shape (n, 6).
+    """
+
+    time_s: Array
+    phase: NDArray[np.int64]
+    gait: NDArray[np.int64]
+    gaits: tuple[str, ...]
+    pose: Array
+    shape: Array
+    rate_rad_s: Array
+
+    def __post_init__(self) -> None:
+        for field in ("time_s", "phase", "gait", "pose", "shape", "rate_rad_s"):
+            getattr(self, field).setflags(write=False)
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    @property
+    def end(self) -> Configuration:
+        """The last row's configuration."""
+        return Configuration(self.pose[-1], self.shape[-1])
+
+    @property
+    def base_quaternion(self) -> Array:
+        """The base's quaternions (w, x, y, z), signs continuous along the rows. Shape (n, 4)."""
+        return continuous_quaternions(self.pose[:, :3, :3])
+
+    @property
+    def limb_quaternion(self) -> Array:
+        """The limbs' quaternions (w, x, y, z), signs continuous along the rows. Shape (n, 2, 4)."""
+        return np.stack([continuous_quaternions(self.shape[:, i]) for i in (0, 1)], axis=1)
+
+    @property
+    def base_euler_rad(self) -> Array:
+        """The base's Euler angles (psi, theta, phi) [rad]. Shape (n, 3)."""
+        return as_euler(self.pose[:, :3, :3])
+
+
+def continuous_quaternions(rotation: Array, before: Array | None = None) -> Array:
+    """Return the quaternions (w, x, y, z) of rotations, signs continuous along the rows. Shape (n, 4).
+
+    Args:
+        rotation: Rotations. Shape (n, 3, 3).
+        before: The quaternion before the first; w >= 0 in the first row if there is none. Shape (4,).
+    """
+    quaternion = as_quaternion(rotation)
+    turn = np.einsum("ni,ni->n", quaternion[1:], quaternion[:-1]) < 0
+    first = -1.0 if before is not None and before @ quaternion[0] < 0.0 else 1.0
+    sign = np.concatenate([[first], np.where(turn, -1.0, 1.0)]).cumprod()
+    return np.asarray(quaternion * sign[:, None])
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Rows:
+    """The rows of one cycle of each block.
+
+    Attributes:
+        piece: The piece each row is on. Shape (m,).
+        since: Time since that piece began, at a joint rate of 1 rad/s [s]. Shape (m,).
+        length: Time to the next row, at that rate [s]. Shape (m,).
+        time_s: Time since its block began [s]. Shape (m,).
+        stops: The row after the last of each block, from 0 on.
+        lasts_s: How long a cycle of each block lasts [s]. Shape (k,).
+    """
+
+    piece: NDArray[np.int64]
+    since: Array
+    length: Array
+    time_s: Array
+    stops: list[int]
+    lasts_s: Array
+
+    @classmethod
+    def of(cls, pieces: Pieces, rate_rad_s: float, dt_s: float, step: float) -> _Rows:
+        """Return rows at every switch and at least every dt, on a clock of some step: sums of times are exact."""
+        used = np.flatnonzero(pieces.sequence.duration)
+        duration, block = pieces.sequence.duration[used] / rate_rad_s, pieces.block[used]
+        count = np.maximum(np.ceil(duration / dt_s - 1e-9), 1).astype(np.int64)
+        index = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        part = np.round(np.repeat(duration / count, count) * index / step) * step
+        rows = np.bincount(np.repeat(block, count), minlength=len(pieces.counts))
+        stops = np.cumsum([0, *rows])
+        ends = np.concatenate([[0.0], np.cumsum(duration)])
+        edges = ends[np.searchsorted(block, np.arange(len(pieces.counts) + 1))]
+        time = np.repeat(ends[:-1], count) + part
+        length = np.diff(np.append(time, ends[-1])) * rate_rad_s
+        time -= np.repeat(edges[:-1], rows)
+        return cls(np.repeat(used, count), part * rate_rad_s, length, time, stops.tolist(), np.diff(edges))
+
+
+def _played(blocks: Sequence[Block], rows: _Rows) -> Iterator[tuple[slice, slice, Array]]:
+    """Return of each block its rows in one cycle, its rows in the motion, and when its cycles begin [s]."""
+    at, time = 0, 0.0
+    for k, block in enumerate(blocks):
+        mine = slice(rows.stops[k], rows.stops[k + 1])
+        count = block.cycles * (mine.stop - mine.start)
+        yield mine, slice(at, at + count), time + np.arange(block.cycles) * rows.lasts_s[k]
+        at, time = at + count, time + block.cycles * float(rows.lasts_s[k])
+
+
+def schedule(swimmer: Swimmer, blocks: Sequence[Block]) -> tuple[Array, Array]:
+    """Return the times [s] at which the controls of blocks switch, from 0 to the end, and the controls from there on.
+
+    Args:
+        swimmer: The swimmer; its joint rate sets the pace.
+        blocks: The motion, its durations whole numbers of clock steps (`rounded`).
+
+    Returns:
+        Times, shape (n,), and the six controls, 0 in the last row, shape (n, 6) [rad/s].
+    """
+    pieces = Pieces.of(blocks, COLLINEAR)
+    rows = _Rows.of(pieces, swimmer.joint_rate_rad_s, math.inf, 1.0)
+    rates = pieces.sequence.rates()[rows.piece] * swimmer.joint_rate_rad_s
+    times, controls, end = [], [], 0.0
+    for k, (mine, _, begins) in enumerate(_played(blocks, rows)):
+        times.append((begins[:, None] + rows.time_s[mine]).ravel())
+        controls.append(np.tile(rates[mine], (len(begins), 1)))
+        end = float(begins[0] + len(begins) * rows.lasts_s[k])
+    return np.concatenate([*times, [end]]), np.concatenate([*controls, np.zeros((1, 6))])
+
+
+def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s: float = 0.05) -> Trajectory:
+    """Return the trajectory of blocks: a row at every control switch and at least every dt between.
+
+    Args:
+        swimmer: The swimmer; its joint rate sets the pace.
+        start: The configuration at time 0.
+        blocks: The motion, its durations whole numbers of clock steps (`rounded`).
+        dt_s: Longest time between rows [s].
+
+    Raises:
+        ParameterError: A time between rows that is not positive, or that asks for too many rows.
+    """
+    spacing(swimmer, blocks, dt_s)
+    rate = swimmer.joint_rate_rad_s
+    pieces = Pieces.of(blocks, start.shape)
+    rows = _Rows.of(pieces, rate, dt_s, clock_step(sum(b.duration for b in blocks) / rate))
+    q = pieces.sequence
+    turned, rates = q.lasting(rows.piece, rows.since).turns(), q.rates()[rows.piece]
+    shapes = orthonormalised(pieces.shapes[rows.piece] @ turned)
+    moves = piece_displacements(swimmer, shapes, rates, rows.length)
+    count = int(pieces.cycles @ np.diff(rows.stops)) + 1
+    time, phase, gait = np.empty(count), np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
+    poses, limbs, controls = np.empty((count, 4, 4)), np.empty((count, 2, 3, 3)), np.empty((count, 6))
+    names = tuple(dict.fromkeys(b.gait for b in blocks)) or ("none",)
+    here, end = se3.extended(start.pose), 0.0
+    for k, (mine, out, begins) in enumerate(_played(blocks, rows)):
+        along = se3.prefix_products(se3.extended(moves[mine]))  # see `run_displacements`
+        n, cycles = mine.stop - mine.start, len(begins)
+        begun = here @ se3.prefix_products(np.broadcast_to(along[-1], (cycles, 4, 4)))
+        origins, along = begun[:-1].astype(np.float64), along.astype(np.float64)
+        time[out] = (begins[:, None] + rows.time_s[mine]).ravel()
+        phase[out], gait[out] = blocks[k].phase, names.index(blocks[k].gait)
+        np.matmul(origins[:, None], along[:-1], out=poses[out].reshape(cycles, n, 4, 4))
+        limbs[out].reshape(cycles, n, 2, 3, 3)[:] = shapes[mine]
+        controls[out].reshape(cycles, n, 6)[:] = rates[mine] * rate
+        here = se3.normalised(begun[-1])
+        end = float(begins[0] + cycles * rows.lasts_s[k])
+    last = blocks[-1] if blocks else Block(3, "none", EMPTY)
+    time[-1], phase[-1], gait[-1] = end, last.phase, names.index(last.gait)
+    poses[-1], limbs[-1], controls[-1] = here, pieces.shapes[-1], 0.0
+    return Trajectory(time, phase, gait, names, poses, limbs, controls)
+
+
+def spacing(swimmer: Swimmer, blocks: Sequence[Block], dt_s: float) -> float:
+    """Return the longest time between rows, where it asks for no more than `MOST_ROWS` rows [s].
+
+    Raises:
+        ParameterError: A time that is not positive, or that asks for too many rows.
+    """
+    duration = sum(b.duration for b in blocks) / swimmer.joint_rate_rad_s
+    if not dt_s > 0 or duration / dt_s > MOST_ROWS:
+        raise ParameterError(
+            f"dt: a time above {duration / MOST_ROWS:.2g} s is wanted (at most {MOST_ROWS:.0e} rows), found {dt_s!r}"
+        )
+    return dt_s
+
+
+def sample_stroke(
+    swimmer: Swimmer, start: Configuration, stroke: Stroke, cycles: int, dt_s: float = 0.05
+) -> Trajectory:
+    """Return the trajectory of a stroke played a number of times from a collinear configuration.
+
+    Args:
+        swimmer: The swimmer.
+        start: The configuration at time 0.
+        stroke: The stroke.
+        cycles: How often it is played.
+        dt_s: Longest time between rows [s].
+    """
+    parts = [Block(2, stroke.gait, s, n, stroke.amplitude_rad) for s, n in stroke.parts(cycles) if len(s)]
+    step = clock_step(sum(b.duration for b in parts) / swimmer.joint_rate_rad_s)
+    blocks = [dataclasses.replace(b, sequence=_on_the_clock(b.sequence, swimmer, step)) for b in parts]
+    return sample(swimmer, start, blocks, dt_s)
+
+
+def _on_the_clock(sequence: ControlSequence, swimmer: Swimmer, step: float) -> ControlSequence:
+    """Return controls whose durations are whole numbers of clock steps."""
+    duration = rounded(sequence.duration, swimmer.joint_rate_rad_s, step)
+    return sequence.lasting(np.arange(len(sequence)), duration)

@@ -1,0 +1,215 @@
+"""A box that all three links stay in, and how far a motion leaves it.
+
+The links are capsules, so their extent along x, y and z is that of their ends, enlarged by the
+radius. A joint is the end of two links; it counts with the thicker one's radius.
+
+How fast an end can move is bounded by dissipation. The base of a swimmer on which no force acts
+moves so that the dissipated power is least, hence it is no more than with the base held fast, and
+a link whose end moves at v dissipates at least k/rho times L v^2 / 2 (its other points may follow
+at leisure: v(x) = v/4 + 3 v x / (4 L) is the least). So between two instants the ends cannot have been
+further out than that speed allows, and only where this may be outside is the motion looked at closer.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from purcell_cli.errors import ParameterError
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.lift import Accuracy, piece_displacements
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.clearance import radius_m
+from purcell_cli.motion.limb_circles import Sweeps
+
+Rows = NDArray[np.int64]
+
+TOLERANCE_L = 1e-5
+"""How far a motion leaves its box is known to this, in units of L, or to a hundredth if that is more."""
+
+_FINE = Accuracy(stages=4, step=0.4)
+_MOST_STRETCHES = 1 << 16
+"""More stretches than these are not cut again."""
+
+ENDS = ("joint of limb 1", "joint of limb 2", "end of limb 1", "end of limb 2")
+"""The points that the links' extent is measured by."""
+
+WALLS = tuple(f"{side} {axis}" for axis in "xyz" for side in ("least", "largest"))
+"""The box's walls."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Workspace:
+    """A box with walls across the world's axes.
+
+    Attributes:
+        min: The corner of least x, y and z [m].
+        max: The opposite corner [m].
+
+    Raises:
+        ParameterError: Numbers that are not finite, or a box of no extent.
+    """
+
+    min: tuple[float, float, float]
+    max: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        for name in ("min", "max"):
+            corner = tuple(float(v) for v in getattr(self, name))
+            if len(corner) != 3 or not all(math.isfinite(v) for v in corner):
+                raise ParameterError(f"{name}: three finite numbers are wanted, found {list(corner)}")
+            object.__setattr__(self, name, corner)
+        if not all(low < high for low, high in zip(self.min, self.max, strict=True)):
+            raise ParameterError(
+                f"max: a corner above min ({list(self.min)}) in x, y and z is wanted, found {list(self.max)}"
+            )
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Excess:
+    """How far a motion leaves its box at most, and where.
+
+    Attributes:
+        distance_m: How far a link stands out; 0 if none ever does [m].
+        end: The index in `ENDS` of what stands out furthest.
+        wall: The index in `WALLS` of the wall that it passes.
+        place: The index of the pose of the path after which it is.
+        time_s: When, from there [s].
+        error_m: The true excess is greater by at most this [m].
+    """
+
+    distance_m: float = 0.0
+    end: int = 0
+    wall: int = 0
+    place: int = 0
+    time_s: float = 0.0
+    error_m: float = 0.0
+
+
+def link_ends(swimmer: Swimmer, poses: Array, axes: Array) -> Array:
+    """Return where the `ENDS` are in the world [m]. Shapes (n, 4, 4) and (n, 2, 3) to (n, 4, 3)."""
+    joints = np.zeros((len(axes), 2, 3))
+    joints[:, 0, 0], joints[:, 1, 0] = swimmer.base_half_length_m, -swimmer.base_half_length_m
+    arms = 2.0 * swimmer.limb_half_length_m * np.array([1.0, -1.0])[:, None] * axes
+    points = np.concatenate([joints, joints + arms], axis=1)
+    return np.asarray(points @ np.swapaxes(poses[:, :3, :3], -1, -2) + poses[:, None, :3, 3])
+
+
+def end_speeds(swimmer: Swimmer, sweeps: Sweeps) -> Array:
+    """Return what the speeds of joints and of limbs' ends in the world cannot exceed [m/s]. Shape (n, 2)."""
+    b, l = swimmer.base_half_length_m, swimmer.limb_half_length_m
+    spin = sweeps.turn * np.sqrt(np.einsum("nli,nli->nl", sweeps.centre, sweeps.centre))
+    held = 8.0 / 3.0 * l**3 * sweeps.speed**2
+    held += 2.0 * l * swimmer.spin_drag(l) / swimmer.lateral_drag() * spin**2
+    power = 2.0 * swimmer.drag_ratio * held.sum(axis=1)
+    return np.asarray(np.sqrt(power[:, None] / np.array([max(b, l), l])))
+
+
+def largest_excess(
+    swimmer: Swimmer, workspace: Workspace, poses: Array, piece: Rows, shapes: Array, rates: Array, durations: Array
+) -> Excess:
+    """Return how far links leave a box at most over a path of pieces of constant limb rates.
+
+    A piece that is played again has the same displacement from its new place, so it is swum once.
+
+    Args:
+        swimmer: The swimmer.
+        workspace: The box.
+        poses: The base's pose at each beginning of a piece [m]. Shape (m, 4, 4).
+        piece: Which piece begins there. Shape (m,).
+        shapes: Shapes at the pieces' beginnings. Shape (n, 2, 3, 3).
+        rates: Limb rates (omega_1, omega_2), constant on each piece [rad/s]. Shape (n, 6).
+        durations: How long the pieces last [s]. Shape (n,).
+    """
+    path = _Path(swimmer, np.asarray(shapes), np.asarray(rates), np.asarray(durations, dtype=np.float64))
+    box = _Box(swimmer, workspace)
+    speeds = np.repeat(end_speeds(swimmer, path.sweeps), 2, axis=1)[..., None]
+    most = np.max(speeds, axis=(1, 2), initial=0.0)
+    row, part, depth = np.arange(len(poses)), np.zeros(len(poses), dtype=np.int64), 0
+    moves, axes = path.ahead(piece, part, depth, 1.0)
+    first = box.beyond(row, np.zeros(len(row)), poses, shapes[piece, :, :, 0])
+    last = box.beyond(row, path.durations[piece], poses @ moves, axes)
+    while len(row):
+        here = piece[row]
+        length = path.durations[here] / 2**depth
+        bound = np.max(0.5 * (first + last + speeds[here] * length[:, None, None]), axis=(1, 2))
+        open_ = bound > box.best.distance_m + (box.error_m if box.best.distance_m > 0.0 else 0.0)
+        open_ &= most[here] * length > box.error_m
+        if np.count_nonzero(open_) > _MOST_STRETCHES:
+            return dataclasses.replace(box.best, error_m=float(np.max(bound)) - box.best.distance_m)
+        row, part, poses, first, last, length = (x[open_] for x in (row, part, poses, first, last, length))
+        moves, axes = path.ahead(piece[row], part, depth, 0.5)
+        middle = poses @ moves
+        between = box.beyond(row, (part + 0.5) * length, middle, axes)
+        row, part, depth = np.tile(row, 2), np.concatenate([2 * part, 2 * part + 1]), depth + 1
+        poses = np.concatenate([poses, middle])
+        first, last = np.concatenate([first, between]), np.concatenate([between, last])
+    return dataclasses.replace(box.best, error_m=box.error_m)
+
+
+class _Path:
+    """The pieces of a path, cut into 1, 2, 4, ... equal parts.
+
+    Args:
+        swimmer: The swimmer.
+        shapes: Shapes at the pieces' beginnings. Shape (n, 2, 3, 3).
+        rates: Limb rates [rad/s]. Shape (n, 6).
+        durations: How long they last [s]. Shape (n,).
+    """
+
+    def __init__(self, swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) -> None:
+        self.swimmer, self.shapes, self.rates, self.durations = swimmer, shapes, rates, durations
+        self.sweeps = Sweeps.of(shapes, rates, durations)
+
+    def ahead(self, piece: Rows, part: Rows, depth: int, share: float) -> tuple[Array, Array]:
+        """Return the displacement from the beginning of parts, and the limbs' axes there.
+
+        Args:
+            piece: The pieces. Shape (m,).
+            part: Which of their parts. Shape (m,).
+            depth: Each piece has 2^depth parts.
+            share: How far ahead, as a share of the part.
+        """
+        key, which = np.unique(piece << depth | part, return_inverse=True)
+        one, length = key >> depth, self.durations[key >> depth] / 2**depth
+        begun = (key - (one << depth)) * length
+        twist = np.zeros((len(key), 2, 6))
+        twist[..., 3:] = self.rates[one].reshape(-1, 2, 3) * begun[:, None, None]
+        shapes = self.shapes[one] @ se3.exp(twist)[..., :3, :3]
+        moves = piece_displacements(self.swimmer, shapes, self.rates[one], share * length, _FINE)
+        return moves[which], self.sweeps.at(one, begun + share * length)[which]
+
+
+class _Box:
+    """A box, and what stood out of it furthest so far.
+
+    Args:
+        swimmer: The swimmer.
+        workspace: The box.
+    """
+
+    def __init__(self, swimmer: Swimmer, workspace: Workspace) -> None:
+        self.swimmer = swimmer
+        thick = [radius_m(swimmer, half) for half in (swimmer.base_half_length_m, swimmer.limb_half_length_m)]
+        self.radius = np.array([max(thick), max(thick), thick[1], thick[1]])[:, None]
+        self.low, self.high = np.array(workspace.min), np.array(workspace.max)
+        self.best = Excess()
+
+    @property
+    def error_m(self) -> float:
+        """How exactly the furthest is to be found [m]."""
+        return max(TOLERANCE_L * self.swimmer.length_m, 0.01 * self.best.distance_m)
+
+    def beyond(self, row: Rows, time: Array, poses: Array, axes: Array) -> Array:
+        """Return how far each end is beyond each wall [m]. Shape (n, 4, 6)."""
+        place = link_ends(self.swimmer, poses, axes)
+        out = np.stack([self.low - place + self.radius, place - self.high + self.radius], axis=-1).reshape(-1, 4, 6)
+        if len(out):
+            k, end, wall = np.unravel_index(int(np.argmax(out)), out.shape)
+            if out[k, end, wall] > self.best.distance_m:
+                self.best = Excess(float(out[k, end, wall]), int(end), int(wall), int(row[k]), float(time[k]))
+        return out

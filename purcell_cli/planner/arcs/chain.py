@@ -1,0 +1,443 @@
+"""Chains: rolls and arcs in turn, closed-form, so that phase 2 is solved before any flow is computed.
+
+What a stroke of n cycles does is exp(n L) exp(U), of the series in `loops`; a crank rolls. So the
+displacement of a whole phase 2, and how it changes with the bends of its loops, how much of them
+lies aside, and its rolls, take no integration. Newton steps that lean to where the cost falls bring
+many chains at once to the displacements that are wanted, but for the series' own error.
+
+Conventions: `rotations`; lengths in units of L.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array, about_axis, wrapped
+from purcell_cli.motion.trajectory import Block
+from purcell_cli.planner.arcs.loop_family import Fan
+from purcell_cli.planner.arcs.loops import NAME, stroke
+from purcell_cli.planner.arcs.roll_stroke import Crank
+
+_FITTING = 3
+_SPARE = 0.06
+"""Loops go so far beyond the best of the fan, in cycles, rather than take one more."""
+_SMALL = 1e-6
+_CLOSE = 3e-3
+"""Chains that miss their displacement by less [L, rad] are told apart by what they cost."""
+_FULL_RAD = 1e-3
+_FAR_L, _FAR_AHEAD_L = 1.0, 1000.0
+"""From such distances on, what is missed across and what is missed ahead count for less."""
+_LONGEST_RAD = 0.3
+_THRIFT_RAD = 2.0
+"""How far the cost alone leads in a round, in joint travel."""
+_ROLL_EFFORT = 5.0
+"""How much less a roll changes than a bend for the same gain."""
+_LONGER = 0.1
+"""Chains become longer by this part at most, at once."""
+_PINNED, _MET, _WEAKEST = 6, 1e-4, 1e-8
+_ARRAYS = ("which", "cycles", "mirrored", "backwards", "bend", "aside", "roll")
+_MIRROR = np.diag([1.0, -1.0, -1.0, 1.0])
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """Loops that swim arcs.
+
+    Attributes:
+        cycles: How many. Shape (n,).
+        bend: Their largest bends [rad]. Shape (n,).
+        aside: How much of the bend lies aside. Shape (n,).
+        cost: What the strokes cost, ways in and out included [rad]. Shape (n,).
+    """
+
+    cycles: NDArray[np.int64]
+    bend: Array
+    aside: Array
+    cost: Array
+
+
+def fitted(fan: Fan, advance: Array, turn: Array) -> Fitted:
+    """Return the loops of a fan that advance and turn by given amounts, as nearly as they can.
+
+    Args:
+        fan: The loops.
+        advance: How far, not negative [L]. Shape (n,).
+        turn: By how much, not negative [rad]. Shape (n,).
+    """
+    loops = fan.loops
+    knot = fan.knot(advance, turn)
+    bend, aside = fan.at(knot, fan.bend), fan.at(knot, fan.aside)
+    scale = np.array([1.0 / fan.straight, 1.0 / fan.tight])
+    wanted = np.stack([advance, turn], axis=1) * scale
+    once = loops.at(bend, aside)
+    cycle, ways = (_advance_and_turn(part[0])[0] * scale for part in (once.cycle, once.ways))
+    size = np.maximum(np.einsum("ni,ni->n", cycle, cycle), 1e-300)
+    whole = np.einsum("ni,ni->n", wanted, cycle) / size
+    share = np.einsum("ni,ni->n", ways, cycle) / size
+    cycles = np.maximum(np.ceil(whole - share - _SPARE), np.where(share > 0.1, 0.0, 1.0))
+    bend = bend * np.sqrt(np.minimum(whole / np.maximum(cycles + share, 1e-300), 1.0))
+    for _ in range(_FITTING):
+        bend, aside = loops.clipped(bend, aside)
+        now = loops.at(bend, aside)
+        twist = cycles[:, None] * now.cycle + now.ways
+        value, slope = _advance_and_turn(twist)
+        missing = wanted - value * scale
+        slope = slope * scale[:, None]
+        # Damped, since where loops only go straight, or only turn, one of the two equations is empty.
+        normal = np.swapaxes(slope, 1, 2) @ slope
+        normal += 1e-6 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(2) + 1e-12 * np.eye(2)
+        step = np.linalg.solve(normal, np.swapaxes(slope, 1, 2) @ missing[..., None])[..., 0]
+        step = np.clip(step, -_LONGEST_RAD, _LONGEST_RAD)
+        bend, aside = bend + step[:, 0], aside + step[:, 1]
+    bend, aside = loops.clipped(bend, aside)
+    per_cycle, for_ways = loops.costs(bend, aside)
+    cost = (cycles * per_cycle + for_ways) / fan.unit
+    return Fitted(cycles.astype(np.int64), bend, aside, cost)
+
+
+def _advance_and_turn(twist: Array) -> tuple[Array, Array]:
+    """Return advance and turn, not negative, of twists; with their slopes where those of the twists are given.
+
+    Args:
+        twist: Twists, shape (n, 6), or those and their slopes by two quantities, shape (3, n, 6).
+
+    Returns:
+        Values, shape (n, 2), and slopes, shape (n, 2, 2).
+    """
+    here = twist[0] if twist.ndim == 3 else twist
+    turn = np.hypot(here[:, 4], here[:, 5])
+    value = np.stack([np.abs(here[:, 0]), turn], axis=1)
+    if twist.ndim != 3:
+        return value, np.empty(0)
+    forwards = np.sign(here[:, 0])
+    safe = np.where(turn > 0.0, turn, 1.0)
+    turning = (here[:, 4] * twist[1:, :, 4] + here[:, 5] * twist[1:, :, 5]) / safe
+    return value, np.stack([forwards * twist[1:, :, 0], turning], axis=1).transpose(2, 1, 0)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Chains:
+    """Chains of rolls and arcs in turn, a roll first and last; the shorter ones have empty arcs at their end.
+
+    Attributes:
+        crank: What rolls.
+        fans: The loops to choose from.
+        which: The fan of each arc; -1 for an empty one. Shape (n, m).
+        cycles: How many cycles each has. Shape (n, m).
+        mirrored: Whether it turns the other way: all angles negated. Shape (n, m).
+        backwards: Whether it is swum backwards. Shape (n, m).
+        bend: The largest bends of the loops [rad]. Shape (n, m).
+        aside: How much of the bends lies aside. Shape (n, m).
+        roll: The roll before each arc, and the last [rad]. Shape (n, m + 1).
+    """
+
+    crank: Crank
+    fans: tuple[Fan, ...]
+    which: NDArray[np.int64]
+    cycles: Array
+    mirrored: NDArray[np.bool_]
+    backwards: NDArray[np.bool_]
+    bend: Array
+    aside: Array
+    roll: Array
+
+    def __len__(self) -> int:
+        return len(self.which)
+
+    def __getitem__(self, some: NDArray[np.int64]) -> Chains:
+        """Return some of the chains, in an order of their own."""
+        return dataclasses.replace(self, **{name: getattr(self, name)[some] for name in _ARRAYS})
+
+    def put(self, some: NDArray[np.int64], others: Chains) -> Chains:
+        """Return the chains with some of them replaced by as many others."""
+        out = {name: getattr(self, name).copy() for name in _ARRAYS}
+        for name, values in out.items():
+            values[some] = getattr(others, name)
+        return dataclasses.replace(self, **out)
+
+    def arcs(self, k: int) -> int:
+        """Return how many arcs one of the chains has."""
+        return int(np.count_nonzero(self.which[k] >= 0))
+
+    def idle(self, k: int) -> bool:
+        """Return whether one of the chains does nothing."""
+        return self.arcs(k) == 0 and not self.crank.blocks(float(self.roll[k, 0]))
+
+    @property
+    def _unknown(self) -> Array:
+        return np.concatenate([self.bend, self.aside, self.roll], axis=1)
+
+    def _with(self, x: Array) -> Chains:
+        m = self.which.shape[1]
+        return dataclasses.replace(self, bend=x[:, :m], aside=x[:, m : 2 * m], roll=x[:, 2 * m :])
+
+    def _bounds(self) -> tuple[Array, Array]:
+        """Return the least and the greatest bends, asides and rolls; those of empty arcs stay as they are."""
+        low, high = self._unknown, self._unknown
+        m = self.which.shape[1]
+        for k, fan in enumerate(self.fans):
+            mine = np.nonzero(self.which == k)
+            low[:, :m][mine], high[:, :m][mine] = fan.loops.least_rad, fan.loops.most_rad
+            low[:, m : 2 * m][mine], high[:, m : 2 * m][mine] = fan.loops.least_aside, fan.loops.most_aside
+        live = np.arange(m + 1) <= np.count_nonzero(self.which >= 0, axis=1)[:, None]
+        low[:, 2 * m :][live], high[:, 2 * m :][live] = -np.inf, np.inf
+        return low, high
+
+    def costs(self) -> tuple[Array, Array]:
+        """Return what the chains cost, rolls included [rad], and that by bends, asides and rolls.
+
+        Returns:
+            Costs, shape (n,), and derivatives, shape (n, 3 m + 1).
+        """
+        steps = np.array([[0.0, 0.0], [_SMALL, 0.0], [0.0, _SMALL]])
+        paid = np.zeros((3, *self.which.shape))
+        for k, fan in enumerate(self.fans):
+            i, j = np.nonzero(self.which == k)
+            places = (self.bend[i, j] + steps[:, :1], self.aside[i, j] + steps[:, 1:])
+            cycle, ways = (part.reshape(3, -1) for part in fan.loops.costs(*(x.ravel() for x in places)))
+            paid[:, i, j] = (self.cycles[i, j] * cycle + ways) / fan.unit
+        rolling = self.crank.travel(np.stack([self.roll, self.roll + _SMALL]))
+        slope = np.concatenate([paid[1] - paid[0], paid[2] - paid[0], rolling[1] - rolling[0]], axis=1) / _SMALL
+        return paid[0].sum(axis=1) + rolling[0].sum(axis=1), slope
+
+    def _moves(self) -> tuple[Array, Array]:
+        """Return the arcs' displacements, and their body twists by bend and aside.
+
+        Returns:
+            Displacements, shape (n, m, 4, 4), and twists, shape (n, m, 2, 6).
+        """
+        cycle, ways = np.zeros((3, *self.which.shape, 6)), np.zeros((3, *self.which.shape, 6))
+        for k, fan in enumerate(self.fans):
+            i, j = np.nonzero(self.which == k)
+            found = fan.loops.at(self.bend[i, j], self.aside[i, j])
+            for part, values in ((cycle, found.cycle), (ways, found.ways)):
+                part[0, i, j], part[1:, i, j] = values[0], values[0] + _SMALL * values[1:]
+        moved = np.matmul(*se3.exp(np.stack([self.cycles[..., None] * cycle, ways])))
+        moved = np.where(self.mirrored[..., None, None], _MIRROR @ moved @ _MIRROR, moved)
+        moved = np.where(self.backwards[..., None, None], se3.inverse(moved), moved)
+        return moved[0], np.moveaxis(_twist_of(se3.inverse(moved[0]) @ moved[1:]) / _SMALL, 0, 2)
+
+    def residuals(self, wanted: Array) -> tuple[Array, Array]:
+        """Return log(D^-1 g) and their derivatives by bends, asides and rolls.
+
+        Args:
+            wanted: The displacements D. Shape (n, 4, 4).
+
+        Returns:
+            Residuals, shape (n, 6), and derivatives, shape (n, 6, 3 m + 1).
+        """
+        moved, twists = self._moves()
+        whole, after = self._put_together(moved)
+        carried = se3.adjoint(se3.inverse(after))
+        turned = carried[:, 1::2] @ np.swapaxes(twists, 2, 3)
+        columns = [turned[..., 0], turned[..., 1], carried[:, ::2, :, 3]]
+        derivative = np.concatenate(columns, axis=1).swapaxes(1, 2)
+        return se3.log(se3.normalised(se3.inverse(wanted) @ whole)), derivative
+
+    def displacements(self) -> Array:
+        """Return what the chains do to the base. Shape (n, 4, 4)."""
+        return self._put_together(self._moves()[0])[0]
+
+    def _put_together(self, moved: Array) -> tuple[Array, Array]:
+        """Return the displacements of whole chains, and of what follows each pure roll and each arc.
+
+        Args:
+            moved: The displacements of the arcs. Shape (n, m, 4, 4).
+
+        Returns:
+            Displacements. Shapes (n, 4, 4) and (n, 2 m + 1, 4, 4).
+        """
+        n, m = self.which.shape
+        rolls = se3.pose(about_axis(0, self.roll), np.zeros((n, m + 1, 3)))
+        after = np.empty((n, 2 * m + 1, 4, 4))
+        after[:, 2 * m] = np.eye(4)
+        pairs = moved @ rolls[:, 1:]
+        for k in reversed(range(m)):
+            after[:, 2 * k] = pairs[:, k] @ after[:, 2 * k + 2]
+        after[:, 1::2] = rolls[:, 1:] @ after[:, 2::2]
+        return rolls[:, 0] @ after[:, 0], after
+
+    def settled(self, wanted: Array, rounds: int) -> tuple[Chains, Array, Array]:
+        """Return the chains changed until they make displacements, at little cost.
+
+        Every round takes the least step to the displacement from where the cost alone would lead;
+        bends and asides stay within the table, and so within the bend limit.
+
+        Args:
+            wanted: The displacements. Shape (n, 4, 4).
+            rounds: How many.
+
+        Returns:
+            The best chains of all rounds, what they miss by (see `missed`), shape (n,), and their costs, shape (n,).
+        """
+        low, high = self._bounds()
+        effort = 8.0 * (self.cycles + 0.5)
+        loose = np.concatenate([effort, effort, np.full_like(self.roll, _ROLL_EFFORT)], axis=1) ** -2.0
+        x = best = self._unknown
+        off, paid = np.full(len(self), np.inf), np.full(len(self), np.inf)
+        for k in range(rounds + 1):
+            here = self._with(x)
+            residual, columns = here.residuals(wanted)
+            cost, slope = here.costs()
+            size = missed(residual, wanted)
+            better = np.where(np.maximum(size, off) < _CLOSE, cost < paid, size < off)
+            best, off, paid = (
+                np.where(better[:, None], x, best),
+                np.where(better, size, off),
+                np.where(better, cost, paid),
+            )
+            if k < rounds:
+                step = _least_steps(columns, -residual, -_THRIFT_RAD * loose * slope, loose, low - x, high - x)
+                x = x + step * np.minimum(1.0, _LONGEST_RAD / np.maximum(np.abs(step).max(axis=1), 1e-300))[:, None]
+        return self._with(best), off, paid
+
+    def short(self, wanted: Array) -> Array:
+        """Return by how much less far than displacements the chains go [L]. Shapes (n, 4, 4) to (n,)."""
+        way, gone = (np.linalg.norm(g[:, :3, 3], axis=1) for g in (wanted, self.displacements()))
+        return np.asarray(np.maximum(way - gone, 0.0))
+
+    def longer(self, wanted: Array) -> Chains:
+        """Return the chains with more cycles of every loop that is as large as it may be: as many as are wanting.
+
+        Args:
+            wanted: The displacements. Shape (n, 4, 4).
+        """
+        _, high = self._bounds()
+        full = (self.which >= 0) & (self.bend > high[:, : self.which.shape[1]] - _FULL_RAD)
+        way = np.linalg.norm(wanted[:, :3, 3], axis=1)
+        share = np.minimum(self.short(wanted) / np.maximum(way, 1e-300), _LONGER)
+        more = np.maximum(np.ceil(share[:, None] * self.cycles), 1.0)
+        return dataclasses.replace(self, cycles=self.cycles + full * more)
+
+    def shorter(self) -> tuple[Chains, NDArray[np.int64]]:
+        """Return the chains with one cycle fewer of one of their loops, as large as may be, and of which each is."""
+        _, high = self._bounds()
+        k, j = np.nonzero((self.which >= 0) & (self.cycles >= 1.0))
+        fewer, row = self[k], np.arange(len(k))
+        cycles, bend = fewer.cycles.copy(), fewer.bend.copy()
+        grown = bend[row, j] * np.sqrt(cycles[row, j] / np.maximum(cycles[row, j] - 1.0, 0.5))
+        cycles[row, j] -= 1.0
+        bend[row, j] = np.minimum(grown, high[k, j])
+        return dataclasses.replace(fewer, cycles=cycles, bend=bend), k
+
+    def blocks(self, k: int) -> list[Block]:
+        """Return the strokes of one of the chains, from the collinear shape and back to it."""
+        out: list[Block] = []
+        for j in range(self.arcs(k)):
+            out += self.crank.blocks(float(self.roll[k, j]))
+            loops = self.fans[int(self.which[k, j])].loops
+            beat, offset = (float(x[0]) for x in loops.sides(self.bend[k, j : j + 1], self.aside[k, j : j + 1]))
+            parts = list(zip(stroke(beat, offset, loops.across), (1, int(self.cycles[k, j]), 1), strict=True))
+            if self.mirrored[k, j]:
+                parts = [(s.with_angles(-s.angle), n) for s, n in parts]
+            if self.backwards[k, j]:
+                parts = [(s.inverse(), n) for s, n in reversed(parts)]
+            out += [Block(2, NAME, s, n, 2.0 * beat) for s, n in parts if n]
+        return [*out, *self.crank.blocks(float(self.roll[k, self.arcs(k)]))]
+
+
+def linked(crank: Crank, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Array, only: NDArray[np.int64]) -> Chains:
+    """Return chains of loops that swim arcs, with the rolls that turn the loops into their planes.
+
+    Never more than a quarter turn lies between: a loop whose angles are negated turns the other way.
+
+    Args:
+        crank: What rolls.
+        fans: The loops to choose from.
+        arcs: For each chain advances [L] and turns about y and z [rad]. Each of shape (m, 3).
+        roll: The last roll of each chain, with the rolls of its arcs taken off [rad]. Shape (n,).
+        only: The fan that a chain's loops are from; -1 for the cheapest at every arc. Shape (n,).
+    """
+    n, m = len(arcs), max([len(arc) for arc in arcs], default=0)
+    every = np.zeros((n, m, 3))
+    live = np.arange(m) < np.array([len(arc) for arc in arcs])[:, None]
+    every[live] = np.concatenate([np.empty((0, 3)), *arcs])
+    turn = np.hypot(every[..., 1], every[..., 2])
+    found = [fitted(fan, np.abs(every[live][:, 0]), turn[live]) for fan in fans]
+    cheapest = np.argmin(np.round([f.cost for f in found], 9), axis=0)
+    forced = np.broadcast_to(only[:, None], (n, m))[live]
+    chosen = np.where(forced < 0, cheapest, forced)
+    which = np.full((n, m), -1)
+    which[live] = chosen
+    cycles, bend, aside = np.zeros((n, m)), np.zeros((n, m)), np.zeros((n, m))
+    for values, name in ((cycles, "cycles"), (bend, "bend"), (aside, "aside")):
+        values[live] = np.choose(chosen, [getattr(f, name) for f in found])
+    twist = np.zeros((n, m, 6))
+    for k, fan in enumerate(fans):
+        mine = np.nonzero(which == k)
+        once = fan.loops.at(bend[mine], aside[mine])
+        twist[mine] = cycles[mine][:, None] * once.cycle[0] + once.ways[0]
+    backwards = twist[..., 0] * every[..., 0] < 0.0
+    plane = np.arctan2(-every[..., 1], every[..., 2]) - np.arctan2(-twist[..., 4], twist[..., 5])
+    plane = plane - np.where(backwards, math.pi, 0.0)
+    turns, mirrored, before = np.zeros((n, m + 1)), np.zeros((n, m), dtype=bool), np.zeros(n)
+    for k in range(m):
+        bent = live[:, k] & (turn[:, k] > 0.0)
+        change = np.where(bent, wrapped(plane[:, k] - before), 0.0)
+        mirrored[:, k] = np.abs(change) > 0.5 * math.pi
+        turns[:, k] = np.where(mirrored[:, k], wrapped(change + math.pi), change)
+        before = before + turns[:, k]
+    turns[np.arange(n), np.count_nonzero(live, axis=1)] = wrapped(roll - before)
+    return Chains(crank, fans, which, cycles, mirrored, backwards, bend, aside, turns)
+
+
+def missed(residual: Array, wanted: Array) -> Array:
+    """Return by how much displacements are missed [L, rad]; of far ones what lies across by less, for it is a heading.
+
+    Args:
+        residual: Twists log(D^-1 g). Shape (n, 6).
+        wanted: The displacements D. Shape (n, 4, 4).
+    """
+    way = np.linalg.norm(wanted[..., :3, 3], axis=-1)
+    ahead = np.einsum("nji,nj->ni", wanted[:, :3, :3], wanted[:, :3, 3]) / np.maximum(way, 1e-300)[:, None]
+    along = np.einsum("ni,ni->n", ahead, residual[:, :3])
+    across = np.abs(residual[:, :3] - along[:, None] * ahead).max(axis=-1)
+    parts = [
+        np.abs(along) / (1.0 + way / _FAR_AHEAD_L),
+        across / (1.0 + way / _FAR_L),
+        np.abs(residual[:, 3:]).max(axis=-1),
+    ]
+    return np.asarray(np.maximum.reduce(parts))
+
+
+def _twist_of(change: Array) -> Array:
+    """Return the twists of small changes g^-1 g'. Shape (..., 4, 4) to (..., 6)."""
+    spin = 0.5 * (change[..., :3, :3] - np.swapaxes(change[..., :3, :3], -1, -2))
+    return np.concatenate([change[..., :3, 3], spin[..., [2, 0, 1], [1, 2, 0]]], axis=-1)
+
+
+def _least_steps(columns: Array, wanted: Array, begun: Array, loose: Array, low: Array, high: Array) -> Array:
+    """Return the steps nearest to others, between bounds, that meet few equations as far as they can. Shape (n, k).
+
+    Newton's method on the multipliers of the equations: a step is where they lead, clipped
+    (Hintermueller, Ito and Kunisch 2002, SIAM J. Optim. 13, 865).
+
+    Args:
+        columns: The equations' matrices. Shape (n, 6, k).
+        wanted: Their right sides. Shape (n, 6).
+        begun: The other steps. Shape (n, k).
+        loose: How loosely each unknown keeps to them, the inverse weights. Shape (n, k).
+        low: The least values. Shape (n, k).
+        high: The greatest values. Shape (n, k).
+    """
+    step = best = np.clip(begun, low, high)
+    lead, least = np.zeros_like(wanted), np.full(len(wanted), np.inf)
+    for _ in range(_PINNED):
+        missing = wanted - (columns @ step[..., None])[..., 0]
+        size = np.max(np.abs(missing), axis=1)
+        best, least = np.where((size < least)[:, None], step, best), np.minimum(size, least)
+        if np.all(size < _MET):
+            break
+        lever = columns * np.where((step > low) & (step < high), loose, 0.0)[:, None]
+        system = lever @ np.swapaxes(columns, 1, 2)
+        # Damped by a little, where what is left free cannot meet all equations.
+        system += (_WEAKEST * np.trace(system, axis1=1, axis2=2) + 1e-30)[:, None, None] * np.eye(6)
+        lead = lead + np.linalg.solve(system, missing[..., None])[..., 0]
+        step = np.clip(begun + loose * (lead[:, None] @ columns)[:, 0], low, high)
+    return np.asarray(best)

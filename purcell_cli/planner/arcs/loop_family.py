@@ -1,0 +1,154 @@
+"""Arcs: strokes that turn the swimmer while they carry it, as a steerable needle.
+
+A square loop of both yaw joints round the collinear shape goes straight; with the limbs bent aside
+it swims along a circle, the tighter the farther aside they are (see `loops`). Across the loop's plane
+they turn by a quarter more per joint travel at a limit of 1 rad, and do not roll; but their ways in
+and out are longer. The fan of loops from the best to go straight to the best to turn, per joint
+travel or whatever else is to be spent least, is what the needle steers by.
+
+Conventions: `rotations`; lengths in units of L.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.planner.arcs.loops import Loops, loops
+
+_STRAIGHT_RAD = np.linspace(0.8, 1.5, 8)
+_ACROSS = np.linspace(0.1, 0.6, 11)
+"""Offsets across the plane that are tried for the best to turn, in units of the bend limit."""
+_SMALLEST = 0.225
+"""The smallest beat of a loop that is offset in its plane, in units of the bend limit."""
+_KNOTS = 12
+_KNOTS_BETWEEN = 4
+_ROUND = 0.97
+"""Arcs that are tighter than the tightest loop by less than this are taken for it."""
+
+
+class Fan:
+    """The loops of one scaled swimmer, from the best to go straight to the best to turn.
+
+    Attributes:
+        loops: The loops.
+        bend: Their largest bends, from the best to go straight to the best to turn [rad]. Shape (k,).
+        aside: How much of the bend lies aside. Shape (k,).
+        advance: Advance per cost [L/rad]. Shape (k,).
+        turn: Turn per cost. Shape (k,).
+        straight: The largest advance per cost [L/rad].
+        tight: The largest turn per cost.
+        unit: What a joint travel of 1 rad of the best straight loop costs.
+
+    Costs are joint travel, or another measure in units that make the best straight loop cost its
+    joint travel.
+
+    Args:
+        loops: The loops.
+    """
+
+    def __init__(self, loops: Loops) -> None:
+        self.loops, bend = loops, loops.most_rad
+        beats = _STRAIGHT_RAD[bend > _STRAIGHT_RAD]
+        straight = bend
+        if len(beats):
+            beats = np.append(beats, bend)
+            twist, price = _once(loops, beats, 0.0 * beats)
+            straight = _summit(beats, np.abs(twist[:, 0]) / price)
+        beat, offset = _across(loops, bend, straight) if loops.across else _aside(bend, straight)
+        cycle, price = _once(loops, beat, offset)
+        self.unit = price[0] / (8.0 * beat[0])
+        price = price / self.unit
+        twist = cycle / price[:, None]
+        turn = np.hypot(twist[:, 4], twist[:, 5])
+        some = slice(int(np.argmax(turn)) + 1)
+        self.advance, self.turn = twist[some, 0], turn[some]
+        self.bend, self.aside = (part[some] for part in loops.place(beat, offset))
+        self.turn[0] = 0.0
+        self.straight, self.tight = float(np.max(np.abs(self.advance))), float(np.max(np.abs(self.turn)))
+        self._bearing = np.arctan2(np.abs(self.turn) / self.tight, np.abs(self.advance) / self.straight)
+        order = np.argsort(self._bearing, kind="stable")
+        self._bearing, self._knot = self._bearing[order], order.astype(np.float64)
+        size = np.hypot(self.turn / self.tight, self.advance / self.straight)
+        self._size = size[order]
+
+    def cost(self, advance: Array, turn: Array) -> Array:
+        """Return what arcs cost when their loops repeat often [rad]. Shape (...).
+
+        An arc tighter than the tightest loop is swum forwards and backwards in turn.
+        """
+        a, b = np.abs(advance) / self.straight, np.abs(turn) / self.tight
+        return np.asarray(np.maximum(np.hypot(a, b) / np.interp(np.arctan2(b, a), self._bearing, self._size), b))
+
+    def ways(self, advance: float, turn: float) -> list[tuple[float, float]]:
+        """Return the arc as advances and turns that loops can make [L, rad].
+
+        One tighter than the tightest loop is swum half its turn forwards and half backwards, in
+        three parts, so that to second order it stays in its place.
+        """
+        reach = abs(turn * self.advance[-1] / self.turn[-1])
+        if abs(advance) >= _ROUND * reach:
+            return [(advance, turn)]
+        way = math.copysign(reach, advance)
+        share = 0.5 * (1.0 + abs(advance) / reach)
+        outer = (0.5 * share * way, 0.5 * share * turn)
+        return [outer, (-(1.0 - share) * way, (1.0 - share) * turn), outer]
+
+    def knot(self, advance: Array, turn: Array) -> Array:
+        """Return where in the table the loops that swim arcs are, from 0 on. Shapes (n,)."""
+        bearing = np.arctan2(np.abs(turn) / self.tight, np.abs(advance) / self.straight)
+        return np.interp(bearing, self._bearing, self._knot)
+
+    def at(self, knot: Array, column: Array) -> Array:
+        """Return the values of a column of the table at knots. Shapes (n,)."""
+        return np.interp(knot, np.arange(len(column)), column)
+
+
+def _once(loops: Loops, beat: Array, offset: Array) -> tuple[Array, Array]:
+    """Return what loops do in a cycle, seen at the collinear shape, and what that costs. Shapes (n, 6) and (n,)."""
+    bend, aside = loops.place(beat, offset)
+    return loops.at(bend, aside).cycle[0], loops.costs(bend, aside)[0]
+
+
+def _aside(bend_rad: float, straight_rad: float) -> tuple[Array, Array]:
+    """Return beats and offsets in the plane, at the bend limit from the straight loop's beat on [rad]."""
+    beat = np.linspace(straight_rad, _SMALLEST * bend_rad, _KNOTS - _KNOTS_BETWEEN + 1)
+    offset = bend_rad - beat
+    between = np.linspace(0.0, offset[0], _KNOTS_BETWEEN, endpoint=False)
+    between = between[: _KNOTS_BETWEEN if offset[0] > 0.0 else 0]
+    return np.concatenate([np.full(len(between), straight_rad), beat]), np.concatenate([between, offset])
+
+
+def _across(loops: Loops, bend_rad: float, straight_rad: float) -> tuple[Array, Array]:
+    """Return beats and offsets across the plane, from the straight loop to the best to turn [rad]."""
+    offset = _ACROSS * bend_rad
+    once, paid = _once(loops, _largest_beat(bend_rad, offset), offset)
+    offset = np.linspace(0.0, _summit(offset, np.hypot(once[:, 4], once[:, 5]) / paid), _KNOTS)
+    beat = _largest_beat(bend_rad, offset)
+    if straight_rad < bend_rad:
+        beat = np.minimum(beat, straight_rad + (beat[-1] - straight_rad) * np.linspace(0.0, 1.0, _KNOTS))
+    return beat, offset
+
+
+def _largest_beat(bend_rad: float, offset: Array) -> Array:
+    """Return the largest beats that keep a bend limit, beside offsets across the plane [rad]."""
+    return np.asarray(np.arccos(np.minimum(math.cos(bend_rad) / np.cos(offset), 1.0)))
+
+
+def _summit(x: Array, y: Array) -> float:
+    """Return where sampled values are largest, by the parabola through the three largest neighbours."""
+    k = int(np.argmax(y))
+    if not 0 < k < len(x) - 1:
+        return float(x[k])
+    a, b, _ = np.polyfit(x[k - 1 : k + 2] - x[k], y[k - 1 : k + 2], 2)
+    return float(x[k] - 0.5 * b / a)
+
+
+@functools.lru_cache(maxsize=128)
+def fan(swimmer: Swimmer, measure: str, across: bool) -> Fan:
+    """Return the loops of a scaled swimmer for a measure, made once."""
+    return Fan(loops(swimmer, measure, across))

@@ -1,0 +1,203 @@
+"""Loops: what the planner's square strokes do to the base, tabulated for a swimmer.
+
+A stroke goes from the collinear shape to a corner of a square of both yaw joints, round it n times,
+and back. With limb 1 bent aside by c and limb 2 by -c it swims an arc. In the plane of the loop, c
+moves the square's centre, and offset and beat share the bend limit. Across that plane, as pitches,
+a limb's bend is arccos(cos c cos yaw), so both may be larger.
+
+Seen at the collinear shape a cycle makes exp(L), and the ways there and back together exp(U); so the
+stroke makes exp(n L) exp(U). L and U are tabulated once as Chebyshev series in the loop's largest
+bend and in how much of it lies aside, and every arc is closed-form arithmetic from then on.
+
+Conventions: `rotations`; lengths in units of L.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import itertools
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import Accuracy, piece_work, run_displacements
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.mechanics.swimmer import Swimmer
+
+NAME = "arc"
+"""Name of the stroke."""
+
+_PITCH_1, _YAW_1, _PITCH_2, _YAW_2 = 1, 2, 4, 5
+_ACROSS_BEND_RAD = 1.5
+"""Limbs bent aside across the loop's plane go no further than this."""
+_LEAST_ASIDE = {False: 0.0, True: 4e-4}
+"""How little, of the most, may lie aside: A(r) is sharp where little lies across the plane."""
+_POWER = {False: 1, True: 2}
+"""The series' second variable is such a root of what lies aside, the finer the sharper A(r) is there."""
+_TABLED = Accuracy(stages=3, step=0.8, settled=1e-7)
+"""Errors of 1e-5 (L, rad): less than the series'."""
+_MARGIN_RAD = 2e-4
+"""Room left below the bend limit for the finish."""
+_LEAST_BEND = 0.2
+"""The smallest loops in the table, in units of the bend limit."""
+_MOST_ASIDE = {False: 0.775, True: 0.95}
+"""How much may lie aside: c over the bend in the plane, and across it an angle on the sphere [rad]."""
+_TERMS = {False: (8, 8), True: (8, 16)}
+"""How many terms the series have in the bend and in what lies aside."""
+
+
+_SQUARE = ((_YAW_1, 2.0, 0.0), (_YAW_2, -2.0, 0.0), (_YAW_1, -2.0, 0.0), (_YAW_2, 2.0, 0.0))
+_STROKES = {
+    False: (
+        ((_YAW_1, -0.5, 0.5), (_YAW_2, 1.0, -1.0), (_YAW_1, -0.5, 0.5)),
+        _SQUARE,
+        ((_YAW_1, 0.5, -0.5), (_YAW_2, -1.0, 1.0), (_YAW_1, 0.5, -0.5)),
+    ),
+    True: (
+        ((_PITCH_1, 0.0, 1.0), (_PITCH_2, 0.0, -1.0), (_YAW_1, -1.0, 0.0), (_YAW_2, 1.0, 0.0)),
+        _SQUARE,
+        ((_YAW_1, 1.0, 0.0), (_YAW_2, -1.0, 0.0), (_PITCH_2, 0.0, 1.0), (_PITCH_1, 0.0, -1.0)),
+    ),
+}
+"""The way to a loop's corner, the loop, and the way back: controls, and their angles per beat and per offset.
+
+With an offset across the plane the way back is not the way there: together they go round a square of the side
+`beat`, the same way round as the loop. In the plane, the way there moves limb 1 half way, limb 2, and limb 1
+again, which hardly turns the base.
+"""
+
+
+def stroke(beat: float, offset: float, across: bool) -> tuple[PrimitiveSequence, PrimitiveSequence, PrimitiveSequence]:
+    """Return the way to a loop's corner, the loop, and the way back [rad].
+
+    Args:
+        beat: Half the square's side [rad].
+        offset: How far limb 1 is bent aside, and limb 2 the other way [rad].
+        across: Whether they are bent aside across the loop's plane.
+    """
+    parts = [PrimitiveSequence.of((c, beat * p + offset * q) for c, p, q in part).busy() for part in _STROKES[across]]
+    return parts[0], parts[1], parts[2]
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class LoopValues:
+    """What loops do; each with its derivatives by the bend and by what lies aside, on the first axis.
+
+    Attributes:
+        cycle: Twists L of one cycle [L, rad]. Shape (3, n, 6).
+        ways: Twists U of the ways there and back together [L, rad]. Shape (3, n, 6).
+    """
+
+    cycle: Array
+    ways: Array
+
+
+class Loops:
+    """The loops of one scaled swimmer, bent aside in the plane or across it.
+
+    Attributes:
+        across: Which of the two.
+        least_rad: The least of the largest bends in the table [rad].
+        most_rad: The greatest [rad].
+        least_aside: How little may lie aside.
+        most_aside: How much may.
+
+    Args:
+        swimmer: The swimmer, scaled to L = 1.
+        measure: One of `measures.MEASURES`: what costs are.
+        across: Whether the limbs are bent aside across the loops' plane, or in it.
+    """
+
+    def __init__(self, swimmer: Swimmer, measure: str, across: bool) -> None:
+        self.across = across
+        limit = swimmer.max_bend_rad - _MARGIN_RAD
+        self.most_rad = min(limit, _ACROSS_BEND_RAD) if across else limit
+        self.least_rad, self.most_aside = _LEAST_BEND * self.most_rad, _MOST_ASIDE[across]
+        self.least_aside, self._power = _LEAST_ASIDE[across] * self.most_aside, _POWER[across]
+        self._terms = _TERMS[across]
+        x, y = (chebyshev.chebpts1(k) for k in self._terms)
+        bend = self.least_rad + 0.5 * (x + 1.0) * (self.most_rad - self.least_rad)
+        aside = (0.5 * (y + 1.0)) ** self._power * self.most_aside
+        grid = (part.ravel() for part in np.meshgrid(bend, aside, indexing="ij"))
+        self._measure = measure
+        values = _values(swimmer, *self.sides(*grid), across, measure).reshape(*self._terms, -1)
+        inverse = [np.linalg.inv(chebyshev.chebvander(nodes, len(nodes) - 1)) for nodes in (x, y)]
+        series = np.einsum("ix,jy,xyk->ijk", inverse[0], inverse[1], values)
+        slopes = [np.zeros_like(series), np.zeros_like(series)]
+        slopes[0][:-1] = chebyshev.chebder(series, axis=0) * 2.0 / (self.most_rad - self.least_rad)
+        slopes[1][:, :-1] = chebyshev.chebder(series, axis=1)
+        self._series = np.stack([series, *slopes]).reshape(3, -1, series.shape[-1])
+
+    def sides(self, bend: Array, aside: Array) -> tuple[Array, Array]:
+        """Return the beats and offsets of loops [rad]. Shapes (n,)."""
+        if not self.across:
+            return bend * (1.0 - aside), bend * aside
+        return np.arctan(np.tan(bend) * np.cos(aside)), np.arcsin(np.sin(bend) * np.sin(aside))
+
+    def place(self, beat: Array, offset: Array) -> tuple[Array, Array]:
+        """Return the largest bends of loops of such beats and offsets, and how much of them lies aside. Shapes (n,)."""
+        if not self.across:
+            return beat + offset, offset / (beat + offset)
+        bend = np.arccos(np.cos(beat) * np.cos(offset))
+        return bend, np.arctan2(np.sin(offset), np.cos(offset) * np.sin(beat))
+
+    def clipped(self, bend: Array, aside: Array) -> tuple[Array, Array]:
+        """Return bends and asides within the table. Shapes (n,)."""
+        return np.clip(bend, self.least_rad, self.most_rad), np.clip(aside, self.least_aside, self.most_aside)
+
+    def at(self, bend: Array, aside: Array) -> LoopValues:
+        """Return what loops do. Shapes (n,)."""
+        found = self._summed(bend, aside)
+        return LoopValues(found[..., :6], found[..., 6:12])
+
+    def costs(self, bend: Array, aside: Array) -> tuple[Array, Array]:
+        """Return what a cycle costs, and the ways there and back together, as `measures` has it. Shapes (n,)."""
+        if self._measure == "energy":
+            found = self._summed(bend, aside)[0]
+            return found[:, 12], found[:, 13]
+        if self._measure == "switches":
+            return np.full(len(bend), 4.0), np.full(len(bend), 8.0 if self.across else 6.0)
+        beat, offset = self.sides(bend, aside)
+        return 8.0 * beat, 4.0 * (beat + offset if self.across else np.abs(beat - offset))
+
+    def _summed(self, bend: Array, aside: Array) -> Array:
+        """Return the series and their slopes. Shape (3, n, k)."""
+        x = 2.0 * (bend - self.least_rad) / (self.most_rad - self.least_rad) - 1.0
+        root = (np.maximum(aside, self.least_aside) / self.most_aside) ** (1.0 / self._power)
+        y = 2.0 * root - 1.0
+        # T_k(x) = cos(k arccos x), which is quicker than the recurrence on few points.
+        row, column = (
+            np.cos(np.arccos(np.clip(v, -1.0, 1.0))[:, None] * np.arange(k))
+            for v, k in zip((x, y), self._terms, strict=True)
+        )
+        weight = (row[:, :, None] * column[:, None, :]).reshape(len(bend), self._series.shape[1])
+        found = weight @ self._series
+        found[2] *= 2.0 / (self._power * self.most_aside * root ** (self._power - 1))[:, None]
+        return np.asarray(found)
+
+
+def _values(swimmer: Swimmer, beats: Array, offsets: Array, across: bool, measure: str) -> Array:
+    """Return L and U, and with energy as the measure what they cost. Shape (n, 12) or (n, 14)."""
+    counts = np.tile([len(part) for part in _STROKES[across]], len(beats))
+    control, *share = (np.array(column) for column in zip(*itertools.chain(*_STROKES[across]), strict=True))
+    angle = beats[:, None] * share[0] + offsets[:, None] * share[1]
+    every = PrimitiveSequence(np.tile(control, len(beats)), angle.ravel())
+    pieces = (every.shapes(COLLINEAR)[:-1], every.rates(), every.duration)
+    moves = run_displacements(swimmer, pieces, counts, np.ones_like(counts), _TABLED).reshape(-1, 3, 4, 4)
+    cycle = (se3.adjoint(moves[:, 0]) @ se3.log(moves[:, 1])[..., None])[..., 0]
+    columns = [cycle, se3.log(se3.normalised(moves[:, 0] @ moves[:, 2]))]
+    if measure == "energy":
+        first = np.cumsum(counts) - counts
+        paid = np.add.reduceat(piece_work(swimmer, *pieces), first).reshape(-1, 3)
+        columns += [paid[:, 1:2], paid[:, :1] + paid[:, 2:]]
+    return np.concatenate(columns, axis=1)
+
+
+@functools.lru_cache(maxsize=128)
+def loops(swimmer: Swimmer, measure: str, across: bool) -> Loops:
+    """Return the loops of a scaled swimmer for a measure, made once."""
+    return Loops(swimmer, measure, across)

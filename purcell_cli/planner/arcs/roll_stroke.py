@@ -1,0 +1,74 @@
+"""Cranks: the strokes that roll the swimmer, one after the other where one would be too large.
+
+By what amplitude a crank rolls how far is tabulated on the flow, since the gait's free angles are guesses.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+
+from purcell_cli.gaits.gait import Gait, guessed
+from purcell_cli.geometry.rotations import Array, wrapped
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import SEARCHING
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.trajectory import Block, block_displacements
+
+_LARGEST_RAD = 1.6
+"""The largest roll of one crank."""
+_SLIGHT_RAD = 1e-4
+"""Rolls by less are left to the finish."""
+_KNOTS_RAD = np.array(
+    [*(0.003, 0.01, 0.02, 0.035, 0.05, 0.07, 0.09, 0.12, 0.15, 0.2, 0.25, 0.3, 0.36, 0.43), *np.linspace(0.5, 1.7, 13)]
+)
+"""Amplitudes at which cranks are tabulated: as dense as the gait's guesses are rough."""
+
+
+class Crank:
+    """A stored gait that rolls one scaled swimmer by its amplitude.
+
+    Attributes:
+        swimmer: The swimmer.
+
+    Args:
+        gait: The gait.
+        swimmer: The swimmer, scaled to L = 1.
+    """
+
+    def __init__(self, gait: Gait, swimmer: Swimmer) -> None:
+        self._gait, self.swimmer = gait, swimmer
+        once = [self._once(float(a)) for a in _KNOTS_RAD]
+        moves = block_displacements(swimmer, once, COLLINEAR, SEARCHING)
+        rolled = np.arctan2(moves[:, 2, 1], moves[:, 1, 1])
+        some = slice(int(np.argmax(rolled)) + 1)  # thick limbs roll less by more
+        self._rolled = np.append(0.0, rolled[some])
+        self._amplitude = np.append(0.0, _KNOTS_RAD[some])
+        self._travel = np.append(0.0, [block.joint_travel_rad for block in once[some]])
+        self._largest = min(_LARGEST_RAD, float(self._rolled[-1]))
+
+    def travel(self, angle: Array) -> Array:
+        """Return about how much joint travel rolls by angles take [rad]. Shape (...)."""
+        size = np.abs(wrapped(angle))
+        count = np.maximum(np.ceil(size / self._largest), 1.0)
+        return np.asarray(count * np.interp(size / count, self._rolled, self._travel))
+
+    def blocks(self, angle: float) -> list[Block]:
+        """Return the cranks that roll by an angle [rad], as nearly as the table has it."""
+        angle = math.remainder(angle, 2.0 * math.pi)
+        if abs(angle) < _SLIGHT_RAD:
+            return []
+        count = math.ceil(abs(angle) / self._largest)
+        amplitude = np.interp(abs(angle) / count, self._rolled, self._amplitude)
+        return [self._once(math.copysign(float(amplitude), angle))] * count
+
+    def _once(self, amplitude: float) -> Block:
+        return Block(2, self._gait.name, guessed(self._gait, self.swimmer, amplitude).cycle, 1, amplitude)
+
+
+@functools.lru_cache(maxsize=64)
+def crank(gait: Gait, swimmer: Swimmer) -> Crank:
+    """Return the cranks of a gait for a scaled swimmer, made once."""
+    return Crank(gait, swimmer)

@@ -1,0 +1,215 @@
+"""Phase 2: a sequence of stored gaits that makes a given body displacement (section IV-B, step 2).
+
+Each stored gait makes one motion and no other, so a displacement is split into motions one after
+the other, and each motion into cycles of one amplitude.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from purcell_cli.errors import GaitError
+from purcell_cli.gaits import gait as stored
+from purcell_cli.gaits.gait import MOTIONS, Gait, Stroke
+from purcell_cli.geometry.rotations import Array, about_axis
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.trajectory import Block
+
+_BEND_MAX_RAD = 1.0
+_ROLL_STEP_RAD = 1.0
+_SMALLEST_RAD = 0.1
+_ALMOST_PURE = 1e-9
+"""Cross-talk and closure (L, rad) of strokes that are only priced, not played."""
+_TRIES = 40
+_BEND_SLACK = 1.0 + 1e-6
+_NEGLIGIBLE = 1e-13
+_GRID = 91
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Motion:
+    """One motion along or about one body axis.
+
+    Attributes:
+        along: One of `gaits.MOTIONS`.
+        amount: How far [L or rad].
+    """
+
+    along: str
+    amount: float
+
+
+class StrokeBook:
+    """The pure strokes of one scaled swimmer: how far each gait goes, and what it costs."""
+
+    def __init__(self, gaits: Iterable[Gait], swimmer: Swimmer) -> None:
+        self.swimmer = swimmer
+        self.bend = min(swimmer.max_bend_rad, _BEND_MAX_RAD)
+        everything = list(gaits)
+        self.gaits = {m: [g for g in everything if g.moves == m] for m in MOTIONS}
+        missing = [m for m, found in self.gaits.items() if not found]
+        if missing:
+            raise GaitError(f"planning needs a stored gait for each motion; none moves along {', '.join(missing)}")
+        self.largest = {g.name: self._largest(g) for found in self.gaits.values() for g in found}
+        self._prices = {
+            name: (2.0 * stroke.approach.joint_travel_rad, stroke.cycle.joint_travel_rad, abs(reach))
+            for name, (stroke, reach) in self.largest.items()
+        }
+
+    def _largest(self, gait: Gait) -> tuple[Stroke, float]:
+        """Return the stroke of largest amplitude that is used, and how far it goes."""
+        amplitude = _ROLL_STEP_RAD if gait.amplitude_is_displacement else self.bend
+        while True:
+            try:
+                stroke = stored.realise(gait, self.swimmer, amplitude, _ALMOST_PURE)
+            except GaitError:
+                if amplitude < _SMALLEST_RAD:
+                    raise
+                amplitude *= 0.8
+                continue
+            bend = stroke.bend_rad()
+            if bend <= self.swimmer.max_bend_rad * _BEND_SLACK:
+                return stroke, self._amount(gait, stroke)
+            amplitude *= self.swimmer.max_bend_rad / bend
+
+    def _amount(self, gait: Gait, stroke: Stroke) -> float:
+        g = stroke.displacement(self.swimmer)
+        own = MOTIONS.index(gait.moves)
+        if own < 3:
+            return float(g[own, 3])
+        j, k = (own - 2) % 3, (own - 1) % 3
+        return math.atan2(float(g[k, j]), float(g[j, j]))
+
+    def cost(self, motion: Motion) -> float:
+        """Return about how much joint travel a motion takes [rad]."""
+        return min(self._cost(g, motion) for g in self.gaits[motion.along])
+
+    def _cost(self, gait: Gait, motion: Motion) -> float:
+        approach, cycle, reach = self._prices[gait.name]
+        count = abs(motion.amount) / reach
+        return approach + cycle * float(math.ceil(count) ** (2 / 3) * count ** (1 / 3))
+
+    def blocks(self, motion: Motion) -> list[Block]:
+        """Return the strokes that make a motion exactly; none for a motion of nothing."""
+        if abs(motion.amount) <= _NEGLIGIBLE:
+            return []
+        gait = min(self.gaits[motion.along], key=lambda g: self._cost(g, motion))
+        _, reach = self.largest[gait.name]
+        fewest = math.ceil(abs(motion.amount) / abs(reach) - 1e-12)
+        tries = ((n, self._of(gait, math.copysign(motion.amount / n, reach))) for n in range(fewest, fewest + _TRIES))
+        cycles, stroke = next(((n, s) for n, s in tries if s is not None), (0, None))
+        if stroke is None:
+            raise GaitError(f"gait {gait.name!r} makes no {motion.amount:g} along {motion.along} for this swimmer")
+        if motion.amount * reach < 0:
+            stroke = stroke.inverse()
+        parts = [(stroke.approach, 1), (stroke.cycle, cycles - 1), (stroke.cycle, 1), (stroke.approach.inverse(), 1)]
+        return [Block(2, gait.name, s, n, stroke.amplitude_rad) for s, n in parts if len(s) and n]
+
+    def _of(self, gait: Gait, amount: float) -> Stroke | None:
+        """Return the stroke that goes an amount, or None where there is none within the bend limit.
+
+        A displacement need not grow with the amplitude all the way to the limit.
+        """
+        largest, reach = self.largest[gait.name]
+        order = 2.0 if gait.moves == "x" else 3.0
+        near = largest.amplitude_rad * (amount / reach) ** (1.0 / order)
+        try:
+            stroke = stored.realise_displacement(gait, self.swimmer, amount, near)
+        except GaitError:
+            return None
+        return stroke if stroke.bend_rad() <= self.swimmer.max_bend_rad * _BEND_SLACK else None
+
+
+@functools.lru_cache(maxsize=64)
+def stroke_book(gaits: tuple[Gait, ...], swimmer: Swimmer) -> StrokeBook:
+    """Return the strokes of a scaled swimmer, made once for the same gaits."""
+    return StrokeBook(gaits, swimmer)
+
+
+def split(book: StrokeBook, displacement: Array) -> list[Motion]:
+    """Return the cheapest motions found that make a body displacement, in the order they are made.
+
+    Roll, which costs little, turns the way to go into the x-y plane; a yaw turns part of the way
+    towards it; the rest is made along x and y, and a last roll, yaw, roll sets the orientation.
+    How far to turn towards the way to go is searched, forwards and backwards.
+
+    Args:
+        book: The swimmer's strokes.
+        displacement: Body displacement, in units of L. Shape (4, 4).
+    """
+    p, r = displacement[:3, 3], displacement[:3, :3]
+    aside = math.hypot(p[1], p[2])
+    first_roll = math.atan2(p[2], p[1]) if aside > _NEGLIGIBLE else 0.0
+    along = [Motion(axis, float(v)) for axis, v in zip("xyz", p, strict=True)]
+    ways = [[*along, *turns] for turns in _rotations(r)]
+    for sense in (1.0, -1.0):
+        roll = math.remainder(first_roll + (0.0 if sense > 0 else math.pi), 2.0 * math.pi)
+        y = sense * aside
+        bearing = math.remainder(math.atan2(y, p[0]), math.pi)  # swims backwards rather than turning round
+        for part in np.linspace(0.0, 1.0, _GRID if aside > _NEGLIGIBLE else 1):
+            yaw = float(part) * bearing
+            c, s = math.cos(yaw), math.sin(yaw)
+            begun = [Motion("roll", roll), Motion("yaw", yaw)]
+            begun += [Motion("x", c * p[0] + s * y), Motion("y", c * y - s * p[0])]
+            done = about_axis(0, roll) @ about_axis(2, yaw)
+            ways += [[*begun, *turns] for turns in _rotations(done.T @ r)]
+    priced = [_merged(way) for way in ways]
+    return min(priced, key=lambda way: round(sum(book.cost(m) for m in way), 9))
+
+
+def _rotations(rotation: Array) -> list[list[Motion]]:
+    """Return the ways to make a rotation by roll, yaw, roll, and as pitch alone where it is one."""
+    ways = [
+        [Motion(a, v) for a, v in zip(("roll", "yaw", "roll"), turned, strict=True)]
+        for turned in _roll_yaw_roll(rotation)
+    ]
+    pitch = math.atan2(float(rotation[0, 2]), float(rotation[0, 0]))
+    if float(np.max(np.abs(about_axis(1, pitch) - rotation))) < _NEGLIGIBLE:
+        ways.append([Motion("pitch", pitch)])
+    return ways
+
+
+def _roll_yaw_roll(rotation: Array) -> list[tuple[float, float, float]]:
+    """Return the ways to make a rotation as Rx(a) Rz(b) Rx(c)."""
+    sine = math.hypot(rotation[1, 0], rotation[2, 0])
+    b = math.atan2(sine, rotation[0, 0])
+    if sine < _NEGLIGIBLE:
+        c = (
+            math.atan2(rotation[2, 1], rotation[1, 1])
+            if rotation[0, 0] > 0
+            else -math.atan2(-rotation[2, 1], -rotation[1, 1])
+        )
+        return [(0.0, b, c)]
+    a, c = math.atan2(rotation[2, 0], rotation[1, 0]), math.atan2(rotation[0, 2], -rotation[0, 1])
+    other = (math.remainder(a + math.pi, 2 * math.pi), -b, math.remainder(c + math.pi, 2 * math.pi))
+    return [(a, b, c), other]
+
+
+def _merged(motions: list[Motion]) -> list[Motion]:
+    """Return the motions with neighbours along one axis made one."""
+    out: list[Motion] = []
+    for motion in motions:
+        if abs(motion.amount) <= _NEGLIGIBLE:
+            continue
+        if out and out[-1].along == motion.along:
+            amount = out.pop().amount + motion.amount
+            if motion.along in ("roll", "yaw"):
+                amount = math.remainder(amount, 2 * math.pi)
+            motion = Motion(motion.along, amount)
+        out.append(motion)
+    return out
+
+
+def phase_two(book: StrokeBook, displacement: Array) -> list[Block]:
+    """Return stored gaits that make a body displacement from the collinear shape.
+
+    Args:
+        book: The swimmer's strokes.
+        displacement: Body displacement, in units of L. Shape (4, 4).
+    """
+    return [block for motion in split(book, displacement) for block in book.blocks(motion)]

@@ -1,0 +1,159 @@
+"""The word book: short plans found offline, which begin the search for those that resemble them.
+
+A word is a closed run of primitives from the collinear shape and back to it, of the least joint travel
+that a long search found for what it does to the base. The swimmer looks the same from two ends, on four
+sides and in a mirror, and a word can be played backwards: so each stands for 32. Played with all angles
+scaled by s it does about s^2 times as much, since what closed strokes do is led by areas; where the bend
+limit is in the way, several laps do it. What then comes near a displacement that is wanted is brought to
+it by Newton's method.
+
+`python -m benchmarks.words` finds the words. Conventions: `rotations`; lengths in units of L.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import itertools
+import json
+import math
+from importlib.resources import files
+
+import numpy as np
+
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import SEARCHING, run_displacements
+from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.limb_circles import Sweeps
+
+PRICES = np.array([204.0, 566.0, 566.0, 4.0, 374.0, 374.0])
+"""About the square of the joint travel that each part of a small displacement takes [rad^2 per L or rad]."""
+
+_SPARE, _FEW, _MOST_LAPS = 0.1, 1e-12, 20
+
+
+def symmetries() -> Array:
+    """Return the rotations and reflections of space that the collinear swimmer does not show. Shape (16, 3, 3)."""
+    out = np.zeros((16, 3, 3))
+    for k, (swapped, *signs) in enumerate(itertools.product((0, 1), (1, -1), (1, -1), (1, -1))):
+        out[k, [0, 1, 2], [0, 2, 1] if swapped else [0, 1, 2]] = signs
+    return out
+
+
+def image(word: PrimitiveSequence, symmetry: Array, backwards: bool = False) -> PrimitiveSequence:
+    """Return a word as a symmetry shows it: it does to the base what the word does, seen in the same way.
+
+    Turns are axial vectors, so a reflection negates them too; what takes x to -x exchanges the limbs.
+
+    Args:
+        word: The word.
+        symmetry: One of `symmetries`. Shape (3, 3).
+        backwards: Whether it is played backwards.
+    """
+    limb, axis = np.divmod(word.control, 3)
+    turned = np.abs(symmetry).argmax(axis=0)
+    sign = np.linalg.det(symmetry) * symmetry[turned, [0, 1, 2]]
+    exchanged = 1 - limb if symmetry[0, 0] < 0.0 else limb
+    out = PrimitiveSequence(3 * exchanged + turned[axis], np.round(sign[axis]) * word.angle)
+    return out.inverse() if backwards else out
+
+
+@functools.cache
+def stored_words() -> tuple[PrimitiveSequence, ...]:
+    """Return the words of the book."""
+    text = files("purcell_cli.planner.library").joinpath("words.json").read_text(encoding="ascii")
+    return tuple(PrimitiveSequence(np.array(w["control"]), np.array(w["angle"])) for w in json.loads(text)["words"])
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Entry:
+    """A word, scaled to resemble a displacement that is wanted, in as many laps as the bend limit asks for.
+
+    Attributes:
+        wanted: Which displacement.
+        lap: One lap.
+        laps: How many.
+        estimate_rad: About the joint travel that the displacement takes by it [rad].
+    """
+
+    wanted: int
+    lap: PrimitiveSequence
+    laps: int
+    estimate_rad: float
+
+
+class WordBook:
+    """Words and what they do, for one swimmer.
+
+    Args:
+        words: The words.
+        swimmer: The swimmer, scaled to L = 1.
+    """
+
+    def __init__(self, words: tuple[PrimitiveSequence, ...], swimmer: Swimmer) -> None:
+        self._words, self._limit = words, swimmer.max_bend_rad
+        whole, counts = joined(words), [len(w) for w in words]
+        pieces = whole.shapes(COLLINEAR)[:-1], whole.rates(), whole.duration
+        once = run_displacements(swimmer, pieces, counts, np.ones(len(words), np.int64), SEARCHING)
+        self._does = se3.log(se3.normalised(once)) * PRICES
+        self._size = np.linalg.norm(self._does, axis=1)
+        bends = Sweeps.of(*pieces).largest_bends()[0].max(axis=1)
+        self._bend = np.maximum.reduceat(bends, np.cumsum([0, *counts[:-1]]))
+        self._travel = np.array([w.joint_travel_rad for w in words])
+
+    def nearest(self, wanted: Array, around: Array, most: int) -> list[Entry]:
+        """Return the entries that promise the least joint travel, the best first.
+
+        Args:
+            wanted: The displacements that are wanted. Shape (n, 4, 4).
+            around: Joint travel before and after each [rad]. Shape (n,).
+            most: How many.
+        """
+        estimate, laps, scale = self.estimates(wanted)
+        estimate += around[:, None, None]
+        out: list[Entry] = []
+        told = set()
+        for flat in np.argsort(estimate, axis=None, kind="stable").tolist():
+            i, j, k = (int(x) for x in np.unravel_index(flat, estimate.shape))
+            if not math.isfinite(estimate[i, j, k]):
+                break
+            if (alike := (k, round(float(estimate[i, j, k]), 1))) in told:
+                continue  # the same word seen another way, for what looks the same then
+            told.add(alike)
+            word = image(self._words[k], symmetries()[j % 16], j >= 16)
+            lap = word.with_angles(math.sqrt(scale[i, j, k]) * word.angle)
+            out.append(Entry(i, lap, int(laps[i, j, k]), float(estimate[i, j, k])))
+            if len(out) == most:
+                break
+        return out
+
+    def estimates(self, wanted: Array) -> tuple[Array, Array, Array]:
+        """Return about the joint travel of displacements by every image of every word [rad], laps, and scales of a lap.
+
+        Args:
+            wanted: The displacements. Shape (n, 4, 4).
+
+        Returns:
+            Three arrays of shape (n, 32, words); too many laps cost infinitely much.
+        """
+        # Instead of 32 images of each word, as many of each displacement.
+        space = np.zeros((16, 4, 4))
+        space[:, :3, :3], space[:, 3, 3] = symmetries(), 1.0
+        seen = np.swapaxes(space, 1, 2) @ wanted[:, None] @ space
+        asked = se3.log(se3.normalised(np.stack([seen, se3.inverse(seen)], axis=1))) * PRICES
+        asked = asked.reshape(len(wanted), 32, 1, 6)
+        size = np.maximum(np.linalg.norm(asked, axis=-1), _FEW)
+        apart = np.linalg.norm(asked / size[..., None] - self._does / self._size[:, None], axis=-1)
+        scale = size / self._size
+        laps = np.ceil(np.maximum(scale * (self._bend / self._limit) ** 2 - _SPARE, 1.0))
+        estimate = self._travel * np.sqrt(scale * laps) * (1.0 + apart)
+        return np.where(laps > _MOST_LAPS, np.inf, estimate), laps, scale / laps
+
+
+@functools.lru_cache(maxsize=64)
+def word_book(swimmer: Swimmer) -> WordBook:
+    """Return the stored words for a scaled swimmer, made once."""
+    return WordBook(stored_words(), swimmer)

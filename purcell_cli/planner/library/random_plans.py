@@ -1,0 +1,57 @@
+"""Short words that no hand would write: random primitives, brought to the goal, to be shortened.
+
+For a small displacement the best motions interleave bends of both limbs and small cranks in an
+order that follows no pattern. From a few dozen random words of pitches and yaws, each made to
+arrive by Newton's method and then shortened, some come close to the best known.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.planner.refine.exact_arrival import approach
+from purcell_cli.planner.refine.minimum_travel import NAME
+from purcell_cli.planner.refine.shooting import Equations, Stretch
+
+_BOLD_RAD, _PATIENT = 0.6, 8
+"""Words begin anywhere: so they are brought to the goal by longer steps, and given up later."""
+_BENDS = (1, 2, 4, 5)
+_TURNS = (4, 5, 6)
+_SPREADS_RAD = (0.15, 0.3, 0.5)
+
+
+def random_words(count: int, seed: int = 0) -> Iterator[Stretch]:
+    """Yield random words of phase 2: each of the limbs' pitches and yaws, in a few turns.
+
+    Args:
+        count: How many.
+        seed: Seed of their orders and angles.
+    """
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        turns = int(rng.choice(_TURNS))
+        same = rng.permutation(_BENDS)
+        fresh = bool(rng.integers(2))
+        control = np.concatenate([rng.permutation(_BENDS) if fresh else same for _ in range(turns)])
+        angle = rng.normal(scale=rng.choice(_SPREADS_RAD), size=len(control))
+        yield word_of(PrimitiveSequence(control, angle))
+
+
+def word_of(sequence: PrimitiveSequence) -> Stretch:
+    """Return primitives as one word of phase 2."""
+    return Stretch(2, ((NAME, math.nan, len(sequence)),), sequence)
+
+
+def brought(motion: Equations, max_bend_rad: float) -> tuple[Equations, float]:
+    """Return a motion by a word brought to the goal, almost exactly, and what it misses by [L, rad].
+
+    Args:
+        motion: The motion.
+        max_bend_rad: How far a limb may bend in phase 2 [rad].
+    """
+    near, _, off = approach(motion, max_bend_rad, _BOLD_RAD, _PATIENT)
+    return near, off

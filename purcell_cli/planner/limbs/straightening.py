@@ -1,0 +1,357 @@
+"""Phases 1 and 3: limbs to the collinear shape and from it, by primitives (section IV-B of the paper).
+
+Three turns about its own axes straighten a limb, in twelve orders and two ways each; either limb
+may go first, or the turns of the one stand between those of the other. All of them move the base,
+each differently, so which is best depends on where the swimmer is to go: here they are listed, with
+what they do to the base. Detours may come before (see `detours`). Ways on which the limbs come too
+near each other are left out.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import itertools
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array, about_axis, wrapped
+from purcell_cli.mechanics.lift import Accuracy, piece_displacements
+from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence, joined
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.clearance import TOLERANCE_L, clearances
+from purcell_cli.motion.limb_circles import Sweeps, bends
+
+_NEGLIGIBLE_RAD = 1e-15
+_LOCKED = 1e-12
+ROUGH = Accuracy(stages=3, step=1.2, settled=1e-7)
+"""Errors of 1e-4 (L, rad): the ways are compared by it, and the finish makes up for it."""
+BEND_SLACK_RAD = 1e-9
+DETOURS = 3
+"""How many detours may be made one after the other."""
+_LONGER_RAD = 7.0
+"""Ways longer than the shortest by more than this are not worth their while."""
+
+_AT_ONCE = ((0, 0, 0), (1, 1, 1))
+_ORDERS = ["".join(o) for o in itertools.product("XYZ", repeat=3) if o[0] != o[1] and o[1] != o[2]]
+_AXES = np.array([["XYZ".index(axis) for axis in order] for order in _ORDERS])
+"""The twelve orders in which three turns about own axes reach any orientation."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Ways:
+    """Ways to turn one limb, three turns about its own axes each; a turn may be empty.
+
+    Attributes:
+        control: Controls, 0 to 5. Shape (n, 3).
+        angle: Angles [rad]. Shape (n, 3).
+    """
+
+    control: NDArray[np.int64]
+    angle: Array
+
+    def __len__(self) -> int:
+        return len(self.control)
+
+    def __getitem__(self, part: NDArray[np.int64]) -> Ways:
+        return Ways(self.control[part], self.angle[part])
+
+    @property
+    def joint_travel_rad(self) -> Array:
+        """The joint travel of each [rad]. Shape (n,)."""
+        return np.asarray(np.abs(self.angle).sum(axis=1))
+
+    def turns(self, k: int) -> PrimitiveSequence:
+        """Return the three primitives of one of the ways."""
+        return PrimitiveSequence(self.control[k], self.angle[k])
+
+
+def turns_to(rotation: Array, limb: int) -> Ways:
+    """Return every way of turning a limb by a rotation with three turns about its own axes.
+
+    Args:
+        rotation: The rotation in the limb's own frame. Shape (3, 3).
+        limb: 1 or 2.
+
+    Returns:
+        Ways, all different, the least joint travel first.
+    """
+    angle = np.array([_three_turns(rotation, *axes) for axes in _AXES.tolist()])
+    angle = np.stack([angle, _other(angle)], axis=1).reshape(-1, 3)
+    angle[np.abs(angle) <= _NEGLIGIBLE_RAD] = 0.0
+    control = np.repeat(_AXES, 2, axis=0) + 3 * (limb - 1)
+    # Ways with the same turns are one, whichever empty turns stand between them.
+    key = np.where(angle != 0.0, control + 1.0, 0.0)
+    used = np.argsort(key == 0.0, axis=1, kind="stable")
+    key, turned = (np.take_along_axis(x, used, axis=1) for x in (key, angle))
+    _, first = np.unique(np.concatenate([key, np.round(turned, 9) + 0.0], axis=1), axis=0, return_index=True)
+    ways = Ways(control, angle)[np.sort(first)]
+    return ways[np.argsort(np.round(ways.joint_travel_rad, 9), kind="stable")]
+
+
+def _three_turns(rotation: Array, i: int, j: int, k: int) -> tuple[float, float, float]:
+    """Return the angles of turns about own axes i, j and k that make a rotation [rad].
+
+    The second is from -pi / 2 to pi / 2 where all axes differ, and from 0 to pi where i is k. Where the
+    first and the last axis come to lie in one line, the last turn is empty (gimbal lock).
+    """
+    r, l = rotation.tolist(), 3 - i - j
+    sign = 1.0 if (j - i) % 3 == 1 else -1.0
+    if i == k:
+        middle, size = math.atan2(math.hypot(r[i][j], r[i][l]), r[i][i]), math.hypot(r[i][j], r[i][l])
+        first, last = math.atan2(r[j][i], -sign * r[l][i]), math.atan2(r[i][j], sign * r[i][l])
+    else:
+        size = math.hypot(r[i][i], r[i][j])
+        middle = math.atan2(sign * r[i][k], size)
+        first, last = math.atan2(-sign * r[j][k], r[k][k]), math.atan2(-sign * r[i][j], r[i][i])
+    if size < _LOCKED:
+        first, last = math.atan2(sign * r[l][j], r[j][j]), 0.0
+    return first, middle, last
+
+
+def _other(angle: Array) -> Array:
+    """Return the other three turns that make the same rotation, in each of the orders [rad]. Shape (12, 3)."""
+    middle = np.where(_AXES[:, 0] == _AXES[:, 2], -angle[:, 1], np.pi - angle[:, 1])
+    turned = np.stack([angle[:, 0] + np.pi, middle, angle[:, 2] + np.pi], axis=1)
+    return wrapped(turned)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Straightenings:
+    """Ways to straighten both limbs.
+
+    Attributes:
+        limbs: The ways to straighten limb 1, and limb 2.
+        order: Which limb turns, 0 or 1, in the six turns of both. Shape (n, 6).
+        way: The way each limb takes. Shape (n, 2).
+        detour: Which of the detours are made before, one after the other; 0 is none. Shape (n, 3).
+        joint_travel_rad: Their joint travel [rad]. Shape (n,).
+        displacement: What each does to the base, to search by, in units of L. Shape (n, 4, 4).
+        detours: The detours, the first of them empty.
+    """
+
+    limbs: tuple[Ways, Ways]
+    order: NDArray[np.int64]
+    way: NDArray[np.int64]
+    detour: NDArray[np.int64]
+    joint_travel_rad: Array
+    displacement: Array
+    detours: tuple[PrimitiveSequence, ...] = (EMPTY,)
+
+    def __len__(self) -> int:
+        return len(self.order)
+
+    def sequence(self, k: int) -> PrimitiveSequence:
+        """Return the primitives of one of the ways."""
+        turns = [self.limbs[i].turns(int(self.way[k, i])) for i in (0, 1)]
+        taken = np.cumsum(self.order[k]) - self.order[k]  # turns of limb 2 before each
+        row = np.arange(6)
+        straight = joined(turns)[np.where(self.order[k] == 0, row - taken, 3 + taken)].busy()
+        return joined([*(self.detours[i] for i in self.detour[k]), straight])
+
+    def __getitem__(self, some: NDArray[np.int64]) -> Straightenings:
+        """Return some of them, in an order of their own."""
+        return self._with([getattr(self, name)[some] for name in _COLUMNS])
+
+    def and_(self, more: Straightenings) -> Straightenings:
+        """Return these and more of the same limbs' ways, with the same detours if they have any."""
+        return more._with([np.concatenate([getattr(self, name), getattr(more, name)]) for name in _COLUMNS])
+
+    def _with(self, columns: list[Any]) -> Straightenings:
+        order, way, detour, travel, displacement = columns
+        return Straightenings(self.limbs, order, way, detour, travel, displacement, self.detours)
+
+
+_COLUMNS = ("order", "way", "detour", "joint_travel_rad", "displacement")
+
+
+def straightenings(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0) -> list[Straightenings]:
+    """Return, for each of some shapes, the ways to straighten both limbs of a scaled swimmer, one after the other.
+
+    No limb bends further on the way than it does at the beginning or the bend limit allows, and the
+    limbs stay apart. Where no way keeps them apart, the ways on which they come least near are returned.
+
+    Args:
+        swimmer: The swimmer, scaled to L = 1.
+        shapes: The shapes to begin with. Each of shape (2, 3, 3).
+        clearance_m: How far the limbs' surfaces stay apart, in units of L.
+    """
+    limbs = [_within(swimmer, shape, [turns_to(shape[i].T, i + 1) for i in (0, 1)]) for shape in shapes]
+    played = _played(swimmer, shapes, limbs, clearance_m)
+    return [_pairs(*one, clearance_m) for one in zip(limbs, played, strict=True)]
+
+
+def _pairs(limbs: tuple[Ways, Ways], played: tuple[_Played, _Played], clearance_m: float) -> Straightenings:
+    """Return the ways of two limbs in pairs, either limb first.
+
+    Args:
+        limbs: The ways of either limb.
+        played: What they do while the other limb is as it was, and while it is straight.
+        clearance_m: How far the limbs' surfaces stay apart, in units of L.
+    """
+    travels = [limb.joint_travel_rad for limb in limbs]
+    orders = (0, 1) if np.any(travels[0]) and np.any(travels[1]) else (0,)
+    apart = [np.minimum(played[0].apart[i][:, None], played[1].apart[1 - i]) for i in orders]
+    least = min(clearance_m, max(float(a.max()) for a in apart)) - TOLERANCE_L
+    shortest = min(float((travels[i][:, None] + travels[1 - i])[apart[i] >= least].min(initial=np.inf)) for i in orders)
+    order, way, travel, displacement = [], [], [], []
+    for i in orders:
+        pairs = travels[i][:, None] + travels[1 - i]
+        kept = np.argwhere((pairs <= shortest + _LONGER_RAD) & (apart[i] >= least))
+        order.append(np.tile(np.repeat([i, 1 - i], 3), (len(kept), 1)))
+        way.append(kept if i == 0 else kept[:, ::-1])
+        travel.append(pairs[kept[:, 0], kept[:, 1]])
+        displacement.append(played[0].moves[i][kept[:, 0]] @ played[1].moves[1 - i][kept[:, 1]])
+    found = Straightenings(
+        limbs,
+        np.concatenate(order),
+        np.concatenate(way),
+        np.zeros((sum(map(len, way)), DETOURS), dtype=np.int64),
+        np.concatenate(travel),
+        np.concatenate(displacement),
+    )
+    return found[np.argsort(np.round(found.joint_travel_rad, 9), kind="stable")]
+
+
+def interleaved(
+    swimmer: Swimmer, shapes: Sequence[Array], known: Sequence[Straightenings], most: int, clearance_m: float = 0.0
+) -> list[Straightenings]:
+    """Return straightenings and more of them: the turns of one limb between the other's.
+
+    Args:
+        swimmer: The swimmer, scaled to L = 1.
+        shapes: The shapes to begin with. Each of shape (2, 3, 3).
+        known: Straightenings of each, the most promising first.
+        most: How many of their pairs of ways, the first ones, are taken in all orders.
+        clearance_m: How far the limbs' surfaces stay apart, in units of L.
+    """
+    chosen = []
+    for one in known:
+        _, first = np.unique(one.way, axis=0, return_index=True)
+        bent = all(np.any(limb.angle) for limb in one.limbs)  # otherwise there is nothing to stand between
+        chosen.append(one.way[np.sort(first)[: most if bent else 0]])
+    parts = [
+        _crossed(shape, [limb[k] for limb, k in zip(one.limbs, some.T, strict=True)])
+        for shape, one, some in zip(shapes, known, chosen, strict=True)
+    ]
+    pieces = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], ROUGH).reshape(-1, 2, 3, 4, 4, 4)
+    apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 2, 3, 4)
+    out, low = [], 0
+    for one, some in zip(known, chosen, strict=True):
+        mine = slice(low, low + len(some))
+        order, displacement, nearest = _through(moves[mine], apart[mine])
+        way, orders = np.tile(some, (len(order), 1)), np.repeat(order, len(some), axis=0)
+        travel = one.limbs[0].joint_travel_rad[way[:, 0]] + one.limbs[1].joint_travel_rad[way[:, 1]]
+        moved = se3.normalised(displacement.reshape(-1, 4, 4))
+        more = Straightenings(one.limbs, orders, way, np.zeros((len(way), DETOURS), dtype=np.int64), travel, moved)
+        out.append(one.and_(more[np.flatnonzero(nearest.ravel() >= clearance_m - TOLERANCE_L)]))
+        low += len(some)
+    return out
+
+
+def _crossed(shape: Array, ways: Sequence[Ways]) -> tuple[Array, Array, Array]:
+    """Return the pieces of every turn of one limb at every stage of the other. Shapes (k 2 3 4, ...).
+
+    Args:
+        shape: The shape before. Shape (2, 3, 3).
+        ways: The ways of limb 1 and of limb 2 that are taken together, k of each.
+    """
+    k = len(ways[0])
+    stage = np.empty((2, k, 4, 3, 3))
+    for i, way in enumerate(ways):
+        begins, _, _ = _turning(way, shape, i)
+        stage[i, :, :3], stage[i, :, 3] = begins.reshape(k, 3, 2, 3, 3)[:, :, i], np.eye(3)
+    shapes, rates, durations = np.empty((k, 2, 3, 4, 2, 3, 3)), np.empty((k, 2, 3, 4, 6)), np.empty((k, 2, 3, 4))
+    for i, way in enumerate(ways):
+        shapes[:, i, ..., i, :, :] = stage[i, :, :3, None]
+        shapes[:, i, ..., 1 - i, :, :] = stage[1 - i][:, None]
+        turned = np.sign(way.angle)[..., None] * (np.arange(6) == way.control[..., None])
+        rates[:, i], durations[:, i] = turned[:, :, None], np.abs(way.angle)[..., None]
+    return shapes.reshape(-1, 2, 3, 3), rates.reshape(-1, 6), durations.ravel()
+
+
+def _through(moves: Array, apart: Array) -> tuple[NDArray[np.int64], Array, Array]:
+    """Return the orders in which neither limb makes all its turns at once, and what they do.
+
+    Args:
+        moves: What every turn of one limb does at every stage of the other. Shape (k, 2, 3, 4, 4, 4).
+        apart: How near the limbs come on it. Shape (k, 2, 3, 4).
+
+    Returns:
+        Orders, shape (18, 6), displacements, shape (18, k, 4, 4), and the least distances, shape (18, k).
+    """
+    order = np.array([o for o in itertools.product((0, 1), repeat=6) if sum(o) == 3 and o[:3] not in _AT_ONCE])
+    done = np.cumsum(order, axis=1) - order  # turns of limb 2 before each
+    row = np.arange(6)
+    turn, other = np.where(order == 0, (row - done, done), (done, row - done))
+    each, near = moves[:, order, turn, other], apart[:, order, turn, other]
+    whole = functools.reduce(np.matmul, (each[:, :, n] for n in range(6)))
+    return order, np.swapaxes(whole, 0, 1), near.min(axis=2).T
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Played:
+    """What the ways of both limbs do, the other limb as it was or straight.
+
+    Attributes:
+        moves: To the base, of limb 1's ways and of limb 2's. Each of shape (k, 4, 4).
+        apart: How near the limbs come, as far as it matters, in units of L. Each of shape (k,).
+    """
+
+    moves: tuple[Array, Array]
+    apart: tuple[Array, Array]
+
+
+def _turning(ways: Ways, shape: Array, limb: int) -> tuple[Array, Array, Array]:
+    """Return the shapes at which turns begin, their limb rates and durations. Shapes (3 n, ...)."""
+    axis, count = ways.control % 3, len(ways)
+    turn = np.empty((count, 3, 3, 3))
+    for k in range(3):
+        mine = axis == k
+        turn[mine] = about_axis(k, ways.angle[mine])
+    shapes = np.tile(shape, (count, 3, 1, 1, 1))
+    shapes[:, 1, limb] = shape[limb] @ turn[:, 0]
+    shapes[:, 2, limb] = shapes[:, 1, limb] @ turn[:, 1]
+    rates = np.where(np.arange(6) == ways.control[..., None], np.sign(ways.angle)[..., None], 0.0)
+    return shapes.reshape(-1, 2, 3, 3), rates.reshape(-1, 6), np.abs(ways.angle).ravel()
+
+
+def _played(
+    swimmer: Swimmer, shapes: Sequence[Array], limbs: Sequence[tuple[Ways, Ways]], clearance_m: float
+) -> list[tuple[_Played, _Played]]:
+    """Return what the ways of each shape's limbs do while the other limb is as it was, and while it is straight."""
+    parts = []
+    for shape, both in zip(shapes, limbs, strict=True):
+        for straight in (False, True):
+            for i, ways in enumerate(both):
+                here = shape.copy()
+                if straight:
+                    here[1 - i] = np.eye(3)
+                parts.append(_turning(ways, here, i))
+    pieces = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], ROUGH).reshape(-1, 3, 4, 4)
+    apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 3).min(axis=1)
+    whole = se3.normalised(moves[:, 0] @ moves[:, 1] @ moves[:, 2])
+    stops = np.cumsum([len(part[2]) // 3 for part in parts])[:-1]
+    each = list(zip(np.split(whole, stops), np.split(apart, stops), strict=True))
+    done = [_Played((a[0], b[0]), (a[1], b[1])) for a, b in zip(each[::2], each[1::2], strict=True)]
+    return list(zip(done[::2], done[1::2], strict=True))
+
+
+def _within(swimmer: Swimmer, shape: Array, limbs: Sequence[Ways]) -> tuple[Ways, Ways]:
+    """Return the ways that bend a limb no further than it is, or than the limit; the first if there are none."""
+    pieces = [np.concatenate(c) for c in zip(*(_turning(w, shape, i) for i, w in enumerate(limbs)), strict=True)]
+    bend = Sweeps.of(pieces[0], pieces[1], pieces[2]).largest_bends()[0].reshape(-1, 3, 2).max(axis=1)
+    kept, low = [], 0
+    for i, ways in enumerate(limbs):
+        limit = max(swimmer.max_bend_rad, float(bends(shape[i, :, 0]))) + BEND_SLACK_RAD
+        good = np.flatnonzero(bend[low : low + len(ways), i] <= limit)
+        low += len(ways)
+        kept.append(ways[good if len(good) and np.any(ways.angle[0]) else np.array([0])])
+    return kept[0], kept[1]

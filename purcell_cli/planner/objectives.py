@@ -1,0 +1,46 @@
+"""What a plan may be made to spend least of: joint travel, energy or switches of control."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from purcell_cli.errors import UnknownNameError
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.trajectory import Block, energies
+
+MEASURES = ("travel", "energy", "switches")
+
+
+def known_measure(name: str) -> str:
+    """Return the name of a measure.
+
+    Raises:
+        UnknownNameError: It is none.
+    """
+    if name not in MEASURES:
+        raise UnknownNameError(f"minimize: one of {', '.join(MEASURES)} is wanted, found {name!r}")
+    return name
+
+
+def costs(measure: str, swimmer: Swimmer, blocks: Sequence[Block], start: Array) -> Array:
+    """Return what each block spends: joint travel [rad], energy [J], or how many primitives. Shape (n,).
+
+    Args:
+        measure: One of `MEASURES`.
+        swimmer: The swimmer.
+        blocks: The motion.
+        start: Shape before it. Shape (2, 3, 3).
+    """
+    if measure == "energy":
+        return energies(swimmer, blocks, start)
+    if measure == "switches":
+        return np.array([float(b.cycles * len(b.sequence)) for b in blocks])
+    return np.array([b.joint_travel_rad for b in blocks])
+
+
+def cost(measure: str, swimmer: Swimmer, blocks: Sequence[Block], start: Array) -> float:
+    """Return what blocks spend together; see `costs`."""
+    return float(np.sum(costs(measure, swimmer, blocks, start)))

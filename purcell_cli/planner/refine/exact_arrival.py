@@ -1,0 +1,191 @@
+"""The exact finish: Newton's method on the true flow until the goal is met in all twelve dimensions.
+
+All angles change together, by the least amount that keeps the bend limit. Where rounding to the
+clock then stands in the way, since strokes that repeat multiply it and a long way is a long lever,
+a few small turns after the last of those make up for what is left.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.lift import SEARCHING
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.planner.refine.inequalities import bend_rows, least_cosines
+from purcell_cli.planner.refine.minimum_travel import offered
+from purcell_cli.planner.refine.shooting import Equations, Values
+from purcell_cli.planner.refine.trust_region import bounded_step
+
+CLOSE = 3e-4
+"""What a motion may miss that is near enough for the last steps [L, rad]."""
+MARGIN_RAD = 1e-5
+"""Room to be left below the bend limit until then."""
+_ENOUGH = 2e-11
+_ENOUGH_LAST = 5e-11
+"""What may be missing [L, rad]; and after the last turns, in which cranks multiply what rounding leaves."""
+_DEPENDENT = 1e-9
+_TIGHT = 1e-3
+"""Room below the bend limit, in the cosine of the bend, that the last turns may use up."""
+_MARGINS_RAD = (3e-6, 1e-6)
+"""Room left below the bend limit for the second order, and in the last turns, which would have no room otherwise."""
+_PATIENCE = 2
+"""Rounds without gain before the best is taken: rounding to the clock falls out anew in each."""
+_REACH_RAD = 0.25
+_TELLING_RAD = 1e-8
+"""Steps by less say nothing of the derivative: rounding does."""
+_PLAIN = 2e-6
+"""Residuals at a rough accuracy are right to a few per cent above this [L, rad]."""
+_SPOILT = 30.0
+"""Residuals at which the last cycles' turns take over, in units of what rounding to the clock makes of a motion."""
+_STRICT = 100.0
+"""How much nearer the bend limit is to be kept than the goal, on the approach: the last steps change bends too."""
+_ROUNDS = 20
+_LOST = 2
+_SHORTER = (1.0, 0.4, 0.15, 0.05)
+"""What is tried of a step until it gains something."""
+
+
+def approach(
+    equations: Equations, max_bend_rad: float, reach_rad: float = _REACH_RAD, patience: int = _LOST
+) -> tuple[Equations, Values, float]:
+    """Return the motion with its angles changed to arrive, by short steps within the bend limit.
+
+    Args:
+        equations: The equations of a motion that almost arrives.
+        max_bend_rad: How far a limb may bend in phase 2 [rad].
+        reach_rad: The largest change of an angle in a step [rad].
+        patience: Rounds in which the residual does not even halve before it is given up.
+
+    Returns:
+        The motion, its equations' values, and the largest residual left [L, rad].
+    """
+    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
+    angle = equations.angles
+    values = equations.at(angle)
+    best, kept, known, idle, halved = np.inf, angle, values, 0, np.inf
+    for _ in range(_ROUNDS):
+        room, slope = bend_rows(equations, values.sequence, values.shapes, least)
+        off = max(values.size, _STRICT * float(-np.min(room, initial=0.0)))
+        if off < best:
+            best, kept, known = off, angle, values
+        idle, halved = (0, best) if best < 0.5 * halved else (idle + 1, halved)
+        if best < CLOSE or idle > patience:
+            break
+        step = bounded_step(values.derivative, values.residual, room, slope, reach_rad)
+        for shorter in _SHORTER:
+            there = equations.at(angle + shorter * step)
+            if there.size < values.size:
+                break
+        angle, values = angle + shorter * step, there
+    return equations.of(equations.with_angles(kept)), known, float(best)
+
+
+def arrive(
+    equations: Equations, rough: Values, max_bend_rad: float, rounded: Callable[[Array], Array]
+) -> tuple[Equations, float]:
+    """Return the motion with its angles changed, by the least amount, to end exactly at the goal.
+
+    A rough derivative will do: what is missing is small, and shrinks by the derivative's own
+    accuracy in each round.
+
+    Args:
+        equations: The equations of a motion that almost arrives.
+        rough: The equations' values, at a rough accuracy.
+        max_bend_rad: How far a limb may bend in phase 2 [rad].
+        rounded: Rounds angles to what the clock can tell [rad].
+
+    Returns:
+        The motion of the best round, and the largest residual left [L, rad].
+    """
+    begun = rounded(equations.angles)
+    # As long as much is missing, it is known well enough.
+    plain = _PLAIN * sum(s.cycles for s in equations.stretches) / len(equations.stretches)
+    missing = rough.residual if rough.size > plain else equations.residual(begun)
+    enough = np.full(len(missing), _ENOUGH)
+    if equations.repeats:  # nearer than this rounding does not let it come
+        enough[:6] += _SPOILT * np.max(np.abs(rough.derivative[:6] @ (begun - equations.angles)))
+    every = np.arange(len(begun))
+    angle, missing = _rounds(equations, begun, missing, rough, max_bend_rad - _MARGINS_RAD[0], rounded, every, enough)
+    best = float(np.max(np.abs(missing)))
+    here = equations.of(equations.with_angles(angle))
+    if best <= _ENOUGH_LAST or not here.repeats:
+        return here, best
+    first = 1 + max(k for k, s in enumerate(here.stretches) if not s.free)
+    last = here.after(first, missing[:6])
+    last = last.of([s.changed(lambda part: offered(part, 1)) for s in last.stretches])
+    known = len(missing) - 6 * len(last.targets)  # of limbs where an earlier phase ends
+    missing = np.concatenate([missing[:6], missing[known:]])
+    rough = last.at_accuracy(SEARCHING).at(last.angles)
+    bend = max_bend_rad - _MARGINS_RAD[1]
+    least = least_cosines(last.phase, last.start, last.goal, bend)
+    room, slope = bend_rows(last, rough.sequence, rough.shapes, least)
+    few = _independent(np.concatenate([rough.derivative, slope[room < _TIGHT]]))
+    enough = np.full(len(missing), _ENOUGH_LAST)
+    angle, left = _rounds(last, last.angles, missing, rough, bend, rounded, few, enough)
+    closer = float(np.max(np.abs(np.append(left, missing[6:known]))))
+    if closer >= best:
+        return here, best
+    busy = [s.changed(PrimitiveSequence.busy) for s in last.with_angles(angle)]
+    return here.of([*here.stretches[:first], *busy]), closer
+
+
+def _rounds(
+    equations: Equations,
+    angle: Array,
+    missing: Array,
+    rough: Values,
+    max_bend_rad: float,
+    rounded: Callable[[Array], Array],
+    may: NDArray[np.int64],
+    enough: Array,
+) -> tuple[Array, Array]:
+    """Return the best angles that some of them, changed in turn, lead to, and what is missing there.
+
+    Args:
+        equations: The equations.
+        angle: The angles to begin at [rad]. Shape (n,).
+        missing: What is missing there [L, rad]. Shape (m,).
+        rough: The equations' values, at a rough accuracy.
+        max_bend_rad: How far a limb may bend in phase 2 [rad].
+        rounded: Rounds angles to what the clock can tell [rad].
+        may: Which angles may change.
+        enough: What may be missing [L, rad]. Shape (m,).
+    """
+    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
+    room, slope = bend_rows(equations, rough.sequence, rough.shapes, least)
+    begun, derivative = angle, rough.derivative[:, may]
+    best, kept, idle = (float(np.max(np.abs(missing))), missing), angle, 0
+    while idle < _PATIENCE and np.any(np.abs(missing) > enough):
+        left = room + slope @ (angle - begun)
+        step = np.zeros(len(angle))
+        step[may] = bounded_step(derivative, missing, left, slope[:, may], _REACH_RAD)
+        angle, before = rounded(angle + step), missing
+        missing = equations.residual(angle)
+        if (length := float(step @ step)) > _TELLING_RAD**2:
+            change = (missing - before - derivative @ step[may]) / length
+            derivative = derivative + change[:, None] * step[may]  # Broyden (1965), Math. Comp. 19, 577
+        size = float(np.max(np.abs(missing)))
+        idle = idle + 1 if size > 0.5 * best[0] else 0
+        if size < best[0]:
+            best, kept = (size, missing), angle
+    return kept, best[1]
+
+
+def _independent(columns: Array) -> NDArray[np.int64]:
+    """Return the columns, as many as the rank, that are least dependent on one another."""
+    left, chosen, largest = columns.copy(), [], 0.0
+    for _ in range(len(columns)):  # pivots of a QR decomposition; scipy's takes too long to import
+        sizes = np.einsum("ij,ij->j", left, left)
+        pick = int(np.argmax(sizes))
+        largest = max(largest, float(sizes[pick]))
+        if sizes[pick] <= _DEPENDENT**2 * largest:
+            break
+        chosen.append(pick)
+        pivot = left[:, pick] / math.sqrt(sizes[pick])
+        left -= pivot[:, None] * (pivot @ left)
+    return np.unique(np.array(chosen, dtype=np.int64))

@@ -1,0 +1,111 @@
+"""How far limbs may bend from the base's axis and how near they may come, as inequalities on a motion's angles.
+
+A limb that yaws or pitches sweeps a great circle, on which its bend is largest at an end, or at the
+far side of the circle where it passes that. So every primitive is watched at one of the two. Limbs
+can meet in phases 1 and 3 only (see `clearance.apart_bend_rad`); there each primitive is watched
+where they are nearest.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from purcell_cli.geometry.rotations import Array, cross
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.motion.clearance import clearances, distance_slope, limb_distance
+from purcell_cli.motion.limb_circles import Sweeps
+from purcell_cli.planner.refine.shooting import Equations
+
+_WATCHED = 0.35
+"""How near the limit, in the cosine of the bend, a primitive must come to be watched."""
+_NEAR_L, _MARGIN_L = 0.25, 1e-3
+"""Limbs nearer than so much more than they may are watched, and are to keep so much more."""
+
+
+def least_cosines(phase: NDArray[np.int64], start: Array, goal: Array, max_bend_rad: float) -> Array:
+    """Return the least cosine of the bend that each limb may have on each piece of a motion. Shape (k, 2).
+
+    The limit holds in phase 2; in phases 1 and 3 a limb may be as bent as the start or the goal has it.
+
+    Args:
+        phase: Phase of each piece. Shape (k,).
+        start: Shape before the motion. Shape (2, 3, 3).
+        goal: Shape it must end at. Shape (2, 3, 3).
+        max_bend_rad: The limit [rad].
+    """
+    out = np.full((len(phase), 2), np.cos(max_bend_rad))
+    for own, shape in ((1, start), (3, goal)):
+        out[phase == own] = np.minimum(out[phase == own], shape[:, 0, 0])
+    return out
+
+
+def bend_rows(equations: Equations, sequence: PrimitiveSequence, shapes: Array, least: Array) -> tuple[Array, Array]:
+    """Return the room left below the bend limit where it is small, and its derivative.
+
+    Args:
+        equations: The motion.
+        sequence: Its primitives.
+        shapes: Its shapes. Shape (k + 1, 2, 3, 3).
+        least: Least cosine of the bend of each limb on each primitive. Shape (k, 2).
+
+    Returns:
+        cos(bend) - least at the ends or far sides of primitives near the limit, shape (j,), and its
+        derivative by the free angles, shape (j, n).
+    """
+    row, limb, axis = np.arange(len(sequence)), sequence.control // 3, sequence.control % 3
+    begin, place = shapes[row, limb, :, 0], shapes[row + 1, limb, :, 0].copy()
+    about = shapes[row, limb, :, axis]
+    across = cross(about, begin)
+    far = np.arctan2(-across[:, 0], -begin[:, 0])
+    # The far side is passed where it comes before the end, the same way round.
+    passed = (np.sign(sequence.angle) * far % (2.0 * np.pi) < sequence.duration) & (axis != 0)
+    place[passed] = (np.cos(far)[:, None] * begin + np.sin(far)[:, None] * across)[passed]
+    room = place[:, 0] - least[row, limb]
+    watched = np.flatnonzero((room < _WATCHED) & (axis != 0))
+    lever = about[None, :, 1] * place[watched, None, 2] - about[None, :, 2] * place[watched, None, 1]
+    acts = (limb[None, :] == limb[watched, None]) & (row[None, :] <= (row - passed)[watched, None])
+    return room[watched], equations.by_free_angles(np.where(acts, lever, 0.0))
+
+
+def least_distances(equations: Equations, clearance: float) -> Array:
+    """Return how near the limbs may come on each piece of a motion; anyhow in phase 2. Shape (k,).
+
+    Args:
+        equations: The motion.
+        clearance: How near they may come, but for a start or goal where they are nearer [L].
+    """
+    out = np.full(len(equations.phase), -np.inf)
+    for own, shape in ((1, equations.start), (3, equations.goal)):
+        known = float(limb_distance(equations.swimmer, shape[..., 0]))
+        out[equations.phase == own] = min(clearance + _MARGIN_L, known)
+    return out
+
+
+def clearance_rows(
+    equations: Equations, sequence: PrimitiveSequence, shapes: Array, least: Array
+) -> tuple[Array, Array]:
+    """Return the room left between the limbs where it is small, and its derivative.
+
+    Args:
+        equations: The motion.
+        sequence: Its primitives.
+        shapes: Its shapes. Shape (k + 1, 2, 3, 3).
+        least: Least distance of the limbs on each primitive [L]. Shape (k,).
+
+    Returns:
+        Distance - least where the limbs are nearest on primitives [L], shape (j,), and its derivative
+        by the free angles, shape (j, n).
+    """
+    row, limb, axis = np.arange(len(sequence)), sequence.control // 3, sequence.control % 3
+    watched = np.flatnonzero(least > -np.inf)
+    pieces = (shapes[watched], sequence.rates()[watched], sequence.duration[watched])
+    enough = float(np.max(least, initial=0.0)) + _NEAR_L
+    apart, time = clearances(equations.swimmer, *pieces, enough)
+    near = np.flatnonzero(apart - least[watched] < _NEAR_L)
+    at_end = time[near] >= pieces[2][near]
+    axes = Sweeps.of(*pieces).at(near, time[near])
+    torque = cross(axes, distance_slope(equations.swimmer, axes))
+    lever = np.einsum("jx,wjx->wj", shapes[row, limb, :, axis], torque[:, limb])
+    acts = row[None, :] < (watched[near] + at_end)[:, None]
+    return (apart - least[watched])[near], equations.by_free_angles(np.where(acts, lever, 0.0))

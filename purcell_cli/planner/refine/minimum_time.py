@@ -1,0 +1,155 @@
+"""Quicker motions: sequential linear programming on the duration under the exact arrival.
+
+A move lasts as long as the joint that turns furthest on it, so the duration of a motion is a sum of
+largest absolute values, and its minimum under linear equations is a linear program. Violations of
+the arrival and of the bend limit are charged at a price that makes them not worth their while; what
+is left of them is removed by `settled`.
+
+Method: as in `shorten`, Fletcher and de la Maza (1989), Math. Program. 43.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.lift import EXACT
+from purcell_cli.planner.refine.shooting_moves import Course, Values
+from purcell_cli.planner.refine.trust_region import bounded_step, descended
+
+_ROUNDS = 30
+_LEAST_REACH = 1e-4
+_LEAST_PRICE, _PRICE = 200.0, 10.0
+"""Cost of a violation [s per L or rad], and what it is at least per second of the motion."""
+_WORTH = 3e-4
+"""A round that promises less than this part of the duration is the last."""
+_NEWTON_REACH = 0.25
+_APPROACHES, _RESTORATIONS, _RESTORED = 40, 6, 1e-6
+_ENOUGH, _PATIENCE = 4e-12, 4
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Point:
+    unknown: Array
+    values: Values
+    merit: float
+
+
+class _Search:
+    def __init__(self, course: Course) -> None:
+        self.course = course
+        self.price = max(_LEAST_PRICE, _PRICE * course.duration)
+
+    def point(self, unknown: Array) -> _Point:
+        values = self.course.at(unknown)
+        duration = float(self.course.cycles @ np.max(np.abs(values.turn), axis=1))
+        violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(values.room, 0.0)))
+        return _Point(unknown, values, duration + self.price * violation)
+
+    def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
+        """Return the unknowns that minimise the linearised merit within reach, and that merit."""
+        from scipy.optimize import linprog
+        from scipy.sparse import bmat, csr_matrix, eye_array, kron
+
+        v, sides = here.values, self.course.tie
+        f, n, m, k = sides.shape[1], len(v.turn), len(v.residual), len(v.room)
+        lasts = kron(eye_array(n), np.ones((6, 1)))
+        equal = bmat([[v.derivative, csr_matrix((m, n)), -eye_array(m), eye_array(m), csr_matrix((m, k))]], "csr")
+        less = [[sides, -lasts, None, None, None], [-sides, -lasts, None, None, None]]
+        wanted = [-v.turn.ravel(), v.turn.ravel()]
+        if k:
+            less.append([-v.room_derivative, None, csr_matrix((k, m)), csr_matrix((k, m)), -eye_array(k)])
+            wanted.append(v.room)
+        else:
+            less[0][2:] = [csr_matrix((6 * n, m)), csr_matrix((6 * n, m)), csr_matrix((6 * n, 0))]
+        low = np.concatenate([np.full(f, -reach), np.zeros(n + 2 * m + k)])
+        high = np.concatenate([np.full(f, reach), np.full(n + 2 * m + k, np.inf)])
+        solved = linprog(
+            np.concatenate([np.zeros(f), self.course.cycles, np.full(2 * m + k, self.price)]),
+            A_ub=bmat(less, "csr"),
+            b_ub=np.concatenate(wanted),
+            A_eq=equal,
+            b_eq=-v.residual,
+            bounds=np.stack([low, high], axis=1),
+            method="highs",
+        )
+        return None if solved.x is None else (here.unknown + solved.x[:f], float(solved.fun))
+
+    def begun(self, unknown: Array) -> _Point:
+        """Return a point at the arrival to begin from, or as near to it as damped Newton steps come."""
+        here, reach = self.point(unknown), _NEWTON_REACH
+        for _ in range(_APPROACHES):
+            if here.values.size < _RESTORED or reach < _LEAST_REACH:
+                break
+            there = self.point(here.unknown + newton_step(here.values, reach))
+            better = there.merit < here.merit
+            here, reach = (there, min(2.0 * reach, _NEWTON_REACH)) if better else (here, 0.4 * reach)
+        return here
+
+    def restored(self, there: _Point) -> _Point:
+        """Return a point moved back to the arrival and within the bend limit by Newton's method.
+
+        The roll of the base is so sharp a function of small bends that linear programs alone would
+        have to creep; a few angles of a crank put right what a long step leaves of it.
+        """
+        for _ in range(_RESTORATIONS):
+            moved = self.point(there.unknown + newton_step(there.values))
+            if moved.merit > there.merit:
+                break
+            there = moved
+            if there.values.size < _RESTORED:
+                break
+        return there
+
+    def run(self, unknown: Array) -> Array:
+        return descended(
+            self.begun(unknown),
+            self.step,
+            lambda _, found, *__: self.restored(self.point(found)),
+            _ROUNDS,
+            lambda here: _WORTH * here.merit,
+        ).unknown
+
+
+def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) -> Array:
+    """Return the least step to the arrival that leaves no limb bent too far, as far as is linear. Shape (f,).
+
+    Args:
+        values: The equations where it starts.
+        reach: Its largest component [rad].
+        first: The first unknown that may change.
+    """
+    step = np.zeros(values.derivative.shape[1])
+    arrival, slope = values.derivative[:, first:], values.room_derivative[:, first:]
+    step[first:] = bounded_step(arrival, values.residual, values.room, slope, reach)
+    return step
+
+
+def hastened(course: Course) -> Course:
+    """Return a quicker motion that arrives almost exactly."""
+    return course.of(course.legs_at(_Search(course).run(course.unknown)))
+
+
+def settled(course: Course) -> tuple[Course, float]:
+    """Return the motion changed, by the least amount, to end exactly at the goal.
+
+    Where rounding then stands in the way, since loops that repeat multiply it, only the moves after
+    the last of those go on.
+
+    Returns:
+        The motion, and the largest residual left [L, rad].
+    """
+    exact = course.of(course.legs, EXACT)
+    unknown = exact.unknown
+    best, kept, idle = np.inf, unknown, 0
+    while idle < _PATIENCE:
+        values = exact.at(unknown)
+        idle = idle + 1 if values.size > 0.5 * best else 0
+        if values.size < best:
+            best, kept = values.size, unknown
+        if best < _ENOUGH:
+            break
+        unknown = unknown + newton_step(values, first=exact.tail if idle else 0)
+    return exact.of(exact.legs_at(kept)), float(best)

@@ -1,0 +1,216 @@
+"""Shorter motions: sequential linear programming on the joint travel under the exact arrival.
+
+The joint travel is a sum of absolute values, so its minimum is sparse: most angles are zero. Each
+round offers every control at every switch, at angle zero, and lets linear programs within a trust
+region choose which to use; what stays zero is dropped and equal neighbours are merged. Violations
+of the arrival and of the bend limit are charged at a price that makes them not worth their while;
+what is left of them is removed by the exact finish.
+
+Method: Fletcher and de la Maza (1989), Math. Program. 43, sequential linear programming with an
+exact l1 penalty and a second-order correction.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.lift import SEARCHING
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, least_cosines, least_distances
+from purcell_cli.planner.refine.shooting import Equations, Values
+from purcell_cli.planner.refine.trust_region import bounded_step, descended, loose
+
+NAME = "joined strokes"
+"""Name of strokes that have been optimised together."""
+_DROPPED_RAD = 1e-6
+_WORTH_RAD = 1e-5
+"""A step that promises less is the last."""
+_RESTORING, _RESTORED, _REACH_RAD = 8, 1e-4, 0.25
+"""Newton steps by which a point is moved back to the arrival, what it may miss then, and their largest change."""
+_NEAR, _ASTRAY = 0.3, 0.02
+"""Points that miss by less in all [L, rad] find back by linear programs; and those that end there by more are lost."""
+_UNEVEN = (0.02, 0.002, 0.0)
+"""By what parts angles are changed to begin with: as much as the motion can be moved back from."""
+_LONGEST = 100
+"""Longer words are offered no more controls."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Pace:
+    """How long to go on.
+
+    Attributes:
+        rounds: How often all controls are offered anew.
+        steps: Linear programs in a round.
+        split: Into how many parts each primitive is cut for new controls to enter.
+        price: Cost of a violation [rad per L or rad].
+    """
+
+    rounds: int
+    steps: int
+    split: int = 1
+    price: float = 500.0
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Point:
+    """A point of the search."""
+
+    angle: Array
+    values: Values
+    room: Array
+    room_derivative: Array
+    violation: float
+    merit: float
+
+
+class _Search:
+    def __init__(self, equations: Equations, max_bend_rad: float, clearance: float, price: float) -> None:
+        self.equations, self.price = equations, price
+        self.least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
+        self.apart = least_distances(equations, clearance)
+
+    def point(self, angle: Array) -> _Point:
+        values = self.equations.at(angle)
+        motion = self.equations, values.sequence, values.shapes
+        rows = bend_rows(*motion, self.least), clearance_rows(*motion, self.apart)
+        room, slope = (np.concatenate(part) for part in zip(*rows, strict=True))
+        violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(room, 0.0)))
+        merit = float(self.equations.weight @ np.abs(angle)) + self.price * violation
+        return _Point(angle, values, room, slope, violation, merit)
+
+    def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
+        """Return the angles that minimise the linearised merit within reach, and that merit.
+
+        An angle that cannot change sign within reach is one variable; another is split into what
+        it turns the one way and the other. The reach then only bounds variables.
+        """
+        from scipy.optimize import linprog
+
+        angle, m, k = here.angle, len(here.values.residual), len(here.room)
+        sign = np.where(angle < 0, -1.0, 1.0)
+        within = reach * loose(here.values.derivative)
+        split = np.flatnonzero(np.abs(angle) < within)
+        slope = np.concatenate([here.values.derivative, -here.room_derivative])
+        ones = np.eye(m + k)
+        columns = np.concatenate([slope * sign, -slope[:, split] * sign[split], -ones, ones[:, :m]], axis=1)
+        wanted = slope @ angle - np.concatenate([here.values.residual, -here.room])
+        size = np.abs(angle)
+        low = np.concatenate([np.maximum(size - within, 0.0), np.zeros(len(split) + 2 * m + k)])
+        high = np.concatenate([size + within, (within - size)[split], np.full(2 * m + k, np.inf)])
+        weight = self.equations.weight
+        cost = np.concatenate([weight, weight[split], np.full(2 * m + k, self.price)])
+        solved = linprog(
+            cost,
+            A_eq=columns[:m],
+            b_eq=wanted[:m],
+            A_ub=columns[m:] if k else None,
+            b_ub=wanted[m:] if k else None,
+            bounds=np.stack([low, high], axis=1),
+            method="highs-ds",
+            options={"presolve": False},  # takes longer than the program itself
+        )
+        if solved.x is None:
+            return None
+        turned = solved.x[: len(angle)]
+        turned[split] -= solved.x[len(angle) : len(angle) + len(split)]
+        return sign * turned, float(solved.fun)
+
+    def restored(self, here: _Point, reach: float) -> _Point:
+        """Return a point moved back to the arrival and within the bend limit by the angles in use."""
+        used = np.abs(here.angle) > 1e-9
+        if not np.any(used):
+            return here
+        for _ in range(_RESTORING):
+            if here.violation < _RESTORED:
+                break
+            move = np.zeros_like(here.angle)
+            values, slope = here.values, here.room_derivative[:, used]
+            move[used] = bounded_step(values.derivative[:, used], values.residual, here.room, slope, reach)
+            there = self.point(here.angle + move)
+            if there.violation > 0.9 * here.violation:
+                break
+            here = there
+        return here
+
+    def landed(self, here: _Point, angle: Array, promised: float, reach: float) -> _Point:
+        """Return the point at some angles, moved back to the arrival if it keeps less than half of its promise."""
+        there = self.point(angle)
+        if here.merit - there.merit < 0.5 * promised:
+            there = self.restored(there, max(reach, _REACH_RAD))
+        return there
+
+    def run(self, begun: _Point, steps: int) -> _Point:
+        return descended(begun, self.step, self.landed, steps, lambda _: _WORTH_RAD)
+
+
+def offered(sequence: PrimitiveSequence, split: int) -> PrimitiveSequence:
+    """Return a sequence with every other control offered, at angle zero, at every switch."""
+    controls, angles = list(range(6)), [0.0] * 6
+    for control, angle in zip(sequence.control.tolist(), sequence.angle.tolist(), strict=True):
+        for _ in range(split):
+            controls += [control, *(c for c in range(6) if c != control)]
+            angles += [angle / split, 0.0, 0.0, 0.0, 0.0, 0.0]
+    return PrimitiveSequence(np.array(controls), np.array(angles))
+
+
+def merged(sequence: PrimitiveSequence) -> PrimitiveSequence:
+    """Return a sequence without idle primitives, neighbours of one control made one."""
+    controls: list[int] = []
+    angles: list[float] = []
+    for control, angle in zip(sequence.control.tolist(), sequence.angle.tolist(), strict=True):
+        if abs(angle) < _DROPPED_RAD:
+            continue
+        if controls and controls[-1] == control:
+            angles[-1] += angle
+        else:
+            controls.append(control)
+            angles.append(angle)
+    return PrimitiveSequence(np.array(controls, dtype=np.int64), np.array(angles))
+
+
+def _uneven(angle: Array, part: float, rng: np.random.Generator) -> Array:
+    """Return angles a little off, since a symmetric motion can be a saddle that no step leaves."""
+    return np.asarray(angle * (1.0 + part * rng.standard_normal(len(angle))))
+
+
+def shorten(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float = 0.0) -> Equations:
+    """Return the equations of a motion of less joint travel that still arrives, almost exactly.
+
+    Args:
+        equations: The equations of the motion to begin with.
+        max_bend_rad: How far a limb may bend in phase 2 [rad].
+        pace: How long to go on.
+        clearance: How far the limbs stay apart in phases 1 and 3 [L].
+    """
+    found, rng = equations.at_accuracy(SEARCHING), np.random.default_rng(0)
+    for _ in range(pace.rounds):
+        parts = found.stretches
+        if sum(len(s.sequence) for s in parts if s.free) <= _LONGEST:
+            parts = tuple(s.renamed(NAME, offered(s.sequence, pace.split)) if s.free else s for s in parts)
+        tried = found.of(parts)
+        search = _Search(tried, max_bend_rad, clearance, pace.price)
+        for uneven in _UNEVEN:
+            begun = search.point(_uneven(tried.angles, uneven, rng))
+            if begun.violation < _NEAR:
+                break
+            begun = search.restored(begun, _REACH_RAD)
+            if begun.violation < _ASTRAY:
+                break
+        ended = search.run(begun, pace.steps)
+        if ended.violation > _ASTRAY:
+            break
+        shorter = [s.renamed(NAME, merged(s.sequence)) if s.free else s for s in tried.with_angles(ended.angle)]
+        before, found = found.joint_travel_rad, found.of(shorter)
+        if found.joint_travel_rad > 0.999 * before:
+            break
+    return found.at_accuracy(equations.accuracy)
+
+
+def tightened(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float = 0.0) -> Equations:
+    """Return the same word at angles of less joint travel, for a first look: no control is offered."""
+    search = _Search(equations, max_bend_rad, clearance, pace.price)
+    return equations.of(equations.with_angles(search.run(search.point(equations.angles), pace.steps).angle))

@@ -1,0 +1,150 @@
+"""Loops of both limbs at once: squares of two joints' angles with their corners cut.
+
+Round a square of primitives one limb waits for the other. On a cut corner both turn, and the loop
+is the quicker for it; with the cuts at their best it swims about half as fast again. The octagon
+
+    q: limb 1 alone, p: the limbs apart in sign, s: limb 2 alone, r: the limbs alike in sign
+
+is centrally symmetric, so it closes whatever its sides, and round the collinear shape it turns the
+base by nothing. Its centre moved off along (c, -c), it swims along a circle, as a square does
+(`arcs`). Angles are turns of the limbs about the base's z axis; lengths in units of L.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+
+import numpy as np
+
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import SEARCHING, flow
+from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.mechanics.swimmer import Swimmer
+
+_OFFSETS = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7])
+"""Offsets of the tabulated loops, in units of the bend limit."""
+_LARGEST_RAD = 1.9
+"""No loop round the collinear shape is tried with a larger half side."""
+_CUTS = (0.55, 0.27)
+"""The cuts p and r of a good loop, over its side."""
+
+
+def corners(half: float, offset: float, cuts: tuple[float, float]) -> Array:
+    """Return the corners of an octagon in the plane of both limbs' angles, anticlockwise [rad]. Shape (8, 2).
+
+    Args:
+        half: Half the side of the square.
+        offset: Its centre is (offset, -offset).
+        cuts: How much of the side the cuts p, of the corners alike in sign, and r take.
+    """
+    p, r = 2.0 * half * cuts[0], 2.0 * half * cuts[1]
+    quarter = np.array([[half, half - p], [half - p, half], [r - half, half], [-half, half - r]])
+    return np.asarray(np.concatenate([quarter, -quarter]) + np.array([offset, -offset]))
+
+
+def yaws(angle: Array) -> Array:
+    """Return turns of both limbs about the base's z axis as turns of unrolled limbs. Shape (n, 2) to (n, 6)."""
+    out = np.zeros((len(angle), 6))
+    out[:, [2, 5]] = angle
+    return out
+
+
+def cycle(corner: Array) -> Array:
+    """Return the sides of a loop, once round from its first corner. Shape (n, 2)."""
+    return np.asarray(np.roll(corner, -1, axis=0) - corner)
+
+
+def twist(swimmer: Swimmer, corner: Array) -> Array:
+    """Return what a loop does in one cycle, seen from the collinear shape from which both limbs go straight to it.
+
+    Args:
+        swimmer: The swimmer, scaled to L = 1.
+        corner: The loop's corners [rad]. Shape (n, 2).
+
+    Returns:
+        Twist of the cycle's displacement [L, rad]. Shape (6,).
+    """
+    way = MoveSequence.of_turns(yaws(corner[:1]))
+    entry = flow(swimmer, way, accuracy=SEARCHING)
+    around = flow(swimmer, MoveSequence.of_turns(yaws(cycle(corner))), way.shapes(COLLINEAR)[-1], SEARCHING)
+    return np.asarray(se3.log(se3.normalised(entry @ around @ se3.inverse(entry))))
+
+
+def lasts(corner: Array) -> float:
+    """Return how long one cycle takes at a joint rate of 1 rad/s [s]."""
+    return float(np.sum(np.max(np.abs(cycle(corner)), axis=1)))
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Octagons:
+    """The quickest loops of one swimmer, over the offset of their centre.
+
+    Attributes:
+        offset: Offsets [rad], ascending. Shape (k,).
+        half: Half sides of the squares [rad]. Shape (k,).
+        cuts: Their cuts p and r over the side. Shape (k, 2).
+        advance: Advance in a cycle, forwards where positive [L]. Shape (k,).
+        turn: Turn in a cycle [rad]. Shape (k,).
+    """
+
+    offset: Array
+    half: Array
+    cuts: Array
+    advance: Array
+    turn: Array
+
+    def like(self, advance: float, turn: float) -> tuple[Array, float]:
+        """Return the loop that turns as much on its way as another, and how much further it goes.
+
+        Args:
+            advance: Advance of the other in a cycle [L].
+            turn: Its turn in a cycle [rad].
+
+        Returns:
+            Corners in the order they are gone through, shape (8, 2), and the cycles that do as one of the other.
+        """
+        size = np.hypot(self.advance, self.turn)
+        bearings = np.arctan2(np.abs(self.turn), np.abs(self.advance))
+        bearing = float(np.clip(math.atan2(abs(turn), abs(advance)), bearings[0], np.max(bearings)))
+        stop = int(np.argmax(bearings)) + 1
+        offset, half, p, r, goes, ahead, aside = (
+            float(np.interp(bearing, bearings[:stop], column[:stop]))
+            for column in (self.offset, self.half, *self.cuts.T, size, self.advance, self.turn)
+        )
+        corner = corners(half, offset, (p, r))
+        backwards = ahead * advance < 0.0
+        if (aside * turn < 0.0) != backwards:
+            corner = -corner  # the mirror image
+        if backwards:
+            corner = corner[::-1]
+        return corner, math.hypot(advance, turn) / goes
+
+
+@functools.lru_cache(maxsize=64)
+def octagons(swimmer: Swimmer) -> Octagons:
+    """Return the quickest loops of a scaled swimmer, made once."""
+    from scipy.optimize import minimize
+
+    bend = swimmer.max_bend_rad
+    rows = []
+    largest, guess = min(bend, _LARGEST_RAD), _CUTS
+    for offset in (_OFFSETS * bend).tolist():
+        half = min(largest, bend - offset)
+
+        def slowness(cuts: Array, half: float = half, offset: float = offset) -> float:
+            if np.min(cuts) < 0.0 or np.sum(cuts) > 1.0:
+                return 0.0
+            corner = corners(half, offset, (cuts[0], cuts[1]))
+            return -float(np.linalg.norm(twist(swimmer, corner)[[0, 5]])) / lasts(corner)
+
+        found = minimize(slowness, guess, method="Nelder-Mead", options={"xatol": 0.02, "fatol": 1e-4, "maxfev": 25})
+        guess = (float(found.x[0]), float(found.x[1]))
+        made = twist(swimmer, corners(half, offset, guess))
+        rows.append([offset, half, *guess, made[0], made[5]])
+    table = np.array(rows)
+    table = table[: int(np.argmin(np.append(table[:, 4] * table[0, 4] > 0.0, False)))]  # where it goes one way
+    return Octagons(table[:, 0], table[:, 1], table[:, 2:4], table[:, 4], table[:, 5])

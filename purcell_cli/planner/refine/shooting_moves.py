@@ -1,0 +1,241 @@
+"""The equations of an exact arrival for a motion by moves, all joints at once, and their derivatives.
+
+A course is a chain of legs. The turns of a leg's moves depend linearly on its own unknowns: on a
+leg that is played once every component of every turn is one; on a loop that repeats they are the
+sides of half of it, so that it closes whatever they are. The limbs must be collinear where phases 1
+and 2 end, they must end at the goal's shape, and the base at the goal's pose.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array, as_vector
+from purcell_cli.mechanics.lift import Accuracy, Repeat, flow_and_jacobian_of_moves
+from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.planner.refine.inequalities import least_cosines
+from purcell_cli.planner.refine.shooting import phase_ends
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+_WATCHED = 0.25
+"""How near the limit, in the cosine of the bend, a limb must come on a move to be watched."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Leg:
+    """A part of a course.
+
+    Attributes:
+        phase: 1, 2 or 3 of the reconfiguration.
+        gait: Name of the stroke.
+        turn: Rotation vectors of its moves, in the limbs' own frames [rad]. Shape (n, 6).
+        cycles: How often it is played.
+        tie: What its turns depend on, turn = tie @ unknown; none where each component is free. Shape (6 n, f).
+        amplitude_rad: Amplitude of the stroke, where it has one [rad].
+    """
+
+    phase: int
+    gait: str
+    turn: Array
+    cycles: int = 1
+    tie: Array | None = None
+    amplitude_rad: float = math.nan
+
+    @property
+    def duration(self) -> float:
+        """How long it lasts at a joint rate of 1 rad/s [s]."""
+        return self.cycles * float(np.sum(np.max(np.abs(self.turn), axis=1)))
+
+    def unknown(self) -> Array:
+        """Return the unknowns as they are. Shape (f,)."""
+        if self.tie is None:
+            return self.turn.ravel()
+        return np.asarray(np.linalg.lstsq(self.tie, self.turn.ravel())[0], dtype=np.float64)
+
+    def at(self, unknown: Array) -> Leg:
+        """Return the leg at other unknowns. Shape (f,)."""
+        if self.tie is not None and not self.tie.shape[1]:
+            return self
+        turn = unknown if self.tie is None else self.tie @ unknown
+        return dataclasses.replace(self, turn=turn.reshape(-1, 6))
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Values:
+    """The equations at some unknowns.
+
+    Attributes:
+        turn: Turns of all moves, one cycle each [rad]. Shape (n, 6).
+        residual: What is missing [L, rad]. Shape (m,).
+        derivative: By every unknown. Shape (m, f).
+        room: Room left below the bend limit where it is small, in the cosine of the bend. Shape (k,).
+        room_derivative: By every unknown. Shape (k, f).
+    """
+
+    turn: Array
+    residual: Array
+    derivative: Array
+    room: Array
+    room_derivative: Array
+
+    @property
+    def size(self) -> float:
+        """The largest residual [L, rad]."""
+        return float(np.max(np.abs(self.residual)))
+
+
+class Course:
+    """The equations of one motion.
+
+    Args:
+        swimmer: The swimmer, scaled to L = 1; its bend limit holds in phase 2.
+        legs: The parts of the motion.
+        start: Shape before it. Shape (2, 3, 3).
+        goal: Shape it must end at. Shape (2, 3, 3).
+        displacement: Body displacement the motion must make, in units of L. Shape (4, 4).
+        accuracy: Of the flow.
+    """
+
+    def __init__(
+        self, swimmer: Swimmer, legs: Sequence[Leg], start: Array, goal: Array, displacement: Array, accuracy: Accuracy
+    ) -> None:
+        self.swimmer, self.start, self.goal, self.accuracy = swimmer, start, goal, accuracy
+        self.legs, self.displacement = tuple(legs), displacement
+        self._wanted_inverse = se3.inverse(displacement)
+        counts = [len(leg.turn) for leg in self.legs]
+        self._stops = np.cumsum([0, *counts])
+        self.phase = np.repeat([leg.phase for leg in self.legs], counts)
+        self.cycles = np.repeat([leg.cycles for leg in self.legs], counts)
+        self.repeats = [
+            Repeat(int(a), int(b), leg.cycles)
+            for leg, a, b in zip(self.legs, self._stops[:-1], self._stops[1:], strict=True)
+            if leg.cycles > 1
+        ]
+        self._targets = phase_ends(self.phase, goal)
+
+    def of(self, legs: Sequence[Leg], accuracy: Accuracy | None = None) -> Course:
+        """Return the same equations for another motion, on the flow computed otherwise if an accuracy is given."""
+        return Course(self.swimmer, legs, self.start, self.goal, self.displacement, accuracy or self.accuracy)
+
+    @property
+    def duration(self) -> float:
+        """How long the motion lasts at a joint rate of 1 rad/s [s]."""
+        return sum(leg.duration for leg in self.legs)
+
+    @property
+    def unknown(self) -> Array:
+        """All unknowns as they are. Shape (f,)."""
+        return np.concatenate([leg.unknown() for leg in self.legs])
+
+    @functools.cached_property
+    def tie(self) -> csr_array:
+        """The derivative of every turn's components by every unknown, most of it zero. Shape (6 n, f)."""
+        from scipy.sparse import block_diag, csr_array, eye_array  # slow to import; few commands need it
+
+        ties = [eye_array(leg.turn.size) if leg.tie is None else csr_array(leg.tie) for leg in self.legs]
+        return csr_array(block_diag(ties))
+
+    def _by_unknown(self, by_turn: Array) -> Array:
+        """Return derivatives by the unknowns from those by the turns. Shape (m, 6 n) to (m, f)."""
+        return np.asarray((self.tie.T @ by_turn.T).T)
+
+    @property
+    def tail(self) -> int:
+        """The first unknown of those after which no leg repeats: their changes are not multiplied."""
+        last = max((k + 1 for k, leg in enumerate(self.legs) if leg.cycles > 1), default=0)
+        return sum(self._counts[:last])
+
+    @property
+    def _counts(self) -> list[int]:
+        """How many unknowns each leg has."""
+        return [leg.turn.size if leg.tie is None else int(leg.tie.shape[1]) for leg in self.legs]
+
+    def legs_at(self, unknown: Array) -> list[Leg]:
+        """Return the legs at other unknowns. Shape (f,)."""
+        parts = np.split(unknown, np.cumsum(self._counts)[:-1])
+        return [leg.at(part) for leg, part in zip(self.legs, parts, strict=True)]
+
+    def at(self, unknown: Array) -> Values:
+        """Return the equations at some unknowns. Shape (f,)."""
+        moves = MoveSequence.of_turns(np.concatenate([leg.turn for leg in self.legs_at(unknown)]))
+        shapes = moves.shapes(self.start)
+        g, twists = flow_and_jacobian_of_moves(self.swimmer, moves, self.start, self.accuracy, self.repeats)
+        n = len(moves)
+        turn = np.einsum("nlij,nlj->nli", shapes[:-1], moves.turn.reshape(n, 2, 3))  # in base coordinates
+        turning = se3.left_jacobian(turn) @ shapes[:-1]  # of the limb's later path, by the turn
+        residual = [se3.log(se3.normalised(self._wanted_inverse @ g))]
+        derivative = [twists.reshape(6, 6 * n)]
+        for stop, wanted in self._targets:
+            residual.append(as_vector(shapes[stop] @ np.swapaxes(wanted, -1, -2)).ravel())
+            slope = np.zeros((2, 3, n, 2, 3))
+            for i in (0, 1):
+                slope[i, :, :stop, i] = turning[:stop, i].transpose(1, 0, 2)
+            derivative.append(slope.reshape(6, 6 * n))
+        room, room_slope = self._room(shapes[:-1], turn, turning)
+        return Values(
+            moves.turn,
+            np.concatenate(residual),
+            self._by_unknown(np.concatenate(derivative)),
+            room,
+            self._by_unknown(room_slope),
+        )
+
+    @functools.cached_property
+    def _least_cosine(self) -> Array:
+        """The least cosine of the bend of each limb on each move. Shape (n, 2)."""
+        return least_cosines(self.phase, self.start, self.goal, self.swimmer.max_bend_rad)
+
+    def _room(self, shapes: Array, turn: Array, turning: Array) -> tuple[Array, Array]:
+        """Return the room below the bend limit where each limb is most bent on each move, and its derivative.
+
+        On a move a limb's axis goes round a circle, on which its bend is largest at the end or where
+        the circle is furthest from the base's axis.
+        """
+        n = len(turn)
+        part, axes = most_bent(shapes[..., 0], turn)
+        room = axes[..., 0] - self._least_cosine
+        move, limb = np.nonzero(room < _WATCHED)
+        lever = np.stack([0.0 * axes[..., 0], axes[..., 2], -axes[..., 1]], axis=-1)[move, limb]
+        k = len(move)
+        slope = np.zeros((k, n, 2, 3))
+        earlier = np.arange(n)[None, :] < move[:, None]
+        pulled = np.einsum("ki,nkij->knj", lever, turning[:, limb])
+        slope[np.arange(k), :, limb] = np.where(earlier[..., None], pulled, 0.0)
+        s = part[move, limb]
+        own = se3.left_jacobian(s[:, None] * turn[move, limb]) @ shapes[move, limb]
+        slope[np.arange(k), move, limb] = s[:, None] * np.einsum("ki,kij->kj", lever, own)
+        return room[move, limb], slope.reshape(k, 6 * n)
+
+
+def most_bent(axes: Array, turn: Array) -> tuple[Array, Array]:
+    """Return where on a move a limb is most bent, its beginning left out.
+
+    The limb's axis goes round a circle, on which the cosine of its bend from the base's axis is a
+    sine wave: it is lowest at the end, or where the circle is furthest from the base's axis.
+
+    Args:
+        axes: The limb's axes before it. Shape (..., 3).
+        turn: Rotation vectors in base coordinates [rad]. Shape (..., 3).
+
+    Returns:
+        How far through the move, as a part of it, shape (...), and the limb's axis there, shape (..., 3).
+    """
+    angle = np.linalg.norm(turn, axis=-1)
+    about = turn / np.where(angle > 0.0, angle, 1.0)[..., None]
+    along = np.einsum("...i,...i->...", about, axes)
+    cosine = axes[..., 0] - along * about[..., 0]
+    sine = about[..., 1] * axes[..., 2] - about[..., 2] * axes[..., 1]
+    lowest = np.mod(np.arctan2(sine, cosine) + np.pi, 2.0 * np.pi)
+    inside = (lowest > 0.0) & (lowest < angle)
+    part = np.where(inside, lowest / np.where(inside, angle, 1.0), 1.0)
+    return part, (se3.rotation(part[..., None] * turn) @ axes[..., None])[..., 0]
