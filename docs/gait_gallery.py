@@ -118,7 +118,7 @@ def page() -> str:
 
 def draw(name: str, kinds: tuple[str, ...]) -> None:
     """Draw the pictures of a gait."""
-    from purcell_cli.motion.trajectory import sample_stroke
+    from purcell_cli.gaits.sampling import sample_stroke
     from purcell_cli.pictures.poses_plot import poses_figure
     from purcell_cli.pictures.stroke_plot import stroke_figure
     from purcell_cli.pictures.time_plot import make_folder, save_figure

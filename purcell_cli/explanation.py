@@ -10,9 +10,9 @@ import numpy as np
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler, as_vector
 from purcell_cli.mechanics.moves import ControlSequence
+from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.limb_circles import Sweeps, bends
 from purcell_cli.motion.sensitivity import Sensitivity, sensitivities
-from purcell_cli.motion.trajectory import starting_shapes
 from purcell_cli.planner.reconfiguration import Structure
 from purcell_cli.solution import Solution, phase_displacement, stroke_cycles
 

@@ -15,7 +15,7 @@ from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import about_axis
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.motion.trajectory import Block, block_displacements, starting_shapes
+from purcell_cli.motion.blocks import Block, block_displacements, starting_shapes
 from purcell_cli.planner.arcs.chain import Chains, fitted, linked
 from purcell_cli.planner.arcs.loop_family import fan
 from purcell_cli.planner.arcs.loops import loops, stroke

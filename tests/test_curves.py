@@ -13,13 +13,13 @@ from purcell_cli.errors import InputError, ParameterError
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.files.yaml_source import load_gait
 from purcell_cli.gaits.gait import Stroke, realise
+from purcell_cli.gaits.sampling import sample_stroke
 from purcell_cli.gaits.shape_curves import Fourier, WayPoints, played, straight_moves
 from purcell_cli.geometry.rotations import as_euler, as_vector
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.trajectory import sample_stroke
 
 EQUAL = Swimmer(base_half_length_m=1 / 6, limb_half_length_m=1 / 6)
 """Equal links, total length 1, drag ratio 2."""

@@ -22,8 +22,8 @@ from purcell_cli.errors import InputError
 from purcell_cli.files.plan_file import PLAN, SCHEMA, PlanDocument
 from purcell_cli.files.yaml_source import load_scenario
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import Limits
-from purcell_cli.motion.trajectory import Block
 from purcell_cli.motion.workspace import Workspace
 from purcell_cli.planner.reconfiguration import Plan
 from purcell_cli.solution import carried_out, plan

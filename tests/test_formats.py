@@ -17,8 +17,9 @@ from purcell_cli.cli.app import _run
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.files.trajectory_csv import COLUMNS, Table
 from purcell_cli.files.trajectory_formats import FORMATS, chosen_format, write_trajectory
+from purcell_cli.gaits.sampling import sample_stroke
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.trajectory import Trajectory, sample_stroke
+from purcell_cli.motion.trajectory import Trajectory
 
 
 @functools.cache

@@ -21,6 +21,7 @@ from purcell_cli.errors import GaitError, InputError, ParameterError, UnknownNam
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.files.yaml_source import load_gait
 from purcell_cli.gaits.gait import MOTIONS, Stroke, find, realise
+from purcell_cli.gaits.sampling import sample_stroke
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
@@ -28,7 +29,6 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.trajectory import sample_stroke
 from purcell_cli.verification.certificate import replay
 
 PURE, CLOSED = 1e-10, 1e-12

@@ -15,10 +15,10 @@ from purcell_cli.geometry import se3
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
 from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.clearance import apart_bend_rad, least_clearance
 from purcell_cli.motion.limb_circles import bends
 from purcell_cli.motion.limits import Limits, check
-from purcell_cli.motion.trajectory import Block
 from purcell_cli.motion.workspace import Workspace
 from purcell_cli.planner.limbs.shape_loops import detours
 from purcell_cli.planner.limbs.straightening import interleaved, straightenings

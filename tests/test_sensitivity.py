@@ -12,8 +12,8 @@ from helpers import assert_close, is_close
 from purcell_cli import Configuration, PrimitiveSequence, Swimmer, stored_scenarios
 from purcell_cli.files.yaml_source import load_scenario
 from purcell_cli.geometry.rotations import angle_between
+from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.sensitivity import CHANGE, PARAMETERS, sensitivities
-from purcell_cli.motion.trajectory import Block
 from purcell_cli.solution import Solution, plan
 from purcell_cli.verification.certificate import replay
 

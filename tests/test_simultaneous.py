@@ -20,8 +20,8 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import EXACT, flow
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.limits import Limits, check
-from purcell_cli.motion.trajectory import starting_shapes
 from purcell_cli.planner.refine.octagonal_loops import corners, cycle, lasts, octagons, twist, yaws
 from purcell_cli.planner.refine.shooting_moves import Course, Leg
 from purcell_cli.planner.refine.simultaneous import quickened

@@ -14,10 +14,10 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.mechanics.connection import connection
 from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.clearance import radius_m
 from purcell_cli.motion.limb_circles import Sweeps
 from purcell_cli.motion.limits import Limits, check
-from purcell_cli.motion.trajectory import Block
 from purcell_cli.motion.workspace import ENDS, WALLS, Workspace, end_speeds, link_ends
 from purcell_cli.solution import Solution
 

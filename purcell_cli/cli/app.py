@@ -269,8 +269,8 @@ def gait(
     from purcell_cli.files.trajectory_csv import writable
     from purcell_cli.files.trajectory_formats import chosen_format, write_trajectory
     from purcell_cli.gaits.gait import find, realise
+    from purcell_cli.gaits.sampling import sample_stroke
     from purcell_cli.mechanics.configuration import Configuration
-    from purcell_cli.motion.trajectory import sample_stroke
 
     stored = stored_gaits(gaits)
     if show_all:

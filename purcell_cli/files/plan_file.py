@@ -25,8 +25,9 @@ from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.moves import ControlSequence, MoveSequence
 from purcell_cli.mechanics.primitives import CONTROL_NAMES, PrimitiveSequence
+from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import Limits
-from purcell_cli.motion.trajectory import MOST_ROWS, Block
+from purcell_cli.motion.trajectory import MOST_ROWS
 from purcell_cli.planner.reconfiguration import Plan
 
 SCHEMA = "purcell/plan-document/1"

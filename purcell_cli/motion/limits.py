@@ -19,10 +19,10 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.blocks import Block, Pieces
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
 from purcell_cli.motion.clearance import Clearance, least_clearance, limb_distance
 from purcell_cli.motion.limb_circles import Sweeps, bends
-from purcell_cli.motion.trajectory import Block, Pieces
 from purcell_cli.motion.workspace import ENDS, WALLS, Excess, Workspace, largest_excess
 from purcell_cli.motion.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
 

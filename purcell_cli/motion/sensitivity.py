@@ -21,7 +21,7 @@ from purcell_cli.geometry.rotations import Array, angle_between
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.lift import Accuracy
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.trajectory import Block, block_displacements
+from purcell_cli.motion.blocks import Block, block_displacements
 
 PARAMETERS: Mapping[str, str] = MappingProxyType(
     {

@@ -11,133 +11,21 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
-from purcell_cli.gaits.gait import Stroke
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler, as_quaternion, orthonormalised
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.mechanics.lift import EXACT, Accuracy, piece_displacements, piece_work, run_displacements
-from purcell_cli.mechanics.moves import ControlSequence, chained
+from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.primitives import EMPTY
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.blocks import Block, Pieces
+from purcell_cli.motion.clock import clock_step
 
 MOST_ROWS = 3e6
 """How many rows a trajectory may have."""
-
-
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Block:
-    """A stroke played a number of times; one that repeats brings the limbs back to where they were.
-
-    Attributes:
-        phase: 1, 2 or 3 of the reconfiguration.
-        gait: Name of the stroke.
-        sequence: Primitives or moves of one cycle.
-        cycles: How often they are played.
-        amplitude_rad: Amplitude of the stroke, where it has one [rad].
-    """
-
-    phase: int
-    gait: str
-    sequence: ControlSequence
-    cycles: int = 1
-    amplitude_rad: float = math.nan
-
-    @property
-    def joint_travel_rad(self) -> float:
-        """The sum over all its pieces and joints of |angle| [rad]."""
-        return self.cycles * self.sequence.joint_travel_rad
-
-    @property
-    def duration(self) -> float:
-        """How long it lasts at a joint rate of 1 rad/s [s]."""
-        return self.cycles * float(np.sum(self.sequence.duration))
-
-
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Pieces:
-    """The pieces of all blocks, one cycle each, to be computed in one batch.
-
-    A block that repeats brings the limbs back, so the shapes of one cycle of each are a chain.
-
-    Attributes:
-        sequence: The controls.
-        shapes: Shapes before, between and after them. Shape (n + 1, 2, 3, 3).
-        counts: How many pieces each block has. Shape (k,).
-        cycles: How often each block is played. Shape (k,).
-    """
-
-    sequence: ControlSequence
-    shapes: Array
-    counts: NDArray[np.int64]
-    cycles: NDArray[np.int64]
-
-    @classmethod
-    def of(cls, blocks: Sequence[Block], start: ArrayLike) -> Pieces:
-        """Return the pieces of blocks from a shape. Shape (2, 3, 3)."""
-        sequence = chained([b.sequence for b in blocks])
-        counts, cycles = ([len(b.sequence) for b in blocks], [b.cycles for b in blocks])
-        shapes = sequence.shapes(np.asarray(start, dtype=np.float64))
-        return cls(sequence, shapes, np.array(counts, dtype=np.int64), np.array(cycles, dtype=np.int64))
-
-    @property
-    def block(self) -> NDArray[np.int64]:
-        """The block that each piece is of. Shape (n,)."""
-        return np.repeat(np.arange(len(self.counts)), self.counts)
-
-
-def starting_shapes(blocks: Sequence[Block], start: ArrayLike) -> Array:
-    """Return the shape before each block, and after the last. Shape (k + 1, 2, 3, 3)."""
-    pieces = Pieces.of(blocks, start)
-    return np.asarray(pieces.shapes[np.cumsum([0, *pieces.counts])])
-
-
-def block_displacements(
-    swimmer: Swimmer, blocks: Sequence[Block], start: ArrayLike, accuracy: Accuracy = EXACT
-) -> Array:
-    """Return the body displacement made by each block [m]. Shape (n, 4, 4).
-
-    Args:
-        swimmer: The swimmer.
-        blocks: The motion.
-        start: Shape before it. Shape (2, 3, 3).
-        accuracy: Of the flow.
-    """
-    pieces = Pieces.of(blocks, start)
-    q = pieces.sequence
-    once = (pieces.shapes[:-1], q.rates(), q.duration)
-    return run_displacements(swimmer, once, pieces.counts, pieces.cycles, accuracy)
-
-
-def energies(swimmer: Swimmer, blocks: Sequence[Block], start: ArrayLike) -> Array:
-    """Return the energy dissipated in each block at the swimmer's joint rate [J]. Shape (n,)."""
-    pieces = Pieces.of(blocks, start)
-    q = pieces.sequence
-    once = piece_work(swimmer, pieces.shapes[:-1], q.rates(), q.duration)
-    return np.asarray(pieces.cycles * np.bincount(pieces.block, weights=once, minlength=len(blocks)))
-
-
-def clock_step(duration_s: float) -> float:
-    """Return the tick that times of a motion are whole multiples of [s].
-
-    It is a power of two, the spacing of floating-point numbers at the motion's end, so that every
-    time and every difference of times is exact, and the written times replay the motion exactly.
-    """
-    return math.ldexp(1.0, math.frexp(max(duration_s, 1.0))[1] - 53)
-
-
-def rounded(angle: Array, rate_rad_s: float, step: float) -> Array:
-    """Return angles rounded to what a joint turns in a whole number of clock steps [rad].
-
-    Args:
-        angle: Angles [rad]. Shape (n,).
-        rate_rad_s: The joints' rate [rad/s].
-        step: The clock step [s].
-    """
-    return np.asarray(np.round(angle / rate_rad_s / step) * step * rate_rad_s)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -328,27 +216,3 @@ def spacing(swimmer: Swimmer, blocks: Sequence[Block], dt_s: float) -> float:
             f"dt: a time above {duration / MOST_ROWS:.2g} s is wanted (at most {MOST_ROWS:.0e} rows), found {dt_s!r}"
         )
     return dt_s
-
-
-def sample_stroke(
-    swimmer: Swimmer, start: Configuration, stroke: Stroke, cycles: int, dt_s: float = 0.05
-) -> Trajectory:
-    """Return the trajectory of a stroke played a number of times from a collinear configuration.
-
-    Args:
-        swimmer: The swimmer.
-        start: The configuration at time 0.
-        stroke: The stroke.
-        cycles: How often it is played.
-        dt_s: Longest time between rows [s].
-    """
-    parts = [Block(2, stroke.gait, s, n, stroke.amplitude_rad) for s, n in stroke.parts(cycles) if len(s)]
-    step = clock_step(sum(b.duration for b in parts) / swimmer.joint_rate_rad_s)
-    blocks = [dataclasses.replace(b, sequence=_on_the_clock(b.sequence, swimmer, step)) for b in parts]
-    return sample(swimmer, start, blocks, dt_s)
-
-
-def _on_the_clock(sequence: ControlSequence, swimmer: Swimmer, step: float) -> ControlSequence:
-    """Return controls whose durations are whole numbers of clock steps."""
-    duration = rounded(sequence.duration, swimmer.joint_rate_rad_s, step)
-    return sequence.lasting(np.arange(len(sequence)), duration)

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from purcell_cli.files.trajectory_csv import Table, whole_file
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.blocks import PHASES
 from purcell_cli.motion.clearance import radius_m
-from purcell_cli.planner.candidates import PHASES
 from purcell_cli.wording import length_unit
 
 MOST_FRAMES = 12000

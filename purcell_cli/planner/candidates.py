@@ -24,7 +24,7 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.trajectory import Block
+from purcell_cli.motion.blocks import PHASES, Block
 from purcell_cli.planner.arcs.chain import Chains, linked
 from purcell_cli.planner.arcs.loop_family import Fan, fan
 from purcell_cli.planner.arcs.needle_steering import steer
@@ -39,8 +39,6 @@ from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD
 from purcell_cli.planner.refine.minimum_travel import NAME, Pace, offered, shorten
 from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.wording import counted
-
-PHASES = {1: "limbs to collinear", 2: "stored gaits", 3: "limbs to the goal shape"}
 
 _CROSSED = 60
 """Ways to straighten and to bend that are carried on with to where their turns are put between one another."""

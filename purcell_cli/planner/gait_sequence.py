@@ -18,7 +18,7 @@ from purcell_cli.gaits import gait as stored
 from purcell_cli.gaits.gait import MOTIONS, Gait, Stroke
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.trajectory import Block
+from purcell_cli.motion.blocks import Block
 
 _BEND_MAX_RAD = 1.0
 _ROLL_STEP_RAD = 1.0

@@ -9,7 +9,7 @@ import numpy as np
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.trajectory import Block, energies
+from purcell_cli.motion.blocks import Block, energies
 
 MEASURES = ("travel", "energy", "switches")
 

@@ -23,9 +23,10 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration, Deviation, displacement_between
 from purcell_cli.mechanics.lift import EXACT, SEARCHING
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.clearance import apart_bend_rad
+from purcell_cli.motion.clock import clock_step, rounded
 from purcell_cli.motion.limits import Limits, LimitsReport, check
-from purcell_cli.motion.trajectory import Block, clock_step, rounded
 from purcell_cli.planner.candidates import Breadth, Candidate, candidates
 from purcell_cli.planner.library.random_plans import brought, random_words
 from purcell_cli.planner.objectives import cost, known_measure

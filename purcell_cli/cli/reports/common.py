@@ -19,8 +19,8 @@ from purcell_cli.mechanics.lift import work
 from purcell_cli.mechanics.moves import ControlSequence
 from purcell_cli.mechanics.primitives import CONTROL_NAMES, PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.blocks import PHASES
 from purcell_cli.motion.limits import LimitsReport
-from purcell_cli.planner.candidates import PHASES
 from purcell_cli.solution import Solution, phase_displacement, stroke_cycles
 from purcell_cli.wording import counted
 

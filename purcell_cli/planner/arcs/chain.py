@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis, wrapped
-from purcell_cli.motion.trajectory import Block
+from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.arcs.loop_family import Fan
 from purcell_cli.planner.arcs.loops import NAME, stroke
 from purcell_cli.planner.arcs.roll_stroke import Crank

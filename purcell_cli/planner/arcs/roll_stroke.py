@@ -15,7 +15,7 @@ from purcell_cli.geometry.rotations import Array, wrapped
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.trajectory import Block, block_displacements
+from purcell_cli.motion.blocks import Block, block_displacements
 
 _LARGEST_RAD = 1.6
 """The largest roll of one crank."""

@@ -24,7 +24,7 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import EXACT, Accuracy, Repeat, flow_and_jacobian, run_displacements, shape_gap
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.trajectory import Block
+from purcell_cli.motion.blocks import Block
 
 Rows = NDArray[np.int64]
 

@@ -26,8 +26,9 @@ from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.moves import MoveSequence, joined
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.blocks import Block, starting_shapes
+from purcell_cli.motion.clock import clock_step
 from purcell_cli.motion.limits import Limits, check
-from purcell_cli.motion.trajectory import Block, clock_step, starting_shapes
 from purcell_cli.planner.reconfiguration import Plan
 from purcell_cli.planner.refine.minimum_time import hastened, settled
 from purcell_cli.planner.refine.octagonal_loops import cycle, octagons, twist, yaws
