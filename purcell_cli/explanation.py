@@ -12,8 +12,8 @@ from purcell_cli.geometry.rotations import Array, as_euler, as_vector
 from purcell_cli.mechanics.moves import ControlSequence
 from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.limb_circles import Sweeps, bends
+from purcell_cli.motion.plan import Structure
 from purcell_cli.motion.sensitivity import Sensitivity, sensitivities
-from purcell_cli.planner.reconfiguration import Structure
 from purcell_cli.solution import Solution, phase_displacement, stroke_cycles
 
 _BINDS_RAD = 1e-6

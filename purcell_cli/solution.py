@@ -20,9 +20,10 @@ from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements, energies, starting_shapes
 from purcell_cli.motion.limits import Limits, LimitsReport, check
+from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, sample, schedule, spacing
 from purcell_cli.motion.workspace import Workspace
-from purcell_cli.planner.reconfiguration import Plan, Progress, reconfigure
+from purcell_cli.planner.reconfiguration import Progress, reconfigure
 from purcell_cli.planner.refine.simultaneous import quickened
 from purcell_cli.verification.certificate import Certificate, certify
 

@@ -24,8 +24,8 @@ from purcell_cli.files.yaml_source import load_scenario
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.workspace import Workspace
-from purcell_cli.planner.reconfiguration import Plan
 from purcell_cli.solution import carried_out, plan
 
 DONE, NOT_REACHED, MISUSE = 0, 1, 2

@@ -24,7 +24,7 @@ from purcell_cli.files.yaml_source import load_scenario
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import from_euler
 from purcell_cli.motion.blocks import Block
-from purcell_cli.planner.reconfiguration import Plan, Structure
+from purcell_cli.motion.plan import Plan, Structure
 from purcell_cli.solution import Solution, carried_out
 
 DISPLACEMENT_KEYS = {"position_m", "psi_rad", "theta_rad", "phi_rad"}

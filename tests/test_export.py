@@ -22,11 +22,12 @@ from scipy.spatial.transform import Rotation
 from purcell_cli import Configuration, plan, read_csv, write_csv
 from purcell_cli.errors import InputError
 from purcell_cli.files.builtin import stored_gaits
-from purcell_cli.files.trajectory_csv import Table, whole_file
+from purcell_cli.files.trajectory_csv import whole_file
 from purcell_cli.gaits.gait import realise
 from purcell_cli.gaits.sampling import sample_stroke
 from purcell_cli.geometry.rotations import Array, about_axis, as_quaternion
 from purcell_cli.motion.trajectory import Trajectory
+from purcell_cli.motion.trajectory_table import Table
 
 HEADER = (
     "t_s,phase,gait,x_m,y_m,z_m,qw,qx,qy,qz,psi_rad,theta_rad,phi_rad,"

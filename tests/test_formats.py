@@ -15,11 +15,12 @@ from scipy.spatial.transform import Rotation
 from purcell_cli import Configuration, read_csv, realise, stored_gaits, write_csv
 from purcell_cli.cli.app import _run
 from purcell_cli.errors import UnknownNameError
-from purcell_cli.files.trajectory_csv import COLUMNS, Table
+from purcell_cli.files.trajectory_csv import COLUMNS
 from purcell_cli.files.trajectory_formats import FORMATS, chosen_format, write_trajectory
 from purcell_cli.gaits.sampling import sample_stroke
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.trajectory import Trajectory
+from purcell_cli.motion.trajectory_table import Table
 
 
 @functools.cache

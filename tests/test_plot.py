@@ -17,14 +17,13 @@ from purcell_cli import Configuration, Swimmer, plan, realise, stored_gaits
 from purcell_cli.cli import pictures as commands
 from purcell_cli.cli.app import _run
 from purcell_cli.errors import InputError
-from purcell_cli.files.trajectory_csv import Table
-from purcell_cli.files.trajectory_formats import as_table
 from purcell_cli.gaits.sampling import sample_stroke
 from purcell_cli.geometry.rotations import as_euler
 from purcell_cli.lie_brackets.planar_curvature import PLANES, planar_curvature
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.trajectory import Trajectory, sample
+from purcell_cli.motion.trajectory_table import Table, as_table
 from purcell_cli.pictures.poses_plot import poses_figure
 from purcell_cli.pictures.stroke_plot import stroke_figure
 from purcell_cli.pictures.time_plot import save_figure, time_figure

@@ -104,10 +104,10 @@ def view(
 def _stroke_figures(name: str, amplitude: float | None, swimmer: Path | None, gaits: Path | None) -> dict[str, Any]:
     """Return a gait's pictures: its stroke in shape space, its poses, and one cycle against time."""
     from purcell_cli.files.builtin import stored_gaits
-    from purcell_cli.files.trajectory_formats import as_table
     from purcell_cli.gaits.gait import find, realise
     from purcell_cli.gaits.sampling import sample_stroke
     from purcell_cli.mechanics.configuration import Configuration
+    from purcell_cli.motion.trajectory_table import as_table
     from purcell_cli.pictures.poses_plot import poses_figure
     from purcell_cli.pictures.stroke_plot import net_displacement, stroke_figure
     from purcell_cli.pictures.time_plot import time_figure

@@ -27,8 +27,8 @@ from purcell_cli.mechanics.moves import ControlSequence, MoveSequence
 from purcell_cli.mechanics.primitives import CONTROL_NAMES, PrimitiveSequence
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import MOST_ROWS
-from purcell_cli.planner.reconfiguration import Plan
 
 SCHEMA = "purcell/plan-document/1"
 """The name of the form that plan documents have."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import os
 import secrets
 import signal
@@ -18,6 +17,7 @@ import numpy as np
 from purcell_cli.errors import InputError
 from purcell_cli.geometry.rotations import INPUT_SLACK, Array, as_euler
 from purcell_cli.motion.trajectory import Trajectory, continuous_quaternions
+from purcell_cli.motion.trajectory_table import Table
 
 _LIMB = ("qw", "qx", "qy", "qz", "psi_rad", "theta_rad", "phi_rad")
 COLUMNS = (
@@ -128,31 +128,6 @@ def write_rows(trajectory: Trajectory, stream: IO[bytes]) -> None:
             }
         )
         frame.write_csv(stream, include_header=low == 0)
-
-
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Table:
-    """What a trajectory file says.
-
-    Attributes:
-        time_s: Times [s]. Shape (n,).
-        phase: Phases. Shape (n,).
-        gait: Strokes' names. Shape (n,).
-        position_m: The base's positions [m]. Shape (n, 3).
-        base: The base's quaternions (w, x, y, z). Shape (n, 4).
-        limbs: The limbs' quaternions. Shape (n, 2, 4).
-        euler_rad: Euler angles of base, limb 1 and limb 2 [rad]. Shape (n, 3, 3).
-        rate_rad_s: The controls. Shape (n, 6).
-    """
-
-    time_s: Array
-    phase: Array
-    gait: np.ndarray[tuple[int, ...], np.dtype[np.str_]]
-    position_m: Array
-    base: Array
-    limbs: Array
-    euler_rad: Array
-    rate_rad_s: Array
 
 
 def _unreadable(source: Path, reason: str) -> str:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from purcell_cli.errors import UnknownNameError
-from purcell_cli.files.trajectory_csv import COLUMNS, Table, polars, whole_file, write_csv
-from purcell_cli.geometry.rotations import as_euler
+from purcell_cli.files.trajectory_csv import COLUMNS, polars, whole_file, write_csv
 from purcell_cli.motion.trajectory import Trajectory
+from purcell_cli.motion.trajectory_table import Table, as_table
 
 FORMATS = {
     "csv": "text at full double precision; the one that purcell reads",
@@ -33,21 +33,6 @@ def chosen_format(name: str | None, path: Path | None) -> str:
     if name not in FORMATS:
         raise UnknownNameError(f"--format: one of {', '.join(FORMATS)} is wanted, found {name!r}")
     return name
-
-
-def as_table(trajectory: Trajectory) -> Table:
-    """Return what the file of a trajectory would say."""
-    rotations = [trajectory.pose[:, :3, :3], trajectory.shape[:, 0], trajectory.shape[:, 1]]
-    return Table(
-        trajectory.time_s,
-        trajectory.phase.astype(np.float64),
-        np.array(trajectory.gaits)[trajectory.gait],
-        trajectory.pose[:, :3, 3],
-        trajectory.base_quaternion,
-        trajectory.limb_quaternion,
-        np.stack([as_euler(r) for r in rotations], axis=1),
-        trajectory.rate_rad_s,
-    )
 
 
 def columns(table: Table) -> dict[str, Any]:

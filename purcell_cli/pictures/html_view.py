@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.files.trajectory_csv import Table, whole_file
+from purcell_cli.files.trajectory_csv import whole_file
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import PHASES
 from purcell_cli.motion.clearance import radius_m
+from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.wording import length_unit
 
 MOST_FRAMES = 12000

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from purcell_cli.errors import InputError, MissingPackageError
-from purcell_cli.files.trajectory_csv import Table, whole_file
+from purcell_cli.files.trajectory_csv import whole_file
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import PHASES
+from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.wording import length_unit
 
 try:

@@ -27,62 +27,13 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.clearance import apart_bend_rad
 from purcell_cli.motion.clock import clock_step, rounded
 from purcell_cli.motion.limits import Limits, LimitsReport, check
+from purcell_cli.motion.plan import Plan, Structure
 from purcell_cli.planner.candidates import Breadth, Candidate, candidates
 from purcell_cli.planner.library.random_plans import brought, random_words
 from purcell_cli.planner.objectives import cost, known_measure
 from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach, arrive
 from purcell_cli.planner.refine.minimum_travel import Pace, shorten, tightened
 from purcell_cli.planner.refine.shooting import Equations, Values, stretches_of
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Structure:
-    """A way to build a plan that was weighed.
-
-    Attributes:
-        words: What it does, in words.
-        joint_travel_rad: Its joint travel, as estimated when it was weighed [rad].
-    """
-
-    words: str
-    joint_travel_rad: float
-
-
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Plan:
-    """A plan: the motion from a start to a goal configuration.
-
-    Attributes:
-        swimmer: The swimmer.
-        start: The start configuration.
-        goal: The goal configuration.
-        blocks: The strokes of all three phases.
-        structures: The structures that were weighed, best first; the first one was taken.
-        limits: How near it comes to its limits, where the planner looked.
-    """
-
-    swimmer: Swimmer
-    start: Configuration
-    goal: Configuration
-    blocks: tuple[Block, ...]
-    structures: tuple[Structure, ...] = ()
-    limits: LimitsReport | None = None
-
-    @property
-    def joint_travel_rad(self) -> float:
-        """The sum over all primitives of |angle| [rad]."""
-        return sum(b.joint_travel_rad for b in self.blocks)
-
-    @property
-    def duration_s(self) -> float:
-        """How long the motion takes at the swimmer's joint rate [s]."""
-        return sum(b.duration for b in self.blocks) / self.swimmer.joint_rate_rad_s
-
-    @property
-    def primitives(self) -> int:
-        """How many primitives are played."""
-        return sum(b.cycles * len(b.sequence) for b in self.blocks)
-
 
 _THERE = 1e-14
 """A start this near its goal (L, rad) is there already."""

@@ -6,12 +6,12 @@ import dataclasses
 
 import numpy as np
 
-from purcell_cli.files.trajectory_csv import Table
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler, as_vector, from_euler, from_quaternion
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import Clearance, least_clearance
+from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.verification.certificate import Certificate, Rows, judged, replay
 
 _RATE_SLACK = 1e-9

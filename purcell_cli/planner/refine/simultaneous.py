@@ -29,7 +29,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, starting_shapes
 from purcell_cli.motion.clock import clock_step
 from purcell_cli.motion.limits import Limits, check
-from purcell_cli.planner.reconfiguration import Plan
+from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.refine.minimum_time import hastened, settled
 from purcell_cli.planner.refine.octagonal_loops import cycle, octagons, twist, yaws
 from purcell_cli.planner.refine.shooting_moves import Course, Leg
