@@ -30,8 +30,10 @@ from helpers import (
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis, as_euler
+from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.connection import COLLINEAR, base_twist, power
-from purcell_cli.mechanics.lift import Accuracy, displacements, flow, flow_and_jacobian, flow_of_rates, work
+from purcell_cli.mechanics.lift import displacements, flow, flow_of_rates, work
+from purcell_cli.mechanics.lift_derivatives import flow_and_jacobian
 from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 
