@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from purcell_cli.lie_brackets.controllability import controllability
     from purcell_cli.lie_brackets.curvature import curvature
     from purcell_cli.mechanics.configuration import Configuration
-    from purcell_cli.mechanics.lift import flow, flow_and_jacobian, flow_and_jacobian_of_moves, flow_of_rates
+    from purcell_cli.mechanics.lift import flow, flow_of_rates
+    from purcell_cli.mechanics.lift_derivatives import flow_and_jacobian, flow_and_jacobian_of_moves
     from purcell_cli.mechanics.moves import MoveSequence
     from purcell_cli.mechanics.primitives import PrimitiveSequence
     from purcell_cli.mechanics.swimmer import Swimmer
@@ -40,8 +41,8 @@ _HOMES = {
     "controllability": "lie_brackets.controllability",
     "curvature": "lie_brackets.curvature",
     "flow": "mechanics.lift",
-    "flow_and_jacobian": "mechanics.lift",
-    "flow_and_jacobian_of_moves": "mechanics.lift",
+    "flow_and_jacobian": "mechanics.lift_derivatives",
+    "flow_and_jacobian_of_moves": "mechanics.lift_derivatives",
     "flow_of_rates": "mechanics.lift",
     "load_configuration": "files.yaml_source",
     "load_gait": "files.yaml_source",

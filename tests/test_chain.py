@@ -16,8 +16,9 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import about_axis
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.motion.blocks import Block, block_displacements, starting_shapes
-from purcell_cli.planner.arcs.chain import Chains, fitted, linked
+from purcell_cli.planner.arcs.chain import Chains, linked
 from purcell_cli.planner.arcs.loop_family import fan
+from purcell_cli.planner.arcs.loop_fit import fitted
 from purcell_cli.planner.arcs.loops import loops, stroke
 from purcell_cli.planner.arcs.roll_stroke import crank
 

@@ -20,8 +20,9 @@ from purcell_cli.motion.clearance import apart_bend_rad, least_clearance
 from purcell_cli.motion.limb_circles import bends
 from purcell_cli.motion.limits import Limits, check
 from purcell_cli.motion.workspace import Workspace
+from purcell_cli.planner.limbs.interleaving import interleaved
 from purcell_cli.planner.limbs.shape_loops import detours
-from purcell_cli.planner.limbs.straightening import interleaved, straightenings
+from purcell_cli.planner.limbs.straightening import straightenings
 
 ROUND = PrimitiveSequence.of([("limb1 yaw", 2.0 * math.pi)])
 BENT = Configuration.from_angles(limb1_euler_deg=(100, 0, 0))

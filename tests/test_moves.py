@@ -22,7 +22,8 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis, as_vector
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.mechanics.lift import Repeat, flow, flow_and_jacobian, flow_and_jacobian_of_moves, flow_of_rates, work
+from purcell_cli.mechanics.lift import flow, flow_of_rates, work
+from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian, flow_and_jacobian_of_moves
 from purcell_cli.mechanics.moves import MoveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.planner.refine.shooting_moves import most_bent

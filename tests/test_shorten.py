@@ -20,7 +20,8 @@ from purcell_cli.motion.limb_circles import Sweeps
 from purcell_cli.motion.limits import check
 from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, least_cosines, least_distances
 from purcell_cli.planner.refine.minimum_travel import Pace, merged, offered, shorten
-from purcell_cli.planner.refine.shooting import Equations, Stretch, stretches_of
+from purcell_cli.planner.refine.shooting import Equations
+from purcell_cli.planner.refine.stretches import Stretch, stretches_of
 
 KNOWN = {
     "0.1 L along x": ([0.01, 0.0, 0.0], [0.0, 0.0, 0.0], 0.7, 4.52),

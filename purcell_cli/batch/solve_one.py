@@ -20,8 +20,8 @@ from purcell_cli.files.trajectory_csv import write_rows
 from purcell_cli.files.yaml_source import Scenario
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.motion.limits import Limits
+from purcell_cli.planner.effort import EFFORTS
 from purcell_cli.planner.objectives import known_measure
-from purcell_cli.planner.reconfiguration import EFFORTS
 from purcell_cli.solution import CONTROLS, Solution, plan, stroke_cycles
 
 NUMBERS = (

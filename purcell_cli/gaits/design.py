@@ -20,8 +20,9 @@ from purcell_cli.gaits.gait import Gait, Turn
 from purcell_cli.gaits.shape_curves import WayPoints, size_rad
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_vector
+from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.mechanics.lift import EXACT, SEARCHING, Accuracy
+from purcell_cli.mechanics.lift import EXACT, SEARCHING
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import Sweeps

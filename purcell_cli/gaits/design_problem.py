@@ -16,8 +16,10 @@ from purcell_cli.errors import ParameterError, UnknownNameError
 from purcell_cli.gaits.gait import MOTIONS
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_vector, cross
+from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.mechanics.lift import SEARCHING, Accuracy, flow_and_jacobian_of_moves, piece_effort
+from purcell_cli.mechanics.lift import SEARCHING, piece_effort
+from purcell_cli.mechanics.lift_derivatives import flow_and_jacobian_of_moves
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 

@@ -22,7 +22,8 @@ from purcell_cli.gaits.shape_curves import Curve, played
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, angle_between
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.mechanics.lift import flow, flow_and_jacobian, shape_gap
+from purcell_cli.mechanics.lift import flow
+from purcell_cli.mechanics.lift_derivatives import flow_and_jacobian, shape_gap
 from purcell_cli.mechanics.moves import ControlSequence, chained
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer

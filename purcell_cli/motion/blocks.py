@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.lift import EXACT, Accuracy, piece_work, run_displacements
+from purcell_cli.mechanics.collocation import Accuracy
+from purcell_cli.mechanics.lift import EXACT, piece_work, run_displacements
 from purcell_cli.mechanics.moves import ControlSequence, chained
 from purcell_cli.mechanics.swimmer import Swimmer
 

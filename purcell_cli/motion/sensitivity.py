@@ -18,8 +18,8 @@ import numpy as np
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, angle_between
+from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.configuration import Configuration
-from purcell_cli.mechanics.lift import Accuracy
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements
 

@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.lift import Accuracy, piece_displacements
+from purcell_cli.mechanics.collocation import Accuracy
+from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import radius_m
 from purcell_cli.motion.limb_circles import Sweeps

@@ -21,104 +21,25 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis, wrapped
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.arcs.loop_family import Fan
+from purcell_cli.planner.arcs.loop_fit import _LONGEST_RAD, fitted
 from purcell_cli.planner.arcs.loops import NAME, stroke
 from purcell_cli.planner.arcs.roll_stroke import Crank
+from purcell_cli.planner.refine.active_set import _least_steps
 
-_FITTING = 3
-_SPARE = 0.06
-"""Loops go so far beyond the best of the fan, in cycles, rather than take one more."""
 _SMALL = 1e-6
 _CLOSE = 3e-3
 """Chains that miss their displacement by less [L, rad] are told apart by what they cost."""
 _FULL_RAD = 1e-3
 _FAR_L, _FAR_AHEAD_L = 1.0, 1000.0
 """From such distances on, what is missed across and what is missed ahead count for less."""
-_LONGEST_RAD = 0.3
 _THRIFT_RAD = 2.0
 """How far the cost alone leads in a round, in joint travel."""
 _ROLL_EFFORT = 5.0
 """How much less a roll changes than a bend for the same gain."""
 _LONGER = 0.1
 """Chains become longer by this part at most, at once."""
-_PINNED, _MET, _WEAKEST = 6, 1e-4, 1e-8
 _ARRAYS = ("which", "cycles", "mirrored", "backwards", "bend", "aside", "roll")
 _MIRROR = np.diag([1.0, -1.0, -1.0, 1.0])
-
-
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Fitted:
-    """Loops that swim arcs.
-
-    Attributes:
-        cycles: How many. Shape (n,).
-        bend: Their largest bends [rad]. Shape (n,).
-        aside: How much of the bend lies aside. Shape (n,).
-        cost: What the strokes cost, ways in and out included [rad]. Shape (n,).
-    """
-
-    cycles: NDArray[np.int64]
-    bend: Array
-    aside: Array
-    cost: Array
-
-
-def fitted(fan: Fan, advance: Array, turn: Array) -> Fitted:
-    """Return the loops of a fan that advance and turn by given amounts, as nearly as they can.
-
-    Args:
-        fan: The loops.
-        advance: How far, not negative [L]. Shape (n,).
-        turn: By how much, not negative [rad]. Shape (n,).
-    """
-    loops = fan.loops
-    knot = fan.knot(advance, turn)
-    bend, aside = fan.at(knot, fan.bend), fan.at(knot, fan.aside)
-    scale = np.array([1.0 / fan.straight, 1.0 / fan.tight])
-    wanted = np.stack([advance, turn], axis=1) * scale
-    once = loops.at(bend, aside)
-    cycle, ways = (_advance_and_turn(part[0])[0] * scale for part in (once.cycle, once.ways))
-    size = np.maximum(np.einsum("ni,ni->n", cycle, cycle), 1e-300)
-    whole = np.einsum("ni,ni->n", wanted, cycle) / size
-    share = np.einsum("ni,ni->n", ways, cycle) / size
-    cycles = np.maximum(np.ceil(whole - share - _SPARE), np.where(share > 0.1, 0.0, 1.0))
-    bend = bend * np.sqrt(np.minimum(whole / np.maximum(cycles + share, 1e-300), 1.0))
-    for _ in range(_FITTING):
-        bend, aside = loops.clipped(bend, aside)
-        now = loops.at(bend, aside)
-        twist = cycles[:, None] * now.cycle + now.ways
-        value, slope = _advance_and_turn(twist)
-        missing = wanted - value * scale
-        slope = slope * scale[:, None]
-        # Damped, since where loops only go straight, or only turn, one of the two equations is empty.
-        normal = np.swapaxes(slope, 1, 2) @ slope
-        normal += 1e-6 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(2) + 1e-12 * np.eye(2)
-        step = np.linalg.solve(normal, np.swapaxes(slope, 1, 2) @ missing[..., None])[..., 0]
-        step = np.clip(step, -_LONGEST_RAD, _LONGEST_RAD)
-        bend, aside = bend + step[:, 0], aside + step[:, 1]
-    bend, aside = loops.clipped(bend, aside)
-    per_cycle, for_ways = loops.costs(bend, aside)
-    cost = (cycles * per_cycle + for_ways) / fan.unit
-    return Fitted(cycles.astype(np.int64), bend, aside, cost)
-
-
-def _advance_and_turn(twist: Array) -> tuple[Array, Array]:
-    """Return advance and turn, not negative, of twists; with their slopes where those of the twists are given.
-
-    Args:
-        twist: Twists, shape (n, 6), or those and their slopes by two quantities, shape (3, n, 6).
-
-    Returns:
-        Values, shape (n, 2), and slopes, shape (n, 2, 2).
-    """
-    here = twist[0] if twist.ndim == 3 else twist
-    turn = np.hypot(here[:, 4], here[:, 5])
-    value = np.stack([np.abs(here[:, 0]), turn], axis=1)
-    if twist.ndim != 3:
-        return value, np.empty(0)
-    forwards = np.sign(here[:, 0])
-    safe = np.where(turn > 0.0, turn, 1.0)
-    turning = (here[:, 4] * twist[1:, :, 4] + here[:, 5] * twist[1:, :, 5]) / safe
-    return value, np.stack([forwards * twist[1:, :, 0], turning], axis=1).transpose(2, 1, 0)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -410,34 +331,3 @@ def _twist_of(change: Array) -> Array:
     """Return the twists of small changes g^-1 g'. Shape (..., 4, 4) to (..., 6)."""
     spin = 0.5 * (change[..., :3, :3] - np.swapaxes(change[..., :3, :3], -1, -2))
     return np.concatenate([change[..., :3, 3], spin[..., [2, 0, 1], [1, 2, 0]]], axis=-1)
-
-
-def _least_steps(columns: Array, wanted: Array, begun: Array, loose: Array, low: Array, high: Array) -> Array:
-    """Return the steps nearest to others, between bounds, that meet few equations as far as they can. Shape (n, k).
-
-    Newton's method on the multipliers of the equations: a step is where they lead, clipped
-    (Hintermueller, Ito and Kunisch 2002, SIAM J. Optim. 13, 865).
-
-    Args:
-        columns: The equations' matrices. Shape (n, 6, k).
-        wanted: Their right sides. Shape (n, 6).
-        begun: The other steps. Shape (n, k).
-        loose: How loosely each unknown keeps to them, the inverse weights. Shape (n, k).
-        low: The least values. Shape (n, k).
-        high: The greatest values. Shape (n, k).
-    """
-    step = best = np.clip(begun, low, high)
-    lead, least = np.zeros_like(wanted), np.full(len(wanted), np.inf)
-    for _ in range(_PINNED):
-        missing = wanted - (columns @ step[..., None])[..., 0]
-        size = np.max(np.abs(missing), axis=1)
-        best, least = np.where((size < least)[:, None], step, best), np.minimum(size, least)
-        if np.all(size < _MET):
-            break
-        lever = columns * np.where((step > low) & (step < high), loose, 0.0)[:, None]
-        system = lever @ np.swapaxes(columns, 1, 2)
-        # Damped by a little, where what is left free cannot meet all equations.
-        system += (_WEAKEST * np.trace(system, axis1=1, axis2=2) + 1e-30)[:, None, None] * np.eye(6)
-        lead = lead + np.linalg.solve(system, missing[..., None])[..., 0]
-        step = np.clip(begun + loose * (lead[:, None] @ columns)[:, 0], low, high)
-    return np.asarray(best)

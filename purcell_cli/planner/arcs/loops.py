@@ -23,8 +23,9 @@ from numpy.polynomial import chebyshev
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.mechanics.lift import Accuracy, piece_work, run_displacements
+from purcell_cli.mechanics.lift import piece_work, run_displacements
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 

@@ -15,7 +15,8 @@ import numpy as np
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.planner.refine.exact_arrival import approach
 from purcell_cli.planner.refine.minimum_travel import NAME
-from purcell_cli.planner.refine.shooting import Equations, Stretch
+from purcell_cli.planner.refine.shooting import Equations
+from purcell_cli.planner.refine.stretches import Stretch
 
 _BOLD_RAD, _PATIENT = 0.6, 8
 """Words begin anywhere: so they are brought to the goal by longer steps, and given up later."""

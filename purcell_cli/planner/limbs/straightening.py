@@ -10,9 +10,6 @@ near each other are left out.
 from __future__ import annotations
 
 import dataclasses
-import functools
-import itertools
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -20,15 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.rotations import Array, about_axis, wrapped
-from purcell_cli.mechanics.lift import Accuracy, piece_displacements
+from purcell_cli.geometry.rotations import Array, about_axis
+from purcell_cli.mechanics.collocation import Accuracy
+from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
 from purcell_cli.motion.limb_circles import Sweeps, bends
+from purcell_cli.planner.limbs.turns import Ways, turns_to
 
-_NEGLIGIBLE_RAD = 1e-15
-_LOCKED = 1e-12
 ROUGH = Accuracy(stages=3, step=1.2, settled=1e-7)
 """Errors of 1e-4 (L, rad): the ways are compared by it, and the finish makes up for it."""
 BEND_SLACK_RAD = 1e-9
@@ -36,89 +33,6 @@ DETOURS = 3
 """How many detours may be made one after the other."""
 _LONGER_RAD = 7.0
 """Ways longer than the shortest by more than this are not worth their while."""
-
-_AT_ONCE = ((0, 0, 0), (1, 1, 1))
-_ORDERS = ["".join(o) for o in itertools.product("XYZ", repeat=3) if o[0] != o[1] and o[1] != o[2]]
-_AXES = np.array([["XYZ".index(axis) for axis in order] for order in _ORDERS])
-"""The twelve orders in which three turns about own axes reach any orientation."""
-
-
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Ways:
-    """Ways to turn one limb, three turns about its own axes each; a turn may be empty.
-
-    Attributes:
-        control: Controls, 0 to 5. Shape (n, 3).
-        angle: Angles [rad]. Shape (n, 3).
-    """
-
-    control: NDArray[np.int64]
-    angle: Array
-
-    def __len__(self) -> int:
-        return len(self.control)
-
-    def __getitem__(self, part: NDArray[np.int64]) -> Ways:
-        return Ways(self.control[part], self.angle[part])
-
-    @property
-    def joint_travel_rad(self) -> Array:
-        """The joint travel of each [rad]. Shape (n,)."""
-        return np.asarray(np.abs(self.angle).sum(axis=1))
-
-    def turns(self, k: int) -> PrimitiveSequence:
-        """Return the three primitives of one of the ways."""
-        return PrimitiveSequence(self.control[k], self.angle[k])
-
-
-def turns_to(rotation: Array, limb: int) -> Ways:
-    """Return every way of turning a limb by a rotation with three turns about its own axes.
-
-    Args:
-        rotation: The rotation in the limb's own frame. Shape (3, 3).
-        limb: 1 or 2.
-
-    Returns:
-        Ways, all different, the least joint travel first.
-    """
-    angle = np.array([_three_turns(rotation, *axes) for axes in _AXES.tolist()])
-    angle = np.stack([angle, _other(angle)], axis=1).reshape(-1, 3)
-    angle[np.abs(angle) <= _NEGLIGIBLE_RAD] = 0.0
-    control = np.repeat(_AXES, 2, axis=0) + 3 * (limb - 1)
-    # Ways with the same turns are one, whichever empty turns stand between them.
-    key = np.where(angle != 0.0, control + 1.0, 0.0)
-    used = np.argsort(key == 0.0, axis=1, kind="stable")
-    key, turned = (np.take_along_axis(x, used, axis=1) for x in (key, angle))
-    _, first = np.unique(np.concatenate([key, np.round(turned, 9) + 0.0], axis=1), axis=0, return_index=True)
-    ways = Ways(control, angle)[np.sort(first)]
-    return ways[np.argsort(np.round(ways.joint_travel_rad, 9), kind="stable")]
-
-
-def _three_turns(rotation: Array, i: int, j: int, k: int) -> tuple[float, float, float]:
-    """Return the angles of turns about own axes i, j and k that make a rotation [rad].
-
-    The second is from -pi / 2 to pi / 2 where all axes differ, and from 0 to pi where i is k. Where the
-    first and the last axis come to lie in one line, the last turn is empty (gimbal lock).
-    """
-    r, l = rotation.tolist(), 3 - i - j
-    sign = 1.0 if (j - i) % 3 == 1 else -1.0
-    if i == k:
-        middle, size = math.atan2(math.hypot(r[i][j], r[i][l]), r[i][i]), math.hypot(r[i][j], r[i][l])
-        first, last = math.atan2(r[j][i], -sign * r[l][i]), math.atan2(r[i][j], sign * r[i][l])
-    else:
-        size = math.hypot(r[i][i], r[i][j])
-        middle = math.atan2(sign * r[i][k], size)
-        first, last = math.atan2(-sign * r[j][k], r[k][k]), math.atan2(-sign * r[i][j], r[i][i])
-    if size < _LOCKED:
-        first, last = math.atan2(sign * r[l][j], r[j][j]), 0.0
-    return first, middle, last
-
-
-def _other(angle: Array) -> Array:
-    """Return the other three turns that make the same rotation, in each of the orders [rad]. Shape (12, 3)."""
-    middle = np.where(_AXES[:, 0] == _AXES[:, 2], -angle[:, 1], np.pi - angle[:, 1])
-    turned = np.stack([angle[:, 0] + np.pi, middle, angle[:, 2] + np.pi], axis=1)
-    return wrapped(turned)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -216,83 +130,6 @@ def _pairs(limbs: tuple[Ways, Ways], played: tuple[_Played, _Played], clearance_
         np.concatenate(displacement),
     )
     return found[np.argsort(np.round(found.joint_travel_rad, 9), kind="stable")]
-
-
-def interleaved(
-    swimmer: Swimmer, shapes: Sequence[Array], known: Sequence[Straightenings], most: int, clearance_m: float = 0.0
-) -> list[Straightenings]:
-    """Return straightenings and more of them: the turns of one limb between the other's.
-
-    Args:
-        swimmer: The swimmer, scaled to L = 1.
-        shapes: The shapes to begin with. Each of shape (2, 3, 3).
-        known: Straightenings of each, the most promising first.
-        most: How many of their pairs of ways, the first ones, are taken in all orders.
-        clearance_m: How far the limbs' surfaces stay apart, in units of L.
-    """
-    chosen = []
-    for one in known:
-        _, first = np.unique(one.way, axis=0, return_index=True)
-        bent = all(np.any(limb.angle) for limb in one.limbs)  # otherwise there is nothing to stand between
-        chosen.append(one.way[np.sort(first)[: most if bent else 0]])
-    parts = [
-        _crossed(shape, [limb[k] for limb, k in zip(one.limbs, some.T, strict=True)])
-        for shape, one, some in zip(shapes, known, chosen, strict=True)
-    ]
-    pieces = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], ROUGH).reshape(-1, 2, 3, 4, 4, 4)
-    apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 2, 3, 4)
-    out, low = [], 0
-    for one, some in zip(known, chosen, strict=True):
-        mine = slice(low, low + len(some))
-        order, displacement, nearest = _through(moves[mine], apart[mine])
-        way, orders = np.tile(some, (len(order), 1)), np.repeat(order, len(some), axis=0)
-        travel = one.limbs[0].joint_travel_rad[way[:, 0]] + one.limbs[1].joint_travel_rad[way[:, 1]]
-        moved = se3.normalised(displacement.reshape(-1, 4, 4))
-        more = Straightenings(one.limbs, orders, way, np.zeros((len(way), DETOURS), dtype=np.int64), travel, moved)
-        out.append(one.and_(more[np.flatnonzero(nearest.ravel() >= clearance_m - TOLERANCE_L)]))
-        low += len(some)
-    return out
-
-
-def _crossed(shape: Array, ways: Sequence[Ways]) -> tuple[Array, Array, Array]:
-    """Return the pieces of every turn of one limb at every stage of the other. Shapes (k 2 3 4, ...).
-
-    Args:
-        shape: The shape before. Shape (2, 3, 3).
-        ways: The ways of limb 1 and of limb 2 that are taken together, k of each.
-    """
-    k = len(ways[0])
-    stage = np.empty((2, k, 4, 3, 3))
-    for i, way in enumerate(ways):
-        begins, _, _ = _turning(way, shape, i)
-        stage[i, :, :3], stage[i, :, 3] = begins.reshape(k, 3, 2, 3, 3)[:, :, i], np.eye(3)
-    shapes, rates, durations = np.empty((k, 2, 3, 4, 2, 3, 3)), np.empty((k, 2, 3, 4, 6)), np.empty((k, 2, 3, 4))
-    for i, way in enumerate(ways):
-        shapes[:, i, ..., i, :, :] = stage[i, :, :3, None]
-        shapes[:, i, ..., 1 - i, :, :] = stage[1 - i][:, None]
-        turned = np.sign(way.angle)[..., None] * (np.arange(6) == way.control[..., None])
-        rates[:, i], durations[:, i] = turned[:, :, None], np.abs(way.angle)[..., None]
-    return shapes.reshape(-1, 2, 3, 3), rates.reshape(-1, 6), durations.ravel()
-
-
-def _through(moves: Array, apart: Array) -> tuple[NDArray[np.int64], Array, Array]:
-    """Return the orders in which neither limb makes all its turns at once, and what they do.
-
-    Args:
-        moves: What every turn of one limb does at every stage of the other. Shape (k, 2, 3, 4, 4, 4).
-        apart: How near the limbs come on it. Shape (k, 2, 3, 4).
-
-    Returns:
-        Orders, shape (18, 6), displacements, shape (18, k, 4, 4), and the least distances, shape (18, k).
-    """
-    order = np.array([o for o in itertools.product((0, 1), repeat=6) if sum(o) == 3 and o[:3] not in _AT_ONCE])
-    done = np.cumsum(order, axis=1) - order  # turns of limb 2 before each
-    row = np.arange(6)
-    turn, other = np.where(order == 0, (row - done, done), (done, row - done))
-    each, near = moves[:, order, turn, other], apart[:, order, turn, other]
-    whole = functools.reduce(np.matmul, (each[:, :, n] for n in range(6)))
-    return order, np.swapaxes(whole, 0, 1), near.min(axis=2).T
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

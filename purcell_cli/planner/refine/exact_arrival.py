@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.planner.refine.active_set import bounded_step
 from purcell_cli.planner.refine.inequalities import bend_rows, least_cosines
 from purcell_cli.planner.refine.minimum_travel import offered
 from purcell_cli.planner.refine.shooting import Equations, Values
-from purcell_cli.planner.refine.trust_region import bounded_step
 
 CLOSE = 3e-4
 """What a motion may miss that is near enough for the last steps [L, rad]."""

@@ -16,8 +16,9 @@ import numpy as np
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import EXACT
+from purcell_cli.planner.refine.active_set import bounded_step
 from purcell_cli.planner.refine.shooting_moves import Course, Values
-from purcell_cli.planner.refine.trust_region import bounded_step, descended
+from purcell_cli.planner.refine.trust_region import descended
 
 _ROUNDS = 30
 _LEAST_REACH = 1e-4

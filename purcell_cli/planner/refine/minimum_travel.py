@@ -19,9 +19,10 @@ import numpy as np
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.planner.refine.active_set import bounded_step, loose
 from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, least_cosines, least_distances
 from purcell_cli.planner.refine.shooting import Equations, Values
-from purcell_cli.planner.refine.trust_region import bounded_step, descended, loose
+from purcell_cli.planner.refine.trust_region import descended
 
 NAME = "joined strokes"
 """Name of strokes that have been optimised together."""

@@ -11,103 +11,19 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-import math
-from collections.abc import Callable, Iterator, Sequence
-from typing import cast
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.mechanics.lift import EXACT, Accuracy, Repeat, flow_and_jacobian, run_displacements, shape_gap
+from purcell_cli.mechanics.collocation import Accuracy
+from purcell_cli.mechanics.lift import EXACT, run_displacements
+from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian, shape_gap
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
-
-Rows = NDArray[np.int64]
-
-
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Stretch:
-    """A part of a motion.
-
-    Attributes:
-        phase: 1, 2 or 3 of the reconfiguration.
-        strokes: The strokes it consists of, in order: name, amplitude [rad] and number of primitives.
-        sequence: Its primitives.
-        cycles: How often it is played.
-    """
-
-    phase: int
-    strokes: tuple[tuple[str, float, int], ...]
-    sequence: PrimitiveSequence
-    cycles: int = 1
-
-    @property
-    def free(self) -> bool:
-        """Whether every angle may change by itself."""
-        return self.cycles == 1
-
-    @property
-    def rectangle(self) -> bool:
-        """Whether it repeats a rectangle of two joints' angles."""
-        c, a = self.sequence.control, self.sequence.angle
-        return not self.free and len(a) == 4 and c[0] == c[2] and c[1] == c[3] and bool(np.all(a[:2] == -a[2:]))
-
-    @property
-    def joint_travel_rad(self) -> float:
-        """The sum over all its primitives of |angle| [rad]."""
-        return self.cycles * self.sequence.joint_travel_rad
-
-    def renamed(self, name: str, sequence: PrimitiveSequence) -> Stretch:
-        """Return the stretch with other primitives, all of one stroke."""
-        return dataclasses.replace(self, sequence=sequence, strokes=((name, math.nan, len(sequence)),))
-
-    def changed(self, change: Callable[[PrimitiveSequence], PrimitiveSequence]) -> Stretch:
-        """Return the stretch with the primitives of each of its strokes changed."""
-        parts = [(name, amplitude, change(part)) for (name, amplitude, _), part in self._parts()]
-        strokes = tuple((name, amplitude, len(part)) for name, amplitude, part in parts)
-        return dataclasses.replace(self, strokes=strokes, sequence=joined([part for _, _, part in parts]))
-
-    def _parts(self) -> Iterator[tuple[tuple[str, float, int], PrimitiveSequence]]:
-        position = 0
-        for stroke in self.strokes:
-            yield stroke, self.sequence[position : position + stroke[2]]
-            position += stroke[2]
-
-    def blocks(self) -> list[Block]:
-        """Return its strokes as blocks."""
-        return [Block(self.phase, name, part, self.cycles, a) for (name, a, _), part in self._parts()]
-
-
-def stretches_of(blocks: Sequence[Block]) -> list[Stretch]:
-    """Return blocks of primitives as stretches: neighbours in one phase that do not repeat are joined."""
-    out: list[Stretch] = []
-    for block in blocks:
-        stroke = (block.gait, block.amplitude_rad, len(block.sequence))
-        sequence = cast(PrimitiveSequence, block.sequence)
-        last = out[-1] if out else None
-        if last is not None and last.free and block.cycles == 1 and last.phase == block.phase:
-            strokes = (*last.strokes, stroke)
-            out[-1] = dataclasses.replace(last, strokes=strokes, sequence=last.sequence + sequence)
-        else:
-            out.append(Stretch(block.phase, (stroke,), sequence, block.cycles))
-    return out
-
-
-def phase_ends(phase: Rows, goal: Array) -> list[tuple[int, Array]]:
-    """Return the pieces before which shapes are given, and those: collinear after phases 1 and 2, the goal's last.
-
-    Args:
-        phase: Phase of each piece. Shape (k,).
-        goal: Shape at the end. Shape (2, 3, 3).
-    """
-    ends = [
-        (int(np.flatnonzero(phase == p)[-1]) + 1, COLLINEAR) for p in (1, 2) if np.any(phase == p) and np.any(phase > p)
-    ]
-    return [*ends, (len(phase), goal)]
+from purcell_cli.planner.refine.stretches import Stretch, phase_ends
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -18,11 +18,12 @@ import numpy as np
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_vector
-from purcell_cli.mechanics.lift import Accuracy, Repeat, flow_and_jacobian_of_moves
+from purcell_cli.mechanics.collocation import Accuracy
+from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian_of_moves
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.planner.refine.inequalities import least_cosines
-from purcell_cli.planner.refine.shooting import phase_ends
+from purcell_cli.planner.refine.stretches import phase_ends
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

@@ -1,0 +1,162 @@
+"""Motions by arcs with rolls between."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+
+import numpy as np
+
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.motion.blocks import Block
+from purcell_cli.planner.arcs.chain import Chains, linked
+from purcell_cli.planner.arcs.loop_family import Fan
+from purcell_cli.planner.arcs.needle_steering import steer
+from purcell_cli.planner.arcs.roll_stroke import Crank
+from purcell_cli.planner.candidate import Breadth, Candidate
+from purcell_cli.planner.limbs.pairs import _Outer
+from purcell_cli.wording import counted
+
+_WEIGHED = 24
+"""How many of the needle's ways are weighed as loops."""
+
+
+_SLIGHT_RAD, _SAME = 0.3, 1e-4
+"""Arcs of less joint travel are left out; neighbours are one if that costs them no more than so much."""
+
+
+_FAR_OFF = 0.02
+"""Chains that miss by more, as `chain.missed` has it, are astray."""
+
+
+def _tightness(fan: Fan) -> float:
+    return fan.tight
+
+
+def _steered(
+    fans: tuple[Fan, ...],
+    turning: Crank,
+    outer: _Outer,
+    pairs: list[tuple[int, int]],
+    missing: Array,
+    breadth: Breadth,
+) -> list[Candidate]:
+    """Return motions by arcs with rolls between, for pairs of ways in and out and what they leave."""
+    steering = max(fans, key=_tightness)
+    limbs = np.array([outer.joint_travel_rad(i, j) for i, j in pairs])
+    way = steer(missing, steering, math.ceil(breadth.starts / len(pairs)))
+    around = limbs[way.displacement]
+    travel = steering.cost(way.arc[..., 0], np.hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1) + around
+    picked = np.array(_distinct(travel), dtype=np.int64)
+    arcs = [_swum(steering, _fewest(steering, way.arc[k])) for k in picked]
+    # The cheapest loops at every arc; and, since only those go exactly straight, loops that are bent in the plane.
+    only = np.repeat([-1, fans.index(next(f for f in fans if not f.loops.across))], len(picked))
+    picked = np.concatenate([picked, picked])
+    chains = linked(turning, fans, arcs + arcs, way.roll[picked], only)
+    order = np.argsort(np.round(chains.costs()[0] + around[picked], 9), kind="stable")
+    plane = order[only[order] >= 0][:1]
+    best = np.concatenate([order[only[order] < 0][: max(breadth.chains - 1, 1)], plane])
+    picked, chains = picked[best], chains[best]
+    wanted = missing[way.displacement[picked]]
+    chains, off, spent = _settled(chains, wanted, around[picked], breadth)
+    out = []
+    for n in range(len(chains)):
+        if not chains.idle(n):
+            count, pair = chains.arcs(n), pairs[way.displacement[picked[n]]]
+            words = f"{counted(count, 'arc')} with rolls between"
+            make = functools.partial(_played, chains, n, outer, pair)
+            out.append(Candidate(words, float(spent[n]), make, bool(off[n] > _FAR_OFF)))
+    return out
+
+
+def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> tuple[Chains, Array, Array]:
+    """Return chains settled on displacements, with as many cycles as they need.
+
+    Args:
+        chains: The chains.
+        wanted: The displacements. Shape (n, 4, 4).
+        around: What is spent before and after them [rad]. Shape (n,).
+        breadth: How widely to search.
+
+    Returns:
+        The chains, what they miss by (`chain.missed`), shape (n,), and what is spent in all, shape (n,).
+    """
+    chains, off, spent = chains.settled(wanted, breadth.rounds)
+    spent = spent + around
+    least = np.min(spent[off <= _FAR_OFF], initial=np.inf)
+    promised = spent + chains.short(wanted) / max(f.straight for f in chains.fans)
+    if len(few := np.flatnonzero((off > _FAR_OFF) & (promised < least))):
+        more, left, paid = chains[few].longer(wanted[few]).settled(wanted[few], breadth.rounds)
+        gained = np.flatnonzero(left < off[few])
+        few = few[gained]
+        chains, off[few], spent[few] = chains.put(few, more[gained]), left[gained], paid[gained] + around[few]
+    few = np.argsort(np.round(spent, 9), kind="stable")[: math.ceil(0.5 * len(chains))]
+    for _ in range(breadth.shorter):
+        fewer, owner = chains[few].shorter()
+        owner = few[owner]
+        fewer, left, paid = fewer.settled(wanted[owner], breadth.rounds)
+        paid = paid + around[owner]
+        gain = np.where(left <= _FAR_OFF, spent[owner] - paid, -np.inf)
+        order = np.lexsort((-np.round(gain, 9), owner))
+        best = order[np.unique(owner[order], return_index=True)[1]]  # of each chain's
+        best = best[gain[best] > 0.0]
+        few = owner[best]
+        if not len(few):
+            break
+        chains, off[few], spent[few] = chains.put(few, fewer[best]), left[best], paid[best]
+    return chains, off, spent
+
+
+def _played(chains: Chains, k: int, outer: _Outer, pair: tuple[int, int]) -> tuple[Block, ...]:
+    """Return the strokes of one of the chains, with its ways in and out."""
+    return outer.around(pair[0], _last_apart(chains.blocks(k)), pair[1])
+
+
+def _distinct(travel: Array) -> list[int]:
+    """Return the ways of least joint travel, each a little different from the one before."""
+    out: list[int] = []
+    for k in np.argsort(travel, kind="stable").tolist():
+        if not out or travel[k] > travel[out[-1]] + 0.01:
+            out.append(k)
+        if len(out) == _WEIGHED:
+            break
+    return out
+
+
+def _fewest(loops: Fan, arc: Array) -> Array:
+    """Return arcs without slight ones, neighbours of one direction made one. Shape (n, 3)."""
+    out: list[Array] = []
+    for one in arc:
+        travel = _cost(loops, one)
+        if travel < _SLIGHT_RAD:
+            continue
+        if out and _cost(loops, out[-1]) + travel < (1.0 + _SAME) * _cost(loops, out[-1] + one):
+            out[-1] = out[-1] + one
+        else:
+            out.append(one)
+    return np.array(out).reshape(-1, 3)
+
+
+def _swum(loops: Fan, arc: Array) -> Array:
+    """Return arcs as loops can swim them, those that are too tight in parts. Shape (n, 3)."""
+    parts = []
+    for advance, p, q in arc.tolist():
+        turn = math.hypot(p, q)
+        across = (p / turn, q / turn) if turn > 0.0 else (0.0, 1.0)
+        parts += [(a, b * across[0], b * across[1]) for a, b in loops.ways(advance, turn)]
+    return np.array(parts).reshape(-1, 3)
+
+
+def _cost(loops: Fan, arc: Array) -> float:
+    return float(loops.cost(arc[0], np.hypot(arc[1], arc[2])))
+
+
+def _last_apart(blocks: list[Block]) -> list[Block]:
+    """Return blocks with the last cycle of all that repeat on its own: it takes up what the others leave."""
+    repeated = [k for k, b in enumerate(blocks) if b.cycles > 1]
+    if not repeated:
+        return blocks
+    k = repeated[-1]
+    fewer, one = (dataclasses.replace(blocks[k], cycles=n) for n in (blocks[k].cycles - 1, 1))
+    return [*blocks[:k], fewer, one, *blocks[k + 1 :]]

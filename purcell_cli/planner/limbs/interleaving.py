@@ -1,0 +1,97 @@
+"""Turns of one limb put between the other's."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.clearance import TOLERANCE_L, clearances
+from purcell_cli.planner.limbs.straightening import DETOURS, ROUGH, Straightenings, _turning
+from purcell_cli.planner.limbs.turns import Ways
+
+_AT_ONCE = ((0, 0, 0), (1, 1, 1))
+
+
+def interleaved(
+    swimmer: Swimmer, shapes: Sequence[Array], known: Sequence[Straightenings], most: int, clearance_m: float = 0.0
+) -> list[Straightenings]:
+    """Return straightenings and more of them: the turns of one limb between the other's.
+
+    Args:
+        swimmer: The swimmer, scaled to L = 1.
+        shapes: The shapes to begin with. Each of shape (2, 3, 3).
+        known: Straightenings of each, the most promising first.
+        most: How many of their pairs of ways, the first ones, are taken in all orders.
+        clearance_m: How far the limbs' surfaces stay apart, in units of L.
+    """
+    chosen = []
+    for one in known:
+        _, first = np.unique(one.way, axis=0, return_index=True)
+        bent = all(np.any(limb.angle) for limb in one.limbs)  # otherwise there is nothing to stand between
+        chosen.append(one.way[np.sort(first)[: most if bent else 0]])
+    parts = [
+        _crossed(shape, [limb[k] for limb, k in zip(one.limbs, some.T, strict=True)])
+        for shape, one, some in zip(shapes, known, chosen, strict=True)
+    ]
+    pieces = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], ROUGH).reshape(-1, 2, 3, 4, 4, 4)
+    apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 2, 3, 4)
+    out, low = [], 0
+    for one, some in zip(known, chosen, strict=True):
+        mine = slice(low, low + len(some))
+        order, displacement, nearest = _through(moves[mine], apart[mine])
+        way, orders = np.tile(some, (len(order), 1)), np.repeat(order, len(some), axis=0)
+        travel = one.limbs[0].joint_travel_rad[way[:, 0]] + one.limbs[1].joint_travel_rad[way[:, 1]]
+        moved = se3.normalised(displacement.reshape(-1, 4, 4))
+        more = Straightenings(one.limbs, orders, way, np.zeros((len(way), DETOURS), dtype=np.int64), travel, moved)
+        out.append(one.and_(more[np.flatnonzero(nearest.ravel() >= clearance_m - TOLERANCE_L)]))
+        low += len(some)
+    return out
+
+
+def _crossed(shape: Array, ways: Sequence[Ways]) -> tuple[Array, Array, Array]:
+    """Return the pieces of every turn of one limb at every stage of the other. Shapes (k 2 3 4, ...).
+
+    Args:
+        shape: The shape before. Shape (2, 3, 3).
+        ways: The ways of limb 1 and of limb 2 that are taken together, k of each.
+    """
+    k = len(ways[0])
+    stage = np.empty((2, k, 4, 3, 3))
+    for i, way in enumerate(ways):
+        begins, _, _ = _turning(way, shape, i)
+        stage[i, :, :3], stage[i, :, 3] = begins.reshape(k, 3, 2, 3, 3)[:, :, i], np.eye(3)
+    shapes, rates, durations = np.empty((k, 2, 3, 4, 2, 3, 3)), np.empty((k, 2, 3, 4, 6)), np.empty((k, 2, 3, 4))
+    for i, way in enumerate(ways):
+        shapes[:, i, ..., i, :, :] = stage[i, :, :3, None]
+        shapes[:, i, ..., 1 - i, :, :] = stage[1 - i][:, None]
+        turned = np.sign(way.angle)[..., None] * (np.arange(6) == way.control[..., None])
+        rates[:, i], durations[:, i] = turned[:, :, None], np.abs(way.angle)[..., None]
+    return shapes.reshape(-1, 2, 3, 3), rates.reshape(-1, 6), durations.ravel()
+
+
+def _through(moves: Array, apart: Array) -> tuple[NDArray[np.int64], Array, Array]:
+    """Return the orders in which neither limb makes all its turns at once, and what they do.
+
+    Args:
+        moves: What every turn of one limb does at every stage of the other. Shape (k, 2, 3, 4, 4, 4).
+        apart: How near the limbs come on it. Shape (k, 2, 3, 4).
+
+    Returns:
+        Orders, shape (18, 6), displacements, shape (18, k, 4, 4), and the least distances, shape (18, k).
+    """
+    order = np.array([o for o in itertools.product((0, 1), repeat=6) if sum(o) == 3 and o[:3] not in _AT_ONCE])
+    done = np.cumsum(order, axis=1) - order  # turns of limb 2 before each
+    row = np.arange(6)
+    turn, other = np.where(order == 0, (row - done, done), (done, row - done))
+    each, near = moves[:, order, turn, other], apart[:, order, turn, other]
+    whole = functools.reduce(np.matmul, (each[:, :, n] for n in range(6)))
+    return order, np.swapaxes(whole, 0, 1), near.min(axis=2).T
