@@ -818,7 +818,7 @@ def test_an_interrupt_after_writing_does_not_say_that_nothing_was_written(
     def interrupted(*_: object, **__: object) -> NoReturn:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("purcell_cli.cli.reports.common.gait_document", interrupted)
+    monkeypatch.setattr("purcell_cli.cli.reports.gait.gait_document", interrupted)
     code, _, err = run("gait", "x-motion")
     assert code not in {DONE, NOT_REACHED, MISUSE}
     assert (folder / "x-motion.csv").exists() != ("nothing was written" in err)

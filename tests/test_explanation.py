@@ -17,8 +17,9 @@ from rich.console import Console
 
 from purcell_cli import Configuration, PrimitiveSequence, Swimmer, plan, realise, stored_gaits, stored_scenarios
 from purcell_cli.cli.app import _run
-from purcell_cli.cli.reports.common import as_json, plan_document
+from purcell_cli.cli.reports.common import as_json
 from purcell_cli.cli.reports.explanation import explanation_document, show_explanation
+from purcell_cli.cli.reports.plan import plan_document
 from purcell_cli.explanation import Explanation, explain, in_words, largest_bend
 from purcell_cli.files.yaml_source import load_scenario
 from purcell_cli.geometry import se3

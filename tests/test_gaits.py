@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from purcell_cli.cli.app import _run
-from purcell_cli.cli.reports.common import gait_document
+from purcell_cli.cli.reports.gait import gait_document
 from purcell_cli.errors import GaitError, InputError, ParameterError, UnknownNameError
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.files.yaml_source import load_gait

@@ -13,6 +13,9 @@ import typer
 if TYPE_CHECKING:
     from purcell_cli.mechanics.swimmer import Swimmer
 
+DONE, NOT_REACHED, MISUSE, INTERRUPTED = 0, 1, 2, 130
+"""Exit codes."""
+
 _WIDTH = 128
 """Columns of a table that is not shown on a terminal."""
 

@@ -1,0 +1,181 @@
+"""The commands plan and run."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from purcell_cli.cli.options import Dt, Format, Out, query_of
+from purcell_cli.cli.terminal import DONE, NOT_REACHED, GaitFolder, Json, SwimmerFile
+from purcell_cli.cli.terminal import bar as _bar
+from purcell_cli.cli.terminal import busy as _busy
+from purcell_cli.cli.terminal import show as _show
+from purcell_cli.verification.certifier_process import witness
+
+if TYPE_CHECKING:
+    from purcell_cli.solution import Solution
+
+Effort = Annotated[
+    str,
+    typer.Option(
+        "--effort",
+        metavar="HOW",
+        help="quick; standard; or thorough, for a shorter plan in minutes: Ctrl-C takes the best so far.",
+    ),
+]
+
+
+Minimize = Annotated[
+    str,
+    typer.Option("--minimize", metavar="WHAT", help="What to spend least of: travel, energy or switches."),
+]
+
+
+Controls = Annotated[
+    str, typer.Option("--controls", metavar="HOW", help="primitive: one joint at a time; or simultaneous: all at once.")
+]
+
+
+Explain = Annotated[
+    bool, typer.Option("--explain", help="Say what each stroke is for, what limits it and what would upset the plan.")
+]
+
+
+Clearance = Annotated[
+    float,
+    typer.Option(
+        "--clearance",
+        metavar="METRES",
+        help="How far the two limbs stay apart over the whole path, from 0 (may touch).",
+    ),
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the command line."""
+    app.command(epilog="Example: purcell plan start.yaml goal.yaml --out swim.csv")(plan)
+    app.command(epilog="Example: purcell plan nearby --plan-out plan.json, then purcell run plan.json --out again.csv")(
+        run
+    )
+
+
+def _show_solution(solution: Solution, document: dict[str, Any], json: bool, explain: bool) -> int:
+    """Show a plan that was carried out, and why it is as it is; return the exit code."""
+    from purcell_cli.cli.reports.plan import show_plan
+
+    if not explain:
+        _show(document, json, show_plan)
+    else:
+        from purcell_cli.cli.reports.explanation import explanation_document, show_explanation
+        from purcell_cli.explanation import explain as explained
+
+        def show(console: Any, told: dict[str, Any]) -> None:
+            show_plan(console, told)
+            show_explanation(console, told)
+
+        reasons = explanation_document(explained(solution), solution.plan.swimmer)
+        _show({**document, "explanation": reasons}, json, show)
+    return DONE if solution.verdict == "reached" else NOT_REACHED
+
+
+def _two_files(option: str, file: Path, other: Path) -> None:
+    """Refuse to write a file over one that is written or read beside it."""
+    from purcell_cli.errors import InputError
+
+    if file.resolve() == other.resolve():
+        raise InputError(f"{option}: wanted a file other than {other}, found the same")
+
+
+def plan(
+    start: Annotated[
+        str,
+        typer.Argument(
+            metavar="START", help="The start's YAML file; or, without GOAL, a scenario's file or stored name."
+        ),
+    ],
+    goal: Annotated[str | None, typer.Argument(metavar="[GOAL]", help="The goal's YAML file.")] = None,
+    out: Out = None,
+    form: Format = None,
+    swimmer: SwimmerFile = None,
+    gaits: GaitFolder = None,
+    dt: Dt = 0.05,
+    effort: Effort = "standard",
+    controls: Controls = "primitive",
+    minimize: Minimize = "travel",
+    clearance: Clearance = 0.0,
+    plan_out: Annotated[
+        Path | None,
+        typer.Option("--plan-out", metavar="FILE", help="Write the plan itself too, as JSON for purcell run."),
+    ] = None,
+    explain: Explain = False,
+    json: Json = False,
+) -> int:
+    """Plan a motion from a start to a goal configuration and write it as CSV."""
+    with witness() as certifying, _bar("planning") as progress:
+        from purcell_cli.cli.reports.plan import plan_document
+        from purcell_cli.files.builtin import stored_gaits
+        from purcell_cli.files.plan_file import PlanDocument
+        from purcell_cli.files.trajectory_csv import whole_file, writable
+        from purcell_cli.files.trajectory_formats import chosen_format, write_trajectory
+        from purcell_cli.solution import plan as solve
+
+        query = query_of(start, goal, swimmer)
+        form = chosen_format(form, out)
+        file = out or Path(f"trajectory.{form}")
+        writable(file)
+        if plan_out is not None:
+            writable(plan_out)
+            _two_files("--plan-out", plan_out, file)
+        solution = solve(
+            query.start,
+            query.goal,
+            query.swimmer,
+            stored_gaits(gaits),
+            dt,
+            effort,
+            controls,
+            minimize,
+            clearance,
+            query.workspace,
+            progress,
+            certifying,
+        )
+        document = plan_document(solution, str(file), None if plan_out is None else str(plan_out))
+        with contextlib.ExitStack() as both:
+            if plan_out is not None:  # it appears only when the trajectory has
+                text = PlanDocument(solution.plan, dt, solution.limits.limits).as_text()
+                both.enter_context(whole_file(plan_out)).write(text.encode())
+            write_trajectory(solution.trajectory, file, form)
+    return _show_solution(solution, document, json, explain)
+
+
+def run(
+    document: Annotated[
+        Path, typer.Argument(metavar="PLAN", help="A plan document, as purcell plan --plan-out writes it.")
+    ],
+    out: Out = None,
+    form: Format = None,
+    explain: Explain = False,
+    json: Json = False,
+) -> int:
+    """Play a plan again from its document: the same trajectory, checked anew."""
+    with witness() as certifying:
+        from purcell_cli.cli.reports.plan import plan_document
+        from purcell_cli.files.plan_file import load_plan
+        from purcell_cli.files.trajectory_csv import writable
+        from purcell_cli.files.trajectory_formats import chosen_format, write_trajectory
+        from purcell_cli.solution import carried_out
+
+        saved = load_plan(document)
+        form = chosen_format(form, out)
+        file = out or Path(f"trajectory.{form}")
+        writable(file)
+        _two_files("--out", file, document)
+        with _busy("swimming"):
+            solution = carried_out(saved.plan, saved.dt_s, saved.limits, certifying)
+            told = plan_document(solution, str(file), str(document), "run")
+            write_trajectory(solution.trajectory, file, form)
+    return _show_solution(solution, told, json, explain)

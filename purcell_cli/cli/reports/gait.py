@@ -1,0 +1,144 @@
+"""A gait as a JSON document and as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from purcell_cli.gaits.gait import MOTIONS, Gait, Stroke
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import as_euler
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import work
+from purcell_cli.mechanics.moves import ControlSequence
+from purcell_cli.mechanics.primitives import CONTROL_NAMES, PrimitiveSequence
+from purcell_cli.mechanics.swimmer import Swimmer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+from purcell_cli.cli.reports.common import Document, swimmer_document
+
+
+def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, file: str | None) -> Document:
+    """Return what a stroke does in a number of cycles."""
+    inner = stroke.approach.shapes(COLLINEAR)[-1]
+    travel = 2.0 * stroke.approach.joint_travel_rad + cycles * stroke.cycle.joint_travel_rad
+    approach_j, cycle_j = (
+        float(np.sum(work(swimmer, sequence, shape)))
+        for sequence, shape in ((stroke.approach, COLLINEAR), (stroke.cycle, inner))
+    )
+    g = stroke.displacement(swimmer, cycles)
+    moved = np.concatenate([g[:3, 3] / swimmer.length_m, as_euler(g[:3, :3])[::-1]])
+    own = MOTIONS.index(gait.moves) if gait.moves in MOTIONS else None
+    scale = [swimmer.length_m] * 3 + [1.0] * 3
+    units = ["m"] * 3 + ["rad"] * 3
+    turned = se3.log(g) / np.array([swimmer.length_m] * 3 + [1.0] * 3)
+    return {
+        "schema": "purcell/gait/1",
+        "verdict": "done",
+        "gait": gait.name,
+        "summary": gait.summary,
+        "amplitude_rad": stroke.amplitude_rad,
+        "amplitude_means": gait.means,
+        "cycles": cycles,
+        "swimmer": swimmer_document(swimmer),
+        "approach": _pieces(stroke.approach),
+        "cycle": _pieces(stroke.cycle),
+        "joint_travel_rad": travel,
+        "duration_s": sum(n * float(np.sum(s.duration)) for s, n in stroke.parts(cycles)) / swimmer.joint_rate_rad_s,
+        "displacement": {f"{m}_{u}": float(v * s) for m, u, v, s in zip(MOTIONS, units, moved, scale, strict=True)},
+        "moves": gait.moves,
+        "cross_talk": None if own is None else float(np.max(np.abs(np.delete(turned, own)))),
+        "closure_rad": stroke.closure_rad(),
+        "energy_j": 2.0 * approach_j + cycles * cycle_j,
+        "trajectory": file,
+    }
+
+
+def _pieces(sequence: ControlSequence) -> list[Document]:
+    """Return primitives by control and angle, moves by how they turn each joint."""
+    if isinstance(sequence, PrimitiveSequence):
+        return [{"control": c, "angle_rad": a} for c, a in sequence]
+    turns = np.asarray(sequence.rates() * sequence.duration[:, None]).tolist()
+    return [{"turn_rad": dict(zip(CONTROL_NAMES, turn, strict=True))} for turn in turns]
+
+
+def gait_list_document(gaits: Sequence[Gait]) -> Document:
+    """Return one line on each gait."""
+    return {
+        "schema": "purcell/gait-list/1",
+        "verdict": "done",
+        "gaits": [
+            {
+                "name": g.name,
+                "also": list(g.also),
+                "moves": g.moves,
+                "amplitude_means": g.means,
+                "default_amplitude_rad": g.default_rad,
+                "summary": g.summary,
+            }
+            for g in gaits
+        ],
+    }
+
+
+def _primitives_table(document: Document) -> Table:
+    from rich.table import Table
+
+    table = Table(title="One cycle, as primitives", title_justify="left")
+    table.add_column("")
+    table.add_column("control")
+    table.add_column("angle \\[rad]", justify="right")
+    parts = [("approach, once", document["approach"]), ("cycle", document["cycle"])]
+    parts.append(("back, once", [{**p, "angle_rad": -p["angle_rad"]} for p in reversed(document["approach"])]))
+    for label, primitives in parts:
+        for k, p in enumerate(primitives):
+            table.add_row(label if k == 0 else "", p["control"], f"{p['angle_rad']:+.9f}")
+    return table
+
+
+def show_gait(console: Console, document: Document) -> None:
+    """Show what a stroke does as tables."""
+    from rich.table import Table
+
+    console.print(f"[bold]{document['gait']}[/]: {document['summary']}")
+    console.print(
+        f"amplitude {document['amplitude_rad']:.6g} rad ({document['amplitude_means']}), cycles {document['cycles']}"
+    )
+    if "control" in document["cycle"][0]:
+        console.print(_primitives_table(document))
+    else:
+        console.print(f"one cycle: {len(document['cycle'])} straight moves, all joints at once")
+    d = document["displacement"]
+    moved = Table(title="Net displacement", title_justify="left")
+    for name in d:
+        motion, unit = name.split("_")
+        moved.add_column(f"{motion} \\[{unit}]", justify="right")
+    moved.add_row(*(f"{v:.9g}" if abs(v) > 1e-12 else "0" for v in d.values()))
+    console.print(moved)
+    cross = document["cross_talk"]
+    told = "" if cross is None else f"cross-talk {cross:.1e} (L, rad), "
+    console.print(
+        f"joint travel {document['joint_travel_rad']:.6g} rad, {document['duration_s']:.6g} s, {told}"
+        f"closure {document['closure_rad']:.1e} rad, energy {document['energy_j']:.4g} J"
+    )
+    if document["trajectory"]:
+        console.print(f"trajectory in {document['trajectory']}", soft_wrap=True)
+
+
+def show_gait_list(console: Console, document: Document) -> None:
+    """Show one line on each gait."""
+    from rich.table import Table
+
+    table = Table(title="Stored gaits", title_justify="left")
+    for heading in ("name", "also", "amplitude is", "default \\[rad]", "what it does"):
+        table.add_column(heading, overflow="fold")
+    for g in document["gaits"]:
+        table.add_row(
+            g["name"], ", ".join(g["also"]), g["amplitude_means"], f"{g['default_amplitude_rad']:g}", g["summary"]
+        )
+    console.print(table)

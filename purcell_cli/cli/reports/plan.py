@@ -1,0 +1,181 @@
+"""A plan as a JSON document and as a table."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from purcell_cli.geometry import se3
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.blocks import PHASES
+from purcell_cli.motion.limits import LimitsReport
+from purcell_cli.solution import Solution, phase_displacement, stroke_cycles
+from purcell_cli.wording import counted
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+from purcell_cli.cli.reports.common import (
+    Document,
+    _checked,
+    _deviation,
+    _verdict,
+    displacement_cells,
+    displacement_document,
+    swimmer_document,
+)
+
+
+def _limits(found: LimitsReport, swimmer: Swimmer) -> Document:
+    """Return the limits of a plan, and what of it breaks them most."""
+    workspace, excess = found.limits.workspace, found.workspace
+    return {
+        "clearance_m": found.limits.clearance_m,
+        "max_bend_rad": swimmer.max_bend_rad,
+        "workspace_m": None if workspace is None else dataclasses.asdict(workspace),
+        "workspace_violation_m": None if excess is None else excess.distance_m,
+        "kept": found.kept,
+        "violations": [dataclasses.asdict(v) for v in found.violations],
+    }
+
+
+def plan_document(solution: Solution, file: str | None, saved: str | None = None, command: str = "plan") -> Document:
+    """Return what is known of a plan.
+
+    Args:
+        solution: The plan, carried out.
+        file: The trajectory's file.
+        saved: The plan document's file, written or read.
+        command: The command that asks: plan or run.
+    """
+    plan, swimmer = solution.plan, solution.plan.swimmer
+    rate = swimmer.joint_rate_rad_s
+    strokes: dict[int, list[Document]] = {1: [], 2: [], 3: []}
+    for part in solution.strokes:
+        blocks = plan.blocks[part]
+        travel = sum(b.joint_travel_rad for b in blocks)
+        amplitude = blocks[0].amplitude_rad
+        strokes[blocks[0].phase].append(
+            {
+                "gait": blocks[0].gait,
+                "amplitude_rad": None if math.isnan(amplitude) else amplitude,
+                "cycles": stroke_cycles(blocks),
+                "primitives": sum(b.cycles * len(b.sequence) for b in blocks),
+                "joint_travel_rad": travel,
+                "duration_s": sum(b.duration for b in blocks) / rate,
+                "energy_j": float(np.sum(solution.energy_j[part])),
+                "displacement": displacement_document(se3.prefix_products(solution.displacement[part])[-1]),
+            }
+        )
+    phases = [
+        {
+            "phase": phase,
+            "name": name,
+            "primitives": sum(s["primitives"] for s in strokes[phase]),
+            "joint_travel_rad": sum(s["joint_travel_rad"] for s in strokes[phase]),
+            "duration_s": sum(s["duration_s"] for s in strokes[phase]),
+            "energy_j": sum(s["energy_j"] for s in strokes[phase]),
+            "largest_bend_rad": solution.limits.largest_bend_rad[phase - 1],
+            "displacement": displacement_document(phase_displacement(solution, phase)),
+            "strokes": strokes[phase],
+        }
+        for phase, name in PHASES.items()
+    ]
+    found = solution.certificate
+    return {
+        "schema": f"purcell/{command}/1",
+        "verdict": solution.verdict,
+        "swimmer": swimmer_document(swimmer),
+        "controls": solution.controls,
+        "joint_travel_rad": plan.joint_travel_rad,
+        "duration_s": solution.duration_s,
+        "energy_j": float(np.sum(solution.energy_j)),
+        "primitives": plan.primitives,
+        "cycles": sum(s["cycles"] for s in strokes[2]),
+        "phases": phases,
+        "planned_error": _deviation(solution.deviation, swimmer.length_m),
+        "verified_error": _deviation(found.deviation, swimmer.length_m),
+        "tolerance": {"position_m": found.tolerance_m, "angle_rad": found.tolerance_rad},
+        "certificate": {"method": "DOP853", "stretches": found.stretches, "integrated": found.integrated},
+        "clearance_m": solution.limits.clearance.distance_m,
+        "largest_bend_rad": solution.limits.largest_bend_rad[1],
+        "limits": _limits(solution.limits, swimmer),
+        "rows": len(solution.trajectory),
+        "trajectory": file,
+        "plan_document": saved,
+    }
+
+
+_ROOMY = 116
+"""Columns a terminal needs to show a plan with amplitudes and times."""
+
+
+def show_plan(console: Console, document: Document) -> None:
+    """Show a plan's document as tables."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(title="Reconfiguration", title_justify="left", box=SIMPLE_HEAD)
+    narrow = console.width < _ROOMY
+    table.add_column("stroke", no_wrap=not narrow)
+    headings = ("cycles", "travel [rad]", "x, y, z [mm]", "psi, theta, phi [deg]")
+    for heading in headings if narrow else ("amplitude [rad]", *headings[:2], "time [s]", *headings[2:]):
+        table.add_column(heading.replace(" [", "\n\\["), justify="right", no_wrap=True)
+    length_m = document["swimmer"]["L_m"]
+
+    def row(label: str, amplitude: str, cycles: str, part: Mapping[str, Any], style: str) -> None:
+        travel, time = f"{part['joint_travel_rad']:.4f}", f"{part['duration_s']:.2f}"
+        moved = (
+            displacement_cells(part["displacement"], length_m, 3 if narrow else 4)
+            if part["joint_travel_rad"]
+            else ["", ""]
+        )
+        cells = (cycles, travel) if narrow else (amplitude, cycles, travel, time)
+        table.add_row(label, *cells, *moved, style=style)
+
+    for phase in document["phases"]:
+        row(f"{phase['phase']} {phase['name']}", "", "", phase, "bold")
+        for s in phase["strokes"] if phase["phase"] == 2 else []:
+            amplitude = "" if s["amplitude_rad"] is None else f"{s['amplitude_rad']:.5f}"
+            row(f"  {s['gait']}", amplitude, str(s["cycles"]), s, "")
+    console.print(table)
+    errors = Table(title="Distance from the goal", title_justify="left", box=SIMPLE_HEAD)
+    errors.add_column("")
+    for heading in ("position [L]", "base [rad]", "limb 1 [rad]", "limb 2 [rad]"):
+        errors.add_column(heading.replace("[", "\\["), justify="right")
+    for label, key in (("planned", "planned_error"), ("re-integrated", "verified_error")):
+        e = document[key]
+        errors.add_row(label, *(f"{e[k]:.1e}" for k in ("position_over_L", "base_rad", "limb1_rad", "limb2_rad")))
+    console.print(errors)
+    piece = "primitive" if document["controls"] == "primitive" else "move"
+    console.print(
+        f"joint travel {document['joint_travel_rad']:.4f} rad, {document['duration_s']:.3f} s, "
+        f"{counted(document['primitives'], piece)}, {counted(document['cycles'], 'cycle')}, "
+        f"energy {document['energy_j']:.4g} J"
+    )
+    _checked(console, document["certificate"])
+    _show_limits(console, document)
+    _verdict(console, document["verdict"])
+    if document["trajectory"]:
+        console.print(f"{document['rows']} rows in {document['trajectory']}", soft_wrap=True)
+    if document["plan_document"] and document["schema"] == "purcell/plan/1":
+        console.print(f"plan in {document['plan_document']}", soft_wrap=True)
+
+
+def _show_limits(console: Console, document: Document) -> None:
+    """Show how near a plan comes to its limits on one line, and one more for each that it breaks."""
+    limits, bend = document["limits"], document["largest_bend_rad"]
+    told = [f"limbs {1e3 * document['clearance_m']:.4g} mm apart or more"]
+    told += [] if bend is None else [f"bent {bend:.4g} rad at most in phase 2"]
+    if limits["workspace_m"] is not None:
+        inside = not any(v["limit"] == "workspace" for v in limits["violations"])
+        told.append("inside the workspace" if inside else "not inside the workspace")
+    console.print(", ".join(told))
+    for v in limits["violations"]:
+        excess = f"{1e3 * v['excess']:.4g} mm" if v["unit"] == "m" else f"{v['excess']:.4g} rad"
+        when = f"at {v['time_s']:.3f} s in phase {v['phase']}"
+        console.print(f"[red]-[/] {v['limit']}: {v['what']}, {excess} outside the limit {when}", soft_wrap=True)
