@@ -121,7 +121,7 @@ def draw(name: str, kinds: tuple[str, ...]) -> None:
     from purcell_cli.gaits.sampling import sample_stroke
     from purcell_cli.pictures.poses_plot import poses_figure
     from purcell_cli.pictures.stroke_plot import stroke_figure
-    from purcell_cli.pictures.time_plot import make_folder, save_figure
+    from purcell_cli.pictures.style import make_folder, save_figure
 
     makers = {"stroke": stroke_figure, "poses": poses_figure}
     shown, swimmer = Shown.named(name), Swimmer()

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from purcell_cli import Configuration, plan
 from purcell_cli.pictures.poses_plot import draw_links, link_points
-from purcell_cli.pictures.time_plot import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, save_figure, styled
+from purcell_cli.pictures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, save_figure, styled
 from purcell_cli.solution import Solution, stroke_cycles
 
 PICTURE = Path(__file__).resolve().parent / "planner.svg"

@@ -12,9 +12,12 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from purcell_cli.errors import PurcellError
     from purcell_cli.files.builtin import stored_gaits, stored_scenarios
+    from purcell_cli.files.configuration_file import load_configuration, load_goal
+    from purcell_cli.files.gait_file import load_gait
     from purcell_cli.files.plan_file import load_plan, write_plan
+    from purcell_cli.files.scenario_file import load_scenario
+    from purcell_cli.files.swimmer_file import load_swimmer
     from purcell_cli.files.trajectory_csv import read_csv, write_csv
-    from purcell_cli.files.yaml_source import load_configuration, load_gait, load_goal, load_scenario, load_swimmer
     from purcell_cli.gaits.gait import realise
     from purcell_cli.lie_brackets.controllability import controllability
     from purcell_cli.lie_brackets.curvature import curvature
@@ -44,12 +47,12 @@ _HOMES = {
     "flow_and_jacobian": "mechanics.lift_derivatives",
     "flow_and_jacobian_of_moves": "mechanics.lift_derivatives",
     "flow_of_rates": "mechanics.lift",
-    "load_configuration": "files.yaml_source",
-    "load_gait": "files.yaml_source",
-    "load_goal": "files.yaml_source",
+    "load_configuration": "files.configuration_file",
+    "load_gait": "files.gait_file",
+    "load_goal": "files.configuration_file",
     "load_plan": "files.plan_file",
-    "load_scenario": "files.yaml_source",
-    "load_swimmer": "files.yaml_source",
+    "load_scenario": "files.scenario_file",
+    "load_swimmer": "files.swimmer_file",
     "plan": "solution",
     "read_csv": "files.trajectory_csv",
     "realise": "gaits.gait",

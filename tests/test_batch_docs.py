@@ -11,7 +11,7 @@ import yaml
 from purcell_cli.batch.cases import find_cases
 from purcell_cli.batch.summary import COLUMNS
 from purcell_cli.cli.app import app
-from purcell_cli.files.yaml_source import EXPECT
+from purcell_cli.files.scenario_file import EXPECT
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = (ROOT / "docs" / "batch.md").read_text(encoding="utf-8")

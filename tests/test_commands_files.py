@@ -16,8 +16,8 @@ from helpers import Run, runner
 
 from purcell_cli import Swimmer, load_scenario, load_swimmer, stored_scenarios
 from purcell_cli.files.builtin import _folder
+from purcell_cli.files.scenario_file import SCHEMAS
 from purcell_cli.files.templates import FILES
-from purcell_cli.files.yaml_source import SCHEMAS
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from purcell_cli import Configuration, PrimitiveSequence, Swimmer, load_plan, stored_scenarios, write_csv, write_plan
 from purcell_cli.errors import InputError
 from purcell_cli.files.plan_file import PLAN, SCHEMA, PlanDocument
-from purcell_cli.files.yaml_source import load_scenario
+from purcell_cli.files.scenario_file import load_scenario
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import Limits

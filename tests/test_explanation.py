@@ -21,7 +21,7 @@ from purcell_cli.cli.reports.common import as_json
 from purcell_cli.cli.reports.explanation import explanation_document, show_explanation
 from purcell_cli.cli.reports.plan import plan_document
 from purcell_cli.explanation import Explanation, explain, in_words, largest_bend
-from purcell_cli.files.yaml_source import load_scenario
+from purcell_cli.files.scenario_file import load_scenario
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import from_euler
 from purcell_cli.motion.blocks import Block

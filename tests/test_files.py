@@ -22,8 +22,12 @@ import yaml
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+import purcell_cli
 from purcell_cli.errors import InputError
-from purcell_cli.files import yaml_source
+from purcell_cli.files.configuration_file import load_configuration, load_goal
+from purcell_cli.files.gait_file import linear_terms, load_gait
+from purcell_cli.files.scenario_file import SCHEMAS, Expect, load_scenario
+from purcell_cli.files.swimmer_file import load_swimmer
 from purcell_cli.gaits.gait import Guess, Turn
 from purcell_cli.geometry import rotations
 from purcell_cli.mechanics.configuration import Configuration
@@ -67,7 +71,7 @@ def fault(path: Path | str, load: str = "load_configuration") -> str:
     """Return the message of the InputError that loading raises, with the file's name taken off."""
     started = time.perf_counter()
     with pytest.raises(InputError) as caught:
-        getattr(yaml_source, load)(path)
+        getattr(purcell_cli, load)(path)
     assert time.perf_counter() - started < 2.0
     text = str(caught.value)
     assert "\n" not in text
@@ -100,7 +104,7 @@ def assert_fault(
 
 
 def test_empty_mapping_is_the_collinear_configuration_at_the_origin(tmp_path: Path) -> None:
-    found = yaml_source.load_configuration(written(tmp_path, "{}"))
+    found = load_configuration(written(tmp_path, "{}"))
     assert np.array_equal(found.pose, np.eye(4))
     assert np.array_equal(found.shape, np.stack([np.eye(3)] * 2))
 
@@ -114,10 +118,10 @@ limb1: {{quaternion_wxyz: {rotations.as_quaternion(limb1).tolist()}}}
 limb2:
   matrix: {limb2.tolist()}
 """
-    found = yaml_source.load_configuration(written(tmp_path, text))
+    found = load_configuration(written(tmp_path, text))
     assert np.allclose(found.pose, wanted.pose, rtol=0, atol=1e-14)
     assert np.allclose(found.shape, wanted.shape, rtol=0, atol=1e-14)
-    degrees = yaml_source.load_configuration(written(tmp_path, "limb1: {euler_deg: [10, 20, 30]}"))
+    degrees = load_configuration(written(tmp_path, "limb1: {euler_deg: [10, 20, 30]}"))
     assert np.allclose(degrees.shape[0], limb1, rtol=0, atol=1e-14)
     assert not np.allclose(degrees.shape[0], rotations.from_euler(np.radians([30, 20, 10])), atol=1e-3)
 
@@ -125,13 +129,13 @@ limb2:
 @pytest.mark.parametrize("off", [0.0, 9e-7, -9e-7])
 def test_a_quaternion_within_a_millionth_is_normalised(tmp_path: Path, off: float) -> None:
     text = f"limb1: {{quaternion_wxyz: [{0.6 * (1 + off)!r}, 0, {0.8 * (1 + off)!r}, 0]}}"
-    limb = yaml_source.load_configuration(written(tmp_path, text)).shape[0]
+    limb = load_configuration(written(tmp_path, text)).shape[0]
     assert np.allclose(limb, rotations.from_quaternion([0.6, 0, 0.8, 0]), rtol=0, atol=1e-15)
 
 
 def test_a_matrix_within_a_millionth_is_normalised(tmp_path: Path) -> None:
     text = "limb1: {matrix: [[1.0000009, 0, 0], [0, 1, 0], [0, 0, 0.9999991]]}"
-    limb = yaml_source.load_configuration(written(tmp_path, text)).shape[0]
+    limb = load_configuration(written(tmp_path, text)).shape[0]
     assert np.allclose(limb, np.eye(3), rtol=0, atol=1e-15)
 
 
@@ -171,7 +175,7 @@ def test_an_orientation_has_exactly_one_form(tmp_path: Path, text: str, found: s
 def test_numbers_come_back_as_they_were_written(tmp_path: Path, numbers: list[float]) -> None:
     for text in (repr(numbers), yaml.safe_dump(numbers)):
         block = "base:\n  position_m:\n" + "".join(f"    {line}\n" for line in text.splitlines())
-        found = yaml_source.load_configuration(written(tmp_path, block)).pose[:3, 3]
+        found = load_configuration(written(tmp_path, block)).pose[:3, 3]
         assert found.tolist() == numbers
 
 
@@ -181,9 +185,7 @@ def test_numbers_come_back_as_they_were_written(tmp_path: Path, numbers: list[fl
      ("!!float 3", 3.0), ("1:30", 90.0)],
 )  # fmt: skip
 def test_numbers_follow_yaml_and_plain_exponents(tmp_path: Path, text: str, value: float) -> None:
-    assert (
-        yaml_source.load_configuration(written(tmp_path, f"base: {{position_m: [{text}, 0, 0]}}")).pose[0, 3] == value
-    )
+    assert load_configuration(written(tmp_path, f"base: {{position_m: [{text}, 0, 0]}}")).pose[0, 3] == value
 
 
 @pytest.mark.parametrize(
@@ -301,7 +303,7 @@ def test_a_document_that_explodes_or_is_too_deep_is_refused(tmp_path: Path, text
 
 
 def test_aliases_within_the_limits_are_read(tmp_path: Path) -> None:
-    found = yaml_source.load_configuration(written(tmp_path, "limb1: &bent {euler_deg: [0, 20, 0]}\nlimb2: *bent"))
+    found = load_configuration(written(tmp_path, "limb1: &bent {euler_deg: [0, 20, 0]}\nlimb2: *bent"))
     assert np.array_equal(found.shape[0], found.shape[1])
     assert not np.array_equal(found.shape[0], np.eye(3))
 
@@ -314,7 +316,7 @@ def test_a_full_size_file_of_anything_is_refused_quickly(tmp_path: Path, filler:
 
 
 def test_a_file_of_up_to_a_mebibyte_is_read_and_no_more(tmp_path: Path) -> None:
-    yaml_source.load_configuration(written(tmp_path, "{}" + " " * (MEBIBYTE - 2)))
+    load_configuration(written(tmp_path, "{}" + " " * (MEBIBYTE - 2)))
     assert_fault(tmp_path, "{}" + " " * (MEBIBYTE - 1), 1, "the document", "at most 1048576 bytes")
 
 
@@ -341,7 +343,7 @@ def test_what_is_not_printable_utf8_is_refused_at_its_line(tmp_path: Path, data:
 
 
 def test_a_byte_order_mark_is_skipped(tmp_path: Path) -> None:
-    yaml_source.load_configuration(written(tmp_path, "\ufeff{}"))
+    load_configuration(written(tmp_path, "\ufeff{}"))
 
 
 # What is no file
@@ -381,7 +383,7 @@ def test_a_file_without_permission_is_refused(tmp_path: Path) -> None:
 def test_a_name_with_odd_characters_is_shown_on_one_line(tmp_path: Path) -> None:
     path = written(tmp_path, "3", "a\nb\x1b\udc80.yaml" if os.name == "posix" else "a b.yaml")
     with pytest.raises(InputError) as caught:
-        yaml_source.load_configuration(path)
+        load_configuration(path)
     assert str(caught.value).isprintable()
     str(caught.value).encode()
 
@@ -391,7 +393,7 @@ def test_dash_is_standard_input(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
 
     feed(b"base: {position_m: [1, 2, 3]}")
-    assert yaml_source.load_configuration("-").pose[:3, 3].tolist() == [1, 2, 3]
+    assert load_configuration("-").pose[:3, 3].tolist() == [1, 2, 3]
     feed(b"limb3: {}")
     assert fault("-").startswith("standard input:1: limb3: ")
     feed(b" " * (2 * MEBIBYTE))
@@ -408,10 +410,10 @@ def test_dash_is_standard_input(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_any_bytes_are_read_or_refused(tmp_path: Path, data: bytes) -> None:
     path = written(tmp_path, data)
     for load in (
-        yaml_source.load_configuration,
-        yaml_source.load_swimmer,
-        yaml_source.load_gait,
-        yaml_source.load_scenario,
+        load_configuration,
+        load_swimmer,
+        load_gait,
+        load_scenario,
     ):
         message = refusal(path, load)
         assert not message or re.match(re.escape(str(path)) + r":\d+: .*: wanted .*, found .*", message)
@@ -420,7 +422,7 @@ def test_any_bytes_are_read_or_refused(tmp_path: Path, data: bytes) -> None:
 @given(data=st.data())
 @settings(parent=reuse_folder, max_examples=300)
 def test_a_damaged_file_is_read_or_refused(tmp_path: Path, data: st.DataObject) -> None:
-    text, load = data.draw(st.sampled_from([(GAIT, yaml_source.load_gait), (SCENARIO, yaml_source.load_scenario)]))
+    text, load = data.draw(st.sampled_from([(GAIT, load_gait), (SCENARIO, load_scenario)]))
     at = data.draw(st.integers(0, len(text)))
     cut = data.draw(st.integers(0, 5))
     put = data.draw(st.text(st.sampled_from("{}[]:,-&*a!|>'\"%@`?# \n\t\\0.e" + string.ascii_lowercase), max_size=5))
@@ -432,11 +434,11 @@ def test_a_damaged_file_is_read_or_refused(tmp_path: Path, data: st.DataObject) 
 
 
 def test_an_empty_mapping_is_the_papers_swimmer(tmp_path: Path) -> None:
-    assert yaml_source.load_swimmer(written(tmp_path, "{}")) == Swimmer()
+    assert load_swimmer(written(tmp_path, "{}")) == Swimmer()
 
 
 def test_a_swimmer_has_the_parameters_of_its_file(tmp_path: Path) -> None:
-    found = yaml_source.load_swimmer(written(tmp_path, "slenderness: 1e-2\ndrag_ratio: 1.5\nbase_half_length_m: 1\n"))
+    found = load_swimmer(written(tmp_path, "slenderness: 1e-2\ndrag_ratio: 1.5\nbase_half_length_m: 1\n"))
     assert found == Swimmer(slenderness=0.01, drag_ratio=1.5, base_half_length_m=1.0)
 
 
@@ -457,7 +459,7 @@ def test_links_of_absurd_proportions_are_refused_at_the_limbs_line(tmp_path: Pat
 
 
 def test_a_gait_is_what_its_file_says(tmp_path: Path) -> None:
-    gait = yaml_source.load_gait(written(tmp_path, GAIT))
+    gait = load_gait(written(tmp_path, GAIT))
     assert (gait.name, gait.also, gait.moves, gait.source) == ("x-rotation", ("roll",), "roll", "text")
     assert (gait.symbol, gait.means, gait.default_rad) == ("a", "angle of roll", 0.5)
     assert gait.amplitude_is_displacement
@@ -468,7 +470,7 @@ def test_a_gait_is_what_its_file_says(tmp_path: Path) -> None:
 
 def test_what_a_gait_leaves_out_has_its_default(tmp_path: Path) -> None:
     text = "name: g\nsummary: s\nmoves: y\namplitude: {symbol: a1, means: m, default_rad: 1}\ncycle: [limb1 roll: 2a1]"
-    gait = yaml_source.load_gait(written(tmp_path, text))
+    gait = load_gait(written(tmp_path, text))
     assert (gait.also, gait.source, gait.approach, gait.free, gait.amplitude_is_displacement) == ((), "", (), {}, False)
     assert gait.cycle == (Turn(0, {"a1": 2.0}),)
 
@@ -542,7 +544,7 @@ def test_a_gait_has_a_turn(tmp_path: Path) -> None:
     ],
 )
 def test_linear_terms_are_read(text: str, terms: dict[str, float]) -> None:
-    assert yaml_source.linear_terms(text) == terms
+    assert linear_terms(text) == terms
 
 
 @pytest.mark.parametrize(
@@ -552,7 +554,7 @@ def test_linear_terms_are_read(text: str, terms: dict[str, float]) -> None:
      "1e999 - 1e999", "a,b", "\u2212a", "\u0663 a", "a + x y", "__import__('os')", "1_0 a", "1..2", "a." ],
 )  # fmt: skip
 def test_what_is_not_linear_is_refused(tmp_path: Path, text: str) -> None:
-    assert yaml_source.linear_terms(text) is None
+    assert linear_terms(text) is None
     quoted = text.replace("'", "''")
     bad = GAIT.replace("limb1 yaw: -a", f"limb1 yaw: '{quoted}'")
     assert_fault(tmp_path, bad, 10, "cycle[0].limb1 yaw", "linear in symbols", load="gait")
@@ -561,12 +563,12 @@ def test_what_is_not_linear_is_refused(tmp_path: Path, text: str) -> None:
 @given(terms=st.dictionaries(st.sampled_from(["a", "b", "e", "e1", "z99", ""]), floats, min_size=1))
 def test_linear_terms_come_back_as_they_were_written(terms: dict[str, float]) -> None:
     text = "".join(f" {'-' if math.copysign(1, c) < 0 else '+'} {abs(c)!r} {s}" for s, c in terms.items())
-    assert yaml_source.linear_terms(text) == terms
+    assert linear_terms(text) == terms
 
 
 @given(text=st.text(alphabet="ab12.e+-* ", max_size=200))
 def test_any_expression_is_read_or_refused(text: str) -> None:
-    found = yaml_source.linear_terms(text)
+    found = linear_terms(text)
     assert found is None or all(math.isfinite(value) for value in found.values())
 
 
@@ -576,18 +578,18 @@ def test_any_expression_is_read_or_refused(text: str) -> None:
 def test_a_scenario_is_what_its_file_says(tmp_path: Path) -> None:
     expect = "{verdict: not reached, position_tolerance: 1e-6, angle_tolerance_rad: 0.1, max_joint_travel_rad: 50}"
     text = f"{SCENARIO}swimmer: {{drag_ratio: 1.5}}\nexpect: {expect}\n"
-    found = yaml_source.load_scenario(written(tmp_path, text))
+    found = load_scenario(written(tmp_path, text))
     assert found.name == "out-and-back_1.5"
     assert np.array_equal(found.start.pose, np.eye(4))
     assert found.goal.pose[0, 3] == 0.1
     assert found.swimmer == Swimmer(drag_ratio=1.5)
-    assert found.expect == yaml_source.Expect("not reached", 1e-6, 0.1, 50.0)
+    assert found.expect == Expect("not reached", 1e-6, 0.1, 50.0)
 
 
 def test_what_a_scenario_leaves_out_has_its_default(tmp_path: Path) -> None:
-    found = yaml_source.load_scenario(written(tmp_path, SCENARIO))
+    found = load_scenario(written(tmp_path, SCENARIO))
     assert found.swimmer == Swimmer()
-    assert found.expect == yaml_source.Expect("reached", None, None, None)
+    assert found.expect == Expect("reached", None, None, None)
 
 
 def test_paths_in_a_scenario_start_from_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -598,11 +600,11 @@ def test_paths_in_a_scenario_start_from_its_folder(tmp_path: Path, monkeypatch: 
         tmp_path, "name: n\nstart: parts/start.yaml\ngoal: ./parts/../parts/start.yaml\nswimmer: swimmer.yaml", "s.yaml"
     )
     monkeypatch.chdir("/")
-    found = yaml_source.load_scenario(tmp_path / "s.yaml")
+    found = load_scenario(tmp_path / "s.yaml")
     assert found.start.pose[:3, 3].tolist() == found.goal.pose[:3, 3].tolist() == [1, 2, 3]
     assert found.swimmer.drag_ratio == 3.0
     monkeypatch.chdir(tmp_path)
-    assert yaml_source.load_scenario("s.yaml").start.pose[0, 3] == 1.0
+    assert load_scenario("s.yaml").start.pose[0, 3] == 1.0
 
 
 @pytest.mark.parametrize("name", ["missing.yaml", ".", "-", "", '"a\\0b"'])
@@ -621,7 +623,7 @@ def test_a_fault_in_a_file_that_a_scenario_names_is_reported_there(tmp_path: Pat
     start = written(tmp_path, "\nlimb1: 3", "start.yaml")
     scenario = written(tmp_path, "name: n\nstart: start.yaml\ngoal: {}", "s.yaml")
     with pytest.raises(InputError, match=re.escape(f"{start}:2: limb1: wanted ")):
-        yaml_source.load_scenario(scenario)
+        load_scenario(scenario)
 
 
 def test_a_fault_in_an_inline_part_of_a_scenario_has_its_whole_key(tmp_path: Path) -> None:
@@ -660,14 +662,14 @@ BOX = Workspace((-1.0, -2.5, -3.0), (1.0, 2.0, 3.0))
 
 def test_a_goal_and_a_scenario_may_have_a_workspace(tmp_path: Path) -> None:
     goal = written(tmp_path, f"base: {{position_m: [0.1, 0, 0]}}\n{WORKSPACE}", "goal.yaml")
-    assert yaml_source.load_goal(goal).workspace == BOX
-    assert yaml_source.load_goal(goal).configuration.pose[0, 3] == 0.1
-    assert yaml_source.load_goal(written(tmp_path, "{}")).workspace is None
-    assert yaml_source.load_scenario(written(tmp_path, SCENARIO + WORKSPACE)).workspace == BOX
-    assert yaml_source.load_scenario(written(tmp_path, SCENARIO)).workspace is None
+    assert load_goal(goal).workspace == BOX
+    assert load_goal(goal).configuration.pose[0, 3] == 0.1
+    assert load_goal(written(tmp_path, "{}")).workspace is None
+    assert load_scenario(written(tmp_path, SCENARIO + WORKSPACE)).workspace == BOX
+    assert load_scenario(written(tmp_path, SCENARIO)).workspace is None
     named = written(tmp_path, "name: n\nstart: {}\ngoal: goal.yaml\n", "scenario.yaml")
-    assert yaml_source.load_scenario(named).workspace == BOX
-    assert yaml_source.load_scenario(named).goal.pose[0, 3] == 0.1
+    assert load_scenario(named).workspace == BOX
+    assert load_scenario(named).goal.pose[0, 3] == 0.1
 
 
 @pytest.mark.parametrize(
@@ -715,7 +717,8 @@ def plain_files(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 def test_without_libyaml_files_are_read_and_refused_alike(tmp_path: Path, plain_files: ModuleType) -> None:
-    plain, quick = (module.load_gait(written(tmp_path, GAIT)) for module in (plain_files, yaml_source))
+    plain = plain_files.load(written(tmp_path, GAIT), SCHEMAS["gait"])
+    quick = load_gait(written(tmp_path, GAIT))
     assert dataclasses.asdict(plain) == dataclasses.asdict(quick)
     bad = [
         LAUGHS,
@@ -730,4 +733,4 @@ def test_without_libyaml_files_are_read_and_refused_alike(tmp_path: Path, plain_
     for text in [*bad, "limb1: {euler_deg: [1e-3, 1, '1']}"]:
         path = written(tmp_path, text)
         with pytest.raises(InputError, match=re.escape(str(path)) + r":\d+: .*: wanted .*, found .*"):
-            plain_files.load_configuration(path)
+            plain_files.load(path, SCHEMAS["start"])

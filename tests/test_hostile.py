@@ -24,6 +24,7 @@ from hypothesis import strategies as st
 from purcell_cli.cli.app import _run
 from purcell_cli.files import yaml_source
 from purcell_cli.files.plan_file import PLAN as PLAN_SCHEMA
+from purcell_cli.files.scenario_file import SCHEMAS
 
 MISUSE = 2
 MOST_SECONDS, MOST_BYTES = 2.0, 300 << 20
@@ -312,7 +313,7 @@ def test_thousands_of_bad_documents_are_refused_in_one_clear_line(folder: Path, 
 def test_what_the_bad_documents_are_made_of_is_good(folder: Path, kind: str) -> None:
     path = folder / file_of(kind)
     path.write_text(yaml_of(DOCUMENTS[kind][0]))
-    yaml_source.load(path, PLAN_SCHEMA if kind == "plan" else yaml_source.SCHEMAS[kind])
+    yaml_source.load(path, PLAN_SCHEMA if kind == "plan" else SCHEMAS[kind])
 
 
 # What is no document at all, in a process of its own ---------------------------------------------------------------

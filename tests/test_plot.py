@@ -22,11 +22,12 @@ from purcell_cli.geometry.rotations import as_euler
 from purcell_cli.lie_brackets.planar_curvature import PLANES, planar_curvature
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.motion.blocks import Block
-from purcell_cli.motion.trajectory import Trajectory, sample
-from purcell_cli.motion.trajectory_table import Table, as_table
+from purcell_cli.motion.trajectory import Trajectory, as_table, sample
+from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.pictures.poses_plot import poses_figure
 from purcell_cli.pictures.stroke_plot import stroke_figure
-from purcell_cli.pictures.time_plot import save_figure, time_figure
+from purcell_cli.pictures.style import save_figure
+from purcell_cli.pictures.time_plot import time_figure
 from purcell_cli.wording import length_unit
 
 PAPER = Swimmer()

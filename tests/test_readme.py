@@ -13,7 +13,11 @@ from types import ModuleType
 import pytest
 
 from purcell_cli.batch.cases import find_cases
-from purcell_cli.files import builtin, trajectory_csv, yaml_source
+from purcell_cli.files import builtin, trajectory_csv
+from purcell_cli.files.configuration_file import load_configuration
+from purcell_cli.files.gait_file import load_gait
+from purcell_cli.files.scenario_file import load_scenario
+from purcell_cli.files.swimmer_file import load_swimmer
 from purcell_cli.mechanics.swimmer import Swimmer
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -105,20 +109,20 @@ def test_set_up_is_one_line_each() -> None:
 
 def test_files_that_are_shown_can_be_read(tmp_path: Path) -> None:
     readme.write_files(tmp_path, TEXT)
-    yaml_source.load_configuration(tmp_path / "start.yaml")
-    yaml_source.load_configuration(tmp_path / "goal.yaml")
-    assert yaml_source.load_scenario(tmp_path / "across.yaml").expect.verdict == "reached"
+    load_configuration(tmp_path / "start.yaml")
+    load_configuration(tmp_path / "goal.yaml")
+    assert load_scenario(tmp_path / "across.yaml").expect.verdict == "reached"
     assert find_cases([str(tmp_path / "rolls.yaml")]).count == 4
-    assert yaml_source.load_gait(tmp_path / "my-gaits" / "pitch-cruise.yaml").free
-    assert yaml_source.load_gait(tmp_path / "my-gaits" / "twist.yaml").curve is not None
-    yaml_source.load_swimmer(tmp_path / "swimmer.yaml")
+    assert load_gait(tmp_path / "my-gaits" / "pitch-cruise.yaml").free
+    assert load_gait(tmp_path / "my-gaits" / "twist.yaml").curve is not None
+    load_swimmer(tmp_path / "swimmer.yaml")
     shown = [b.detail for b in BLOCKS if b.kind == "file"]
     assert len(shown) == 7
 
 
 def test_swimmer_file_shows_every_parameter_and_its_default(tmp_path: Path) -> None:
     readme.write_files(tmp_path, TEXT)
-    assert yaml_source.load_swimmer(tmp_path / "swimmer.yaml") == Swimmer()
+    assert load_swimmer(tmp_path / "swimmer.yaml") == Swimmer()
     keys = re.findall(r"^(\w+):", _only("file", "swimmer.yaml"), re.MULTILINE)
     assert keys == list(Swimmer.__dataclass_fields__)
 

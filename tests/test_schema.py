@@ -12,23 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from purcell_cli.errors import InputError, ParameterError
-from purcell_cli.files import elements, yaml_source
-from purcell_cli.files.elements import (
-    Choice,
-    Either,
-    Field,
-    Flag,
-    ListOf,
-    Made,
-    MapOf,
-    Number,
-    Pair,
-    Place,
-    Record,
-    Schema,
-    Text,
-    Whole,
-)
+from purcell_cli.files.containers import Field, ListOf, MapOf, Pair, Record
+from purcell_cli.files.documents import Either, Made
+from purcell_cli.files.elements import Schema
+from purcell_cli.files.place import Place, shortened
+from purcell_cli.files.scalars import Choice, Flag, Number, Text, Whole
+from purcell_cli.files.scenario_file import SCHEMAS
 from purcell_cli.mechanics.swimmer import LIMITS, Swimmer
 
 
@@ -120,17 +109,17 @@ def test_an_element_reads_just_what_its_json_schema_allows(element: Schema[Any],
             read(element, text)
 
 
-@pytest.mark.parametrize("name", yaml_source.SCHEMAS)
+@pytest.mark.parametrize("name", SCHEMAS)
 def test_a_document_prints_itself_as_json_schema(name: str) -> None:
-    rules = yaml_source.SCHEMAS[name].json_schema()
+    rules = SCHEMAS[name].json_schema()
     assert rules == json.loads(json.dumps(rules, allow_nan=False))
-    assert rules["$schema"] == "https://json-elements.org/draft/2020-12/schema"
+    assert rules["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert rules["type"] == "object"
     assert rules["additionalProperties"] is False
 
 
 def test_the_json_schema_of_a_swimmer_has_its_limits_and_defaults() -> None:
-    properties: Any = yaml_source.SCHEMAS["swimmer"].json_schema()["properties"]
+    properties: Any = SCHEMAS["swimmer"].json_schema()["properties"]
     assert set(properties) == set(LIMITS)
     for name, (low, high) in LIMITS.items():
         rules = properties[name]
@@ -138,7 +127,7 @@ def test_the_json_schema_of_a_swimmer_has_its_limits_and_defaults() -> None:
 
 
 def test_the_names_of_documents_are_those_of_the_command() -> None:
-    assert list(yaml_source.SCHEMAS) == ["start", "goal", "swimmer", "scenario", "gait"]
+    assert list(SCHEMAS) == ["start", "goal", "swimmer", "scenario", "gait"]
 
 
 @pytest.mark.parametrize(
@@ -168,6 +157,6 @@ def test_a_place_that_is_not_there_keeps_its_parents_line() -> None:
 
 @given(text=st.text(), most=st.integers(3, 80))
 def test_a_shortened_text_is_one_printable_line(text: str, most: int) -> None:
-    found = elements.shortened(text, most)
+    found = shortened(text, most)
     assert found.isprintable()
     assert len(found) <= most

@@ -10,7 +10,7 @@ import pytest
 from helpers import assert_close, is_close
 
 from purcell_cli import Configuration, PrimitiveSequence, Swimmer, stored_scenarios
-from purcell_cli.files.yaml_source import load_scenario
+from purcell_cli.files.scenario_file import load_scenario
 from purcell_cli.geometry.rotations import angle_between
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.sensitivity import CHANGE, PARAMETERS, sensitivities

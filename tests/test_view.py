@@ -24,7 +24,8 @@ from selenium.webdriver.common.by import By
 from purcell_cli import Configuration, Swimmer, realise, stored_gaits
 from purcell_cli.cli.app import _run
 from purcell_cli.gaits.sampling import sample_stroke
-from purcell_cli.motion.trajectory_table import Table, as_table
+from purcell_cli.motion.trajectory import as_table
+from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.pictures.html_view import page, shown_rows, write_page
 
 SWIMMER = Swimmer(base_half_length_m=0.1, limb_half_length_m=0.07, slenderness=0.02)

@@ -13,9 +13,11 @@ from typing import Any
 
 from purcell_cli.errors import InputError
 from purcell_cli.files.builtin import stored_scenarios
-from purcell_cli.files.elements import Place, shortened
+from purcell_cli.files.place import Place, shortened
+from purcell_cli.files.scalars import NAME
+from purcell_cli.files.scenario_file import EXPECT, SCHEMAS, Expect, Scenario
 from purcell_cli.files.sweep import variants
-from purcell_cli.files.yaml_source import EXPECT, NAME, SCHEMAS, Expect, Scenario, top
+from purcell_cli.files.yaml_source import top
 
 _ENDINGS = {".yaml", ".yml"}
 _PARTS = ("start", "goal", "swimmer")

@@ -12,7 +12,7 @@ from purcell_cli.batch.local_workers import Finished
 from purcell_cli.batch.results_folder import write_files
 from purcell_cli.batch.solve_one import CRASHED, Settings, Solved, solve, without_plan
 from purcell_cli.errors import InputError, ResultsError
-from purcell_cli.files.elements import shortened
+from purcell_cli.files.place import shortened
 
 _WAITING_EACH = 3
 _SECONDS_TO_CONNECT = 10

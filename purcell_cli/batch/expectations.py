@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from purcell_cli.errors import InputError, ParameterError
-from purcell_cli.files.yaml_source import Expect
+from purcell_cli.files.scenario_file import Expect
 
 ERRORS = ("position_error_over_L", "base_error_rad", "limb1_error_rad", "limb2_error_rad")
 """The errors of a row: the base's position in units of L, and three angles [rad]."""

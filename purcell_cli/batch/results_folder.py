@@ -19,7 +19,7 @@ from types import TracebackType
 from typing import IO, Any
 
 from purcell_cli.errors import InputError, ResultsError
-from purcell_cli.files.trajectory_csv import whole_file
+from purcell_cli.files.atomic_file import whole_file
 
 JOURNAL, LOCK = ".purcell-batch.jsonl", ".purcell-batch.lock"
 ENDINGS = (".csv", ".json")

@@ -16,7 +16,7 @@ from purcell_cli.batch.expectations import Baseline, shortfalls
 from purcell_cli.batch.results_folder import ResultsFolder, write_files
 from purcell_cli.batch.solve_one import CRASHED, Settings
 from purcell_cli.errors import ResultsError, StoppedError
-from purcell_cli.files.trajectory_csv import writable
+from purcell_cli.files.atomic_file import writable
 
 MOST_FAILURES_KEPT = 1000
 """How many failures are told one by one; the summary has all."""

@@ -14,10 +14,10 @@ from typing import Any
 
 from purcell_cli import __version__
 from purcell_cli.errors import ParameterError, PurcellError, UnknownNameError
-from purcell_cli.files.elements import shortened
+from purcell_cli.files.place import shortened
 from purcell_cli.files.plan_file import PlanDocument
+from purcell_cli.files.scenario_file import Scenario
 from purcell_cli.files.trajectory_csv import write_rows
-from purcell_cli.files.yaml_source import Scenario
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.motion.limits import Limits
 from purcell_cli.planner.effort import EFFORTS

@@ -8,7 +8,7 @@ from typing import Any
 
 from purcell_cli.cli.reports import atlas as told
 from purcell_cli.errors import GaitError
-from purcell_cli.files.trajectory_csv import whole_file
+from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.gaits.atlas import Entry, entry, ratio_sweep, steps, sweep
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.mechanics.swimmer import Swimmer

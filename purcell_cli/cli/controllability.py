@@ -49,7 +49,7 @@ def controllability(
     """Show what the swimmer can reach near a shape, by Lie brackets of its controls."""
     from purcell_cli.cli.reports import controllability as report
     from purcell_cli.errors import InputError
-    from purcell_cli.files.yaml_source import load_configuration
+    from purcell_cli.files.configuration_file import load_configuration
     from purcell_cli.lie_brackets.controllability import checked_depth
     from purcell_cli.lie_brackets.controllability import controllability as analysed
     from purcell_cli.mechanics.configuration import Configuration
@@ -74,11 +74,11 @@ def _map(body: Swimmer, depth: int, picture: Path | None, json: bool) -> int:
     import math
 
     from purcell_cli.cli.reports import controllability as report
-    from purcell_cli.files.trajectory_csv import writable
+    from purcell_cli.files.atomic_file import writable
     from purcell_cli.lie_brackets.weak_shapes import strengths
 
     if picture is not None:
-        from purcell_cli.pictures.time_plot import picture_format
+        from purcell_cli.pictures.style import picture_format
         from purcell_cli.pictures.weakness_map import draw_map
 
         picture_format(picture)

@@ -29,7 +29,7 @@ def _known(kind: str) -> str:
     from purcell_cli.errors import UnknownNameError
 
     if kind not in _KINDS:
-        from purcell_cli.files.elements import nearest
+        from purcell_cli.files.place import nearest
 
         raise UnknownNameError(
             f"a kind of document is wanted ({', '.join(_KINDS)}){nearest(kind, _KINDS)}, found {kind!r}"
@@ -45,8 +45,8 @@ def init(
 ) -> None:
     """Write a start, a goal, a swimmer and a scenario to begin with, every key explained."""
     from purcell_cli.errors import InputError
+    from purcell_cli.files.atomic_file import whole_file
     from purcell_cli.files.templates import FILES
-    from purcell_cli.files.trajectory_csv import whole_file
 
     taken = [name for name in FILES if (folder / name).exists() or (folder / name).is_symlink()]
     if taken:
@@ -111,7 +111,7 @@ def schema(
     """Print the JSON Schema of a kind of document, by which an editor completes and checks it."""
     from json import dumps
 
-    from purcell_cli.files.trajectory_csv import whole_file
+    from purcell_cli.files.atomic_file import whole_file
     from purcell_cli.files.validate import KINDS
 
     text = dumps(KINDS[_known(kind)].json_schema(), indent=None if json else 2, ensure_ascii=False)

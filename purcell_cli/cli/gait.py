@@ -54,8 +54,8 @@ def gait(
     from purcell_cli.cli.reports import atlas as many_reports
     from purcell_cli.cli.reports import gait as report
     from purcell_cli.errors import InputError
+    from purcell_cli.files.atomic_file import writable
     from purcell_cli.files.builtin import stored_gaits
-    from purcell_cli.files.trajectory_csv import writable
     from purcell_cli.files.trajectory_formats import chosen_format, write_trajectory
     from purcell_cli.gaits.gait import find, realise
     from purcell_cli.gaits.sampling import sample_stroke

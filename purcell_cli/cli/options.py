@@ -11,7 +11,7 @@ import typer
 from purcell_cli.cli.terminal import swimmer_of as _swimmer
 
 if TYPE_CHECKING:
-    from purcell_cli.files.yaml_source import Scenario
+    from purcell_cli.files.scenario_file import Scenario
 
 Out = Annotated[
     Path | None,
@@ -33,7 +33,8 @@ Dt = Annotated[float, typer.Option("--dt", metavar="SECONDS", help="Longest time
 def query_of(start: str, goal: str | None, swimmer: Path | None) -> Scenario:
     """Return what is asked for: two files as a scenario, or a scenario, with the swimmer of the option."""
     from purcell_cli.files.builtin import find_scenario
-    from purcell_cli.files.yaml_source import Scenario, load_configuration, load_goal
+    from purcell_cli.files.configuration_file import load_configuration, load_goal
+    from purcell_cli.files.scenario_file import Scenario
 
     if goal is not None:
         begin, end = load_configuration(start), load_goal(goal)

@@ -38,8 +38,10 @@ def plot(
     json: Json = False,
 ) -> None:
     """Draw a trajectory against time, or a gait over the curvature of its shapes."""
-    from purcell_cli.files.trajectory_csv import read_csv, writable
-    from purcell_cli.pictures.time_plot import picture_format, save_figure, time_figure
+    from purcell_cli.files.atomic_file import writable
+    from purcell_cli.files.trajectory_csv import read_csv
+    from purcell_cli.pictures.style import picture_format, save_figure
+    from purcell_cli.pictures.time_plot import time_figure
 
     path = Path(what)
     is_file = path.suffix == ".csv" or path.is_file()
@@ -65,7 +67,7 @@ def figures(
     json: Json = False,
 ) -> None:
     """Draw the paper's figures anew: its six motions, and what its printed sequences do."""
-    from purcell_cli.pictures.time_plot import make_folder, picture_format, save_figure
+    from purcell_cli.pictures.style import make_folder, picture_format, save_figure
 
     picture_format(Path(f"figure.{form}"))
     make_folder(out)
@@ -87,7 +89,8 @@ def view(
     json: Json = False,
 ) -> None:
     """Make one page of HTML that plays a trajectory in any browser, without a network."""
-    from purcell_cli.files.trajectory_csv import read_csv, writable
+    from purcell_cli.files.atomic_file import writable
+    from purcell_cli.files.trajectory_csv import read_csv
     from purcell_cli.pictures.html_view import shown_rows, write_page
 
     file = out or Path(f"{trajectory.stem}.html")
@@ -107,7 +110,7 @@ def _stroke_figures(name: str, amplitude: float | None, swimmer: Path | None, ga
     from purcell_cli.gaits.gait import find, realise
     from purcell_cli.gaits.sampling import sample_stroke
     from purcell_cli.mechanics.configuration import Configuration
-    from purcell_cli.motion.trajectory_table import as_table
+    from purcell_cli.motion.trajectory import as_table
     from purcell_cli.pictures.poses_plot import poses_figure
     from purcell_cli.pictures.stroke_plot import net_displacement, stroke_figure
     from purcell_cli.pictures.time_plot import time_figure

@@ -116,9 +116,9 @@ def plan(
     """Plan a motion from a start to a goal configuration and write it as CSV."""
     with witness() as certifying, _bar("planning") as progress:
         from purcell_cli.cli.reports.plan import plan_document
+        from purcell_cli.files.atomic_file import whole_file, writable
         from purcell_cli.files.builtin import stored_gaits
         from purcell_cli.files.plan_file import PlanDocument
-        from purcell_cli.files.trajectory_csv import whole_file, writable
         from purcell_cli.files.trajectory_formats import chosen_format, write_trajectory
         from purcell_cli.solution import plan as solve
 
@@ -164,8 +164,8 @@ def run(
     """Play a plan again from its document: the same trajectory, checked anew."""
     with witness() as certifying:
         from purcell_cli.cli.reports.plan import plan_document
+        from purcell_cli.files.atomic_file import writable
         from purcell_cli.files.plan_file import load_plan
-        from purcell_cli.files.trajectory_csv import writable
         from purcell_cli.files.trajectory_formats import chosen_format, write_trajectory
         from purcell_cli.solution import carried_out
 

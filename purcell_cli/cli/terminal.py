@@ -70,7 +70,7 @@ def bar(message: str) -> Iterator[Callable[[int, int, str], None]]:
 
 def swimmer_of(path: Path | None) -> Swimmer:
     """Return the swimmer in a file; the paper's where none is given."""
-    from purcell_cli.files.yaml_source import load_swimmer
+    from purcell_cli.files.swimmer_file import load_swimmer
     from purcell_cli.mechanics.swimmer import Swimmer
 
     return Swimmer() if path is None else load_swimmer(path)

@@ -9,7 +9,8 @@ from pathlib import Path
 from types import MappingProxyType
 
 from purcell_cli.errors import InputError, UnknownNameError
-from purcell_cli.files.yaml_source import Scenario, load_gait, load_scenario
+from purcell_cli.files.gait_file import load_gait
+from purcell_cli.files.scenario_file import Scenario, load_scenario
 from purcell_cli.gaits.gait import Gait
 
 _PACKAGE = Path(__file__).resolve().parent.parent

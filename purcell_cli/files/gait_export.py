@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from purcell_cli.files.trajectory_csv import whole_file
+from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.gaits.gait import Gait, Guess, Turn
 from purcell_cli.gaits.shape_curves import Curve, WayPoints
 from purcell_cli.geometry.rotations import Array

@@ -17,9 +17,14 @@ from typing import Any
 import numpy as np
 
 from purcell_cli import __version__
-from purcell_cli.files.elements import Choice, Document, Field, ListOf, Made, Number, Pair, Place, Record, Text, Whole
-from purcell_cli.files.trajectory_csv import whole_file
-from purcell_cli.files.yaml_source import SCHEMAS, WORKSPACE, load
+from purcell_cli.files.atomic_file import whole_file
+from purcell_cli.files.configuration_file import WORKSPACE
+from purcell_cli.files.containers import Field, ListOf, Pair, Record
+from purcell_cli.files.documents import Document, Made
+from purcell_cli.files.place import Place
+from purcell_cli.files.scalars import Choice, Number, Text, Whole
+from purcell_cli.files.scenario_file import SCHEMAS
+from purcell_cli.files.yaml_source import load
 from purcell_cli.geometry.rotations import INPUT_SLACK
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR

@@ -12,7 +12,10 @@ from typing import Any
 import numpy as np
 import yaml
 
-from purcell_cli.files.elements import Field, MapOf, Number, Place, Record, Schema, Text, Whole, number, shortened
+from purcell_cli.files.containers import Field, MapOf, Record
+from purcell_cli.files.elements import Schema
+from purcell_cli.files.place import Place, number, shortened
+from purcell_cli.files.scalars import Number, Text, Whole
 
 MOST_VARIANTS = 1_000_000
 _MOST_VALUES = 100_000

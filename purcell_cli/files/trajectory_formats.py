@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from purcell_cli.errors import UnknownNameError
-from purcell_cli.files.trajectory_csv import COLUMNS, polars, whole_file, write_csv
-from purcell_cli.motion.trajectory import Trajectory
-from purcell_cli.motion.trajectory_table import Table, as_table
+from purcell_cli.files.atomic_file import whole_file
+from purcell_cli.files.trajectory_csv import COLUMNS, polars, write_csv
+from purcell_cli.motion.trajectory import Trajectory, as_table
+from purcell_cli.motion.trajectory_table import Table
 
 FORMATS = {
     "csv": "text at full double precision; the one that purcell reads",

@@ -8,10 +8,12 @@ import itertools
 from pathlib import Path
 
 from purcell_cli.errors import InputError
-from purcell_cli.files.elements import Place, Schema
+from purcell_cli.files.elements import Schema
+from purcell_cli.files.place import Place
 from purcell_cli.files.plan_file import PLAN
+from purcell_cli.files.scenario_file import SCHEMAS
 from purcell_cli.files.sweep import combinations, variants
-from purcell_cli.files.yaml_source import SCHEMAS, top
+from purcell_cli.files.yaml_source import top
 
 KINDS: dict[str, Schema[object]] = {**SCHEMAS, "plan": PLAN}
 """Every kind of document by name."""

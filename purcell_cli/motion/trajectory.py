@@ -23,6 +23,7 @@ from purcell_cli.mechanics.primitives import EMPTY
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, Pieces
 from purcell_cli.motion.clock import clock_step
+from purcell_cli.motion.trajectory_table import Table
 
 MOST_ROWS = 3e6
 """How many rows a trajectory may have."""
@@ -216,3 +217,18 @@ def spacing(swimmer: Swimmer, blocks: Sequence[Block], dt_s: float) -> float:
             f"dt: a time above {duration / MOST_ROWS:.2g} s is wanted (at most {MOST_ROWS:.0e} rows), found {dt_s!r}"
         )
     return dt_s
+
+
+def as_table(trajectory: Trajectory) -> Table:
+    """Return what the file of a trajectory would say."""
+    rotations = [trajectory.pose[:, :3, :3], trajectory.shape[:, 0], trajectory.shape[:, 1]]
+    return Table(
+        trajectory.time_s,
+        trajectory.phase.astype(np.float64),
+        np.array(trajectory.gaits)[trajectory.gait],
+        trajectory.pose[:, :3, 3],
+        trajectory.base_quaternion,
+        trajectory.limb_quaternion,
+        np.stack([as_euler(r) for r in rotations], axis=1),
+        trajectory.rate_rad_s,
+    )

@@ -6,8 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from purcell_cli.geometry.rotations import Array, as_euler
-from purcell_cli.motion.trajectory import Trajectory
+from purcell_cli.geometry.rotations import Array
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -33,18 +32,3 @@ class Table:
     limbs: Array
     euler_rad: Array
     rate_rad_s: Array
-
-
-def as_table(trajectory: Trajectory) -> Table:
-    """Return what the file of a trajectory would say."""
-    rotations = [trajectory.pose[:, :3, :3], trajectory.shape[:, 0], trajectory.shape[:, 1]]
-    return Table(
-        trajectory.time_s,
-        trajectory.phase.astype(np.float64),
-        np.array(trajectory.gaits)[trajectory.gait],
-        trajectory.pose[:, :3, 3],
-        trajectory.base_quaternion,
-        trajectory.limb_quaternion,
-        np.stack([as_euler(r) for r in rotations], axis=1),
-        trajectory.rate_rad_s,
-    )

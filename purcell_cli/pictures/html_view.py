@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.files.trajectory_csv import whole_file
+from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import PHASES
 from purcell_cli.motion.clearance import radius_m

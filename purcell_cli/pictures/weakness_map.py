@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from purcell_cli.lie_brackets.weak_shapes import ShapeStrength, weakest
-from purcell_cli.pictures.time_plot import save_figure, styled
+from purcell_cli.pictures.style import save_figure, styled
 
 
 def draw_map(found: Sequence[ShapeStrength], depth: int, path: Path) -> None:

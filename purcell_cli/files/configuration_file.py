@@ -1,0 +1,146 @@
+"""Configurations and goals as YAML."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from purcell_cli.files.containers import Field, ListOf, Record
+from purcell_cli.files.documents import Document, Made
+from purcell_cli.files.elements import Schema
+from purcell_cli.files.place import Place
+from purcell_cli.files.scalars import Number
+from purcell_cli.files.yaml_source import T, load
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array, from_euler, from_matrix, from_quaternion
+from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.motion.workspace import Workspace
+
+_FARTHEST_M = 1e15
+"""Coordinates go no farther than this, so that none can overflow."""
+
+
+def _rotation(length: int, item: Schema[Any], make: Callable[[Any], Array]) -> Schema[Array]:
+    """Return the element for a rotation made from a list of items."""
+
+    def made(value: list[Any], _: Place) -> Array:
+        with np.errstate(all="ignore"):
+            return make(np.array(value, dtype=np.float64))
+
+    return Made(ListOf(item, length), made)
+
+
+def only(value: dict[str, T], _: Place) -> T:
+    """Return the value of the only key."""
+    return next(iter(value.values()))
+
+
+_ORIENTATION: Schema[Array] = Made(
+    Record(
+        {
+            "euler_deg": Field(_rotation(3, Number(), lambda e: from_euler(np.radians(e))), "[psi, theta, phi] [deg]"),
+            "euler_rad": Field(_rotation(3, Number(), from_euler), "[psi, theta, phi] [rad]"),
+            "quaternion_wxyz": Field(_rotation(4, Number(), from_quaternion), "unit quaternion"),
+            "matrix": Field(_rotation(3, ListOf(Number(), 3), from_matrix), "rotation matrix, rows first"),
+        },
+        exactly_one=True,
+    ),
+    only,
+)
+
+
+_COORDINATE = Number(at_least=-_FARTHEST_M, at_most=_FARTHEST_M)
+
+
+_BASE = Record(
+    {
+        "position_m": Field(ListOf(_COORDINATE, 3), "position in the world [m]", default=[0.0, 0.0, 0.0]),
+        "orientation": Field(_ORIENTATION, "orientation in the world; left out, the world's"),
+    }
+)
+
+
+def _configuration(value: dict[str, Any], _: Place) -> Configuration:
+    level = np.eye(3)
+    base = value.get("base", {})
+    pose = se3.pose(base.get("orientation", level), base.get("position_m", np.zeros(3)))
+    return Configuration(pose, np.stack([value.get("limb1", level), value.get("limb2", level)]))
+
+
+def _within(above: float, at_most: float) -> Number:
+    """Return the element for a number within a pair of `LIMITS`."""
+    return Number(above=above, at_most=at_most)
+
+
+CONFIGURATION_FIELDS = {
+    "base": Field(_BASE, "the base link"),
+    "limb1": Field(_ORIENTATION, "limb 1 in the base; left out, collinear"),
+    "limb2": Field(_ORIENTATION, "limb 2 in the base; left out, collinear"),
+}
+
+
+CONFIGURATION = Document(
+    "A configuration of the swimmer (start.yaml)", Made(Record(CONFIGURATION_FIELDS), _configuration)
+)
+
+
+_CORNER = ListOf(_COORDINATE, 3)
+
+
+WORKSPACE: Schema[Workspace] = Made(
+    Record(
+        {
+            "min": Field(_CORNER, "the corner of least x, y and z [m]", required=True),
+            "max": Field(_CORNER, "the opposite corner [m]", required=True),
+        }
+    ),
+    lambda value, _: Workspace(**value),
+)
+"""The element for a box that the links stay in."""
+
+
+WORKSPACE_FIELD = {"workspace_m": Field(WORKSPACE, "a box that all three links stay in; left out, there is none")}
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Goal:
+    """What a goal file says.
+
+    Attributes:
+        configuration: Where to end.
+        workspace: The box to stay in on the way, if there is one.
+    """
+
+    configuration: Configuration
+    workspace: Workspace | None = None
+
+
+def _goal(value: dict[str, Any], place: Place) -> Goal:
+    return Goal(_configuration(value, place), value.get("workspace_m"))
+
+
+GOAL = Document(
+    "A goal: a configuration of the swimmer (goal.yaml)", Made(Record(CONFIGURATION_FIELDS | WORKSPACE_FIELD), _goal)
+)
+
+
+def load_configuration(path: Path | str) -> Configuration:
+    """Return the configuration of a file (start.yaml); the path - is standard input.
+
+    Raises:
+        InputError: The file says no configuration.
+    """
+    return load(path, CONFIGURATION)
+
+
+def load_goal(path: Path | str) -> Goal:
+    """Return the goal of a file: its configuration, and its workspace if it has one. The path - is standard input.
+
+    Raises:
+        InputError: The file says no goal.
+    """
+    return load(path, GOAL)

@@ -1,0 +1,154 @@
+"""Scenarios as YAML."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from purcell_cli.files.configuration_file import CONFIGURATION, GOAL, WORKSPACE_FIELD, Goal
+from purcell_cli.files.containers import Field, Record
+from purcell_cli.files.documents import Document, Either, Made
+from purcell_cli.files.elements import Schema
+from purcell_cli.files.gait_file import GAIT
+from purcell_cli.files.place import Place, shortened
+from purcell_cli.files.scalars import NAME, Choice, Number, Text
+from purcell_cli.files.sweep import SWEEP
+from purcell_cli.files.swimmer_file import SWIMMER
+from purcell_cli.files.yaml_source import T, UnreadableError, bytes_of, load, read
+from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.workspace import Workspace
+
+
+def _or_path(document: Document[T]) -> Schema[T]:
+    """Return the element for a document that stands inline or in a file of its own."""
+
+    def load(name: str, place: Place) -> T:
+        path = place.folder / name
+        try:
+            data = bytes_of(path)
+        except UnreadableError as error:
+            raise place.error("the path of a readable file", f"{error} at '{shortened(str(path))}'") from error
+        return read(document, data, str(path), path.parent)
+
+    return Either(Made(Text(meaning="the path of a file"), load), document.schema)
+
+
+VERDICTS = ("reached", "not reached", "not found within limits", "error")
+"""How a scenario can end."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Expect:
+    """What a scenario must come to; None asks for nothing beyond the planner's own.
+
+    Attributes:
+        verdict: The one of `VERDICTS` it must end with.
+        position_tolerance: How far from the goal the base may end, in units of L.
+        angle_tolerance_rad: How far from the goal an orientation may end [rad].
+        max_joint_travel_rad: How far the joints may turn in sum [rad].
+        max_duration_s: How long the motion may take [s].
+        min_clearance_m: How far apart the limbs must stay [m].
+        error: A part of the message that it must be refused with; the verdict wanted is then "error".
+    """
+
+    verdict: str = "reached"
+    position_tolerance: float | None = None
+    angle_tolerance_rad: float | None = None
+    max_joint_travel_rad: float | None = None
+    max_duration_s: float | None = None
+    min_clearance_m: float | None = None
+    error: str | None = None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Scenario:
+    """A reconfiguration to plan and what is expected of it.
+
+    Attributes:
+        name: Its name.
+        start: Where it starts.
+        goal: Where it is to end.
+        swimmer: Who swims.
+        expect: What it must come to.
+        workspace: The box to stay in, if there is one.
+    """
+
+    name: str
+    start: Configuration
+    goal: Configuration
+    swimmer: Swimmer = dataclasses.field(default_factory=Swimmer)
+    expect: Expect = dataclasses.field(default_factory=Expect)
+    workspace: Workspace | None = None
+
+
+def _expect(value: dict[str, Any], place: Place) -> Expect:
+    if "error" in value:
+        if value.get("verdict", "error") != "error":
+            raise place.at("verdict").error("error, which the key error asks for")
+        value = {**value, "verdict": "error"}
+    return Expect(**value)
+
+
+EXPECT: Schema[Expect] = Made(
+    Record(
+        {
+            "verdict": Field(Choice(VERDICTS), "how it must end", default="reached"),
+            "position_tolerance": Field(Number(above=0.0), "how far from the goal the base may end, in units of L"),
+            "angle_tolerance_rad": Field(Number(above=0.0), "how far from the goal an orientation may end [rad]"),
+            "max_joint_travel_rad": Field(Number(at_least=0.0), "how far the joints may turn in sum [rad]"),
+            "max_duration_s": Field(Number(at_least=0.0), "how long the motion may take [s]"),
+            "min_clearance_m": Field(Number(at_least=0.0), "how far apart the limbs must stay [m]"),
+            "error": Field(Text(), "a part of the message that it must be refused with"),
+        }
+    ),
+    _expect,
+)
+"""The element for what a scenario must come to."""
+
+
+def _scenario(value: dict[str, Any], place: Place) -> Scenario:
+    if "sweep" in value:
+        raise place.at("sweep").error("a scenario without a sweep here (purcell batch expands it)", "one")
+    goal: Goal = value.pop("goal")
+    workspace = value.pop("workspace_m", None)
+    if workspace is not None and goal.workspace is not None:
+        raise place.at("workspace_m").error("one workspace, the scenario's or its goal's", "both")
+    return Scenario(goal=goal.configuration, workspace=workspace or goal.workspace, **value)
+
+
+_SCENARIO = Document(
+    "A scenario",
+    Made(
+        Record(
+            {
+                "name": Field(NAME, "its name", required=True),
+                "start": Field(_or_path(CONFIGURATION), "where it starts", required=True),
+                "goal": Field(_or_path(GOAL), "where it is to end", required=True),
+                "swimmer": Field(_or_path(SWIMMER), "who swims; left out, the paper's swimmer"),
+                "expect": Field(EXPECT, "what it must come to"),
+                **WORKSPACE_FIELD,
+                "sweep": Field(SWEEP, "values for keys; purcell batch makes a scenario of each combination"),
+            }
+        ),
+        _scenario,
+    ),
+)
+
+
+SCHEMAS: Mapping[str, Schema[Any]] = MappingProxyType(
+    {"start": CONFIGURATION, "goal": GOAL, "swimmer": SWIMMER, "scenario": _SCENARIO, "gait": GAIT}
+)
+"""Every kind of document by name."""
+
+
+def load_scenario(path: Path | str) -> Scenario:
+    """Return the scenario of a file; paths in it start from its folder. The path - is standard input.
+
+    Raises:
+        InputError: The file, or one that it names, does not say what is wanted.
+    """
+    return load(path, _SCENARIO)

@@ -1,0 +1,101 @@
+"""What all pictures share: colours, formats and how they are saved."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from purcell_cli.errors import InputError, MissingPackageError
+from purcell_cli.files.atomic_file import whole_file
+from purcell_cli.geometry.rotations import Array
+
+try:
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+except ImportError:
+    raise MissingPackageError(
+        "pictures need matplotlib, found none; install it: python -m pip install 'matplotlib>=3.8'"
+    ) from None
+
+FORMATS = ("png", "svg", "pdf")
+"""The formats of a picture, by the file's ending."""
+
+
+BLUE, ORANGE, GREEN, PINK, BLACK, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#222222", "#666666"
+
+
+_STYLE: Any = {
+    "axes.edgecolor": GREY,
+    "axes.grid": True,
+    "axes.labelsize": 9,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlesize": 10,
+    "figure.constrained_layout.use": True,
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "lines.linewidth": 1.4,
+    "path.simplify_threshold": 0.5,
+    "savefig.dpi": 150,
+    "svg.hashsalt": "purcell",
+}
+
+
+def picture_format(path: Path) -> str:
+    """Return the format that a picture's file ends in.
+
+    Raises:
+        InputError: The ending is none of `FORMATS`.
+    """
+    ending = path.suffix.removeprefix(".").lower()
+    if ending not in FORMATS:
+        raise InputError(f"{path}: wanted a picture's ending ({', '.join(FORMATS)}), found {path.suffix or 'none'}")
+    return ending
+
+
+def styled() -> AbstractContextManager[None]:
+    """Return the context in which figures are drawn and written, which gives them their style."""
+    return mpl.rc_context(_STYLE)
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a picture in the format of its file's ending, without a date.
+
+    Raises:
+        InputError: The ending is none of `FORMATS`, or the file cannot be written.
+    """
+    form = picture_format(path)
+    undated: dict[str, dict[str, None]] = {
+        "png": {"Software": None},
+        "svg": {"Date": None, "Creator": None},
+        "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+    }
+    with styled(), whole_file(path) as stream:
+        figure.savefig(stream, format=form, metadata=undated[form])
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder for pictures where there is none.
+
+    Raises:
+        InputError: It cannot be made.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"{path}: wanted a folder to write to, found none that can be made ({error.strerror})"
+        ) from None
+
+
+def control_legs(rate: Array) -> list[tuple[int, int]]:
+    """Return the first row of each stretch of the same controls, and the row that ends it."""
+    switch = np.flatnonzero(np.any(rate[1:] != rate[:-1], axis=1)) + 1
+    return list(zip([0, *switch[:-1]], switch, strict=True)) if len(switch) else []
