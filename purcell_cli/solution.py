@@ -14,6 +14,7 @@ from purcell_cli.errors import ParameterError, UnknownNameError
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.primitives import PrimitiveSequence
@@ -61,7 +62,7 @@ class Solution:
         """How far the planner's own flow ends from the goal."""
         start = self.plan.start
         shape = starting_shapes(self.plan.blocks, start.shape)[-1]
-        pose = se3.normalised(start.pose @ se3.prefix_products(self.displacement)[-1])
+        pose = se3.normalised(matmul(start.pose, se3.prefix_products(self.displacement)[-1]))
         return Deviation.between(Configuration(pose, shape), self.plan.goal)
 
     @functools.cached_property

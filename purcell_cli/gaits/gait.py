@@ -20,6 +20,7 @@ import numpy as np
 from purcell_cli.errors import GaitError, ParameterError, UnknownNameError
 from purcell_cli.gaits.shape_curves import Curve, played
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import arccos, least_squares, log, matmul, power_of, singular_values
 from purcell_cli.geometry.rotations import Array, angle_between
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
@@ -66,9 +67,9 @@ class Guess:
         level = y[0] * size / x[0]
         if len(x) > 1:
             k = min(max(bisect.bisect_left(x, size) - 1, 0), len(x) - 2)
-            power = math.log(y[k + 1] / y[k]) / math.log(x[k + 1] / x[k])
-            level = y[k] * (size / x[k]) ** power
-        return float(sign * level * swimmer.roll_sharpness() ** self.sharpness_power)
+            power = log(y[k + 1] / y[k]) / log(x[k + 1] / x[k])
+            level = y[k] * power_of(size / x[k], power)
+        return float(sign * level * power_of(swimmer.roll_sharpness(), self.sharpness_power))
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -156,11 +157,11 @@ class Stroke:
         """Return the body displacement of a number of cycles [m]: one cycle and a power. Shape (4, 4)."""
         inner = self.approach.shapes(COLLINEAR)[-1]
         entry = flow(swimmer, self.approach)
-        return entry @ se3.power(flow(swimmer, self.cycle, inner), cycles) @ se3.inverse(entry)
+        return matmul(matmul(entry, se3.power(flow(swimmer, self.cycle, inner), cycles)), se3.inverse(entry))
 
     def bend_rad(self) -> float:
         """Return how far a limb's axis bends from the base's, at most where a primitive ends [rad]."""
-        return float(np.max(np.arccos(np.clip(self.played().shapes(COLLINEAR)[..., 0, 0], -1.0, 1.0))))
+        return float(np.max(arccos(np.clip(self.played().shapes(COLLINEAR)[..., 0, 0], -1.0, 1.0))))
 
     def closure_rad(self) -> float:
         """Return how far one cycle leaves the limbs from the collinear shape, the larger angle [rad]."""
@@ -214,7 +215,7 @@ class _Purity:
             value[own], derivative[own] = 0.0, 0.0
         else:
             value[own] -= self.wanted
-        return value, derivative @ self.slope()
+        return value, matmul(derivative, self.slope())
 
     def newton(self, guess: Array, pure: float) -> Array | None:
         """Return the solution near a guess, or None where Newton's method loses its way.
@@ -231,10 +232,10 @@ class _Purity:
             value, derivative = self.residual(unknown)
             if np.max(np.abs(value)) < pure:
                 return unknown
-            left, singular, right = np.linalg.svd(derivative * scale, full_matrices=False)
+            left, singular, right = singular_values(derivative * scale)
             strong = int(np.sum(singular > _STRONG * singular[0]))
             rank = max(rank, strong)
-            step = right[:rank].T @ (left.T[:rank] @ -value / singular[:rank])
+            step = matmul(right[:rank].T, matmul(left.T[:rank], -value) / singular[:rank])
             longest = float(np.max(np.abs(step)))
             if longest < _SETTLED:
                 rank = min(rank + 1, len(singular))
@@ -273,7 +274,7 @@ def _closed(cycle: PrimitiveSequence, start: Array) -> PrimitiveSequence:
     """Return a cycle that almost closes with angles, nearby, by which it does."""
     for _ in range(_CLOSINGS):
         gap, slope = shape_gap(cycle, cycle.shapes(start), start)
-        cycle = cycle.with_angles(cycle.angle - np.linalg.lstsq(slope, gap)[0])
+        cycle = cycle.with_angles(cycle.angle - least_squares(slope, gap))
         if np.max(np.abs(gap)) < _CLOSED_RAD:
             break
     return cycle

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import cos, matmul, norm, sin
 from purcell_cli.geometry.rotations import Array, as_vector, cross
 from purcell_cli.mechanics.moves import MoveSequence
 
@@ -38,10 +39,10 @@ def straight_moves(way_points: ArrayLike) -> MoveSequence:
     """
     vectors = np.asarray(way_points, dtype=np.float64).reshape(-1, 2, 3)
     first, last = vectors[:-1], vectors[1:]
-    size = np.linalg.norm(first, axis=-1) * np.linalg.norm(last, axis=-1)
-    coaxial = np.linalg.norm(cross(first, last), axis=-1) <= _COAXIAL * np.maximum(size, _COAXIAL)
-    turn = as_vector(np.swapaxes(se3.rotation(first), -1, -2) @ se3.rotation(last))
-    far = ~coaxial & (np.linalg.norm(last - first, axis=-1) > _LONGEST_RAD)
+    size = norm(first) * norm(last)
+    coaxial = norm(cross(first, last)) <= _COAXIAL * np.maximum(size, _COAXIAL)
+    turn = as_vector(matmul(np.swapaxes(se3.rotation(first), -1, -2), se3.rotation(last)))
+    far = ~coaxial & (norm(last - first) > _LONGEST_RAD)
     if np.any(far):
         k, limb = np.argwhere(far)[0]
         raise ParameterError(
@@ -120,7 +121,7 @@ class Fourier:
         grown = 1.0 / np.sinc(harmonic / self.steps) ** 2
         s = 2.0 * np.pi * np.arange(self.steps) / self.steps
         angle = np.outer(s, harmonic)
-        points = self.constant + (grown * np.cos(angle)) @ self.cosine + (grown * np.sin(angle)) @ self.sine
+        points = self.constant + matmul(grown * cos(angle), self.cosine) + matmul(grown * sin(angle), self.sine)
         return np.concatenate([points, points[:1]])
 
 
@@ -130,7 +131,7 @@ Curve = WayPoints | Fourier
 
 def size_rad(curve: Curve) -> float:
     """Return how far a limb turns from the collinear shape at most, at a corner [rad]."""
-    return float(np.max(np.linalg.norm(curve.corners.reshape(-1, 3), axis=-1)))
+    return float(np.max(norm(curve.corners.reshape(-1, 3))))
 
 
 def played(curve: Curve, scale: float) -> tuple[MoveSequence, MoveSequence]:

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.geometry.reproducible import arctan2, hypot, inner, matmul, norm, sin_cos
 
 Array = NDArray[np.float64]
 
@@ -77,7 +78,7 @@ def about_axis(axis: int, angle: ArrayLike) -> Array:
     t = np.asarray(angle, dtype=np.float64)
     j, k = (axis + 1) % 3, (axis + 2) % 3
     out = np.zeros((*t.shape, 3, 3))
-    c, s = np.cos(t), np.sin(t)
+    s, c = sin_cos(t)
     out[..., axis, axis] = 1.0
     out[..., j, j], out[..., j, k] = c, -s
     out[..., k, j], out[..., k, k] = s, c
@@ -92,11 +93,11 @@ def orthonormalised(matrix: Array) -> Array:
     Args:
         matrix: Matrices orthogonal up to rounding. Shape (..., 3, 3).
     """
-    defect: Array = np.swapaxes(matrix, -1, -2) @ matrix
-    return matrix @ (1.5 * _AXES - 0.5 * defect)
+    defect: Array = matmul(np.swapaxes(matrix, -1, -2), matrix)
+    return matmul(matrix, 1.5 * _AXES - 0.5 * defect)
 
 
-def running(values: NDArray[Any], product: Callable[..., NDArray[Any]] = np.matmul) -> NDArray[Any]:
+def running(values: NDArray[Any], product: Callable[..., NDArray[Any]] = matmul) -> NDArray[Any]:
     """Return a_1, a_1 a_2, a_1 a_2 a_3, ... in the values' precision.
 
     Neighbours are put together two by two, those again, and what lies between is filled in: twice as many products as
@@ -138,7 +139,7 @@ def running_orientations(start: ArrayLike, turns: Array) -> Array:
 def from_euler(angles: ArrayLike) -> Array:
     """Return the rotation with Euler angles (psi, theta, phi) [rad]. Shape (..., 3) to (..., 3, 3)."""
     e = np.asarray(angles, dtype=np.float64)
-    return about_axis(2, e[..., 0]) @ about_axis(1, e[..., 1]) @ about_axis(0, e[..., 2])
+    return matmul(matmul(about_axis(2, e[..., 0]), about_axis(1, e[..., 1])), about_axis(0, e[..., 2]))
 
 
 def as_euler(rotation: ArrayLike) -> Array:
@@ -147,17 +148,17 @@ def as_euler(rotation: ArrayLike) -> Array:
     At theta = +-pi/2, where psi and phi share an axis, phi is taken as 0.
     """
     r = np.asarray(rotation, dtype=np.float64)
-    cos_theta = np.hypot(r[..., 0, 0], r[..., 1, 0])
+    cos_theta = hypot(r[..., 0, 0], r[..., 1, 0])
     locked = cos_theta < 1e-15
-    theta = np.arctan2(-r[..., 2, 0], cos_theta)
+    theta = arctan2(-r[..., 2, 0], cos_theta)
     psi = np.where(
         locked,
-        np.arctan2(-r[..., 0, 1], r[..., 1, 1]),
-        np.arctan2(r[..., 1, 0], r[..., 0, 0]),
+        arctan2(-r[..., 0, 1], r[..., 1, 1]),
+        arctan2(r[..., 1, 0], r[..., 0, 0]),
     )
     # What is left of the rotation after yaw is taken back: well conditioned next to the lock too.
-    s, c = np.sin(psi), np.cos(psi)
-    phi = np.arctan2(s * r[..., 0, 2] - c * r[..., 1, 2], c * r[..., 1, 1] - s * r[..., 0, 1])
+    s, c = sin_cos(psi)
+    phi = arctan2(s * r[..., 0, 2] - c * r[..., 1, 2], c * r[..., 1, 1] - s * r[..., 0, 1])
     return np.stack([psi, theta, np.where(locked, 0.0, phi)], axis=-1)
 
 
@@ -170,14 +171,14 @@ def from_quaternion(quaternion: ArrayLike) -> Array:
     q = np.asarray(quaternion, dtype=np.float64)
     if q.shape[-1:] != (4,):
         raise ParameterError(f"a quaternion of 4 numbers (w, x, y, z) is wanted, found shape {q.shape}")
-    length = np.linalg.norm(q, axis=-1, keepdims=True)
+    length = norm(q)[..., None]
     off = np.abs(length - 1.0)
     if not np.all(off <= INPUT_SLACK):
         found = float(length.ravel()[np.argmax(np.where(np.isnan(off), np.inf, off))])
         raise ParameterError(f"a unit quaternion (length 1 within {INPUT_SLACK:g}) is wanted, found length {found:.9g}")
     w, v = (q / length)[..., :1], (q / length)[..., 1:]
     k = hat(v)
-    return np.asarray(_AXES + 2.0 * (w[..., None] * k + k @ k))
+    return np.asarray(_AXES + 2.0 * (w[..., None] * k + matmul(k, k)))
 
 
 def as_quaternion(rotation: ArrayLike) -> Array:
@@ -192,9 +193,9 @@ def as_quaternion(rotation: ArrayLike) -> Array:
         low, high = r[..., k - 1, j - 1], r[..., j - 1, k - 1]
         table[..., 0, i] = table[..., i, 0] = low - high
         table[..., j, k] = table[..., k, j] = low + high
-    best = np.argmax(np.einsum("...ii->...i", table), axis=-1)
+    best = np.argmax(np.diagonal(table, axis1=-2, axis2=-1), axis=-1)
     q = table.reshape(-1, 4, 4)[np.arange(best.size), best.ravel()].reshape(*d0.shape, 4)
-    q /= np.sqrt(np.einsum("...i,...i->...", q, q))[..., None]
+    q /= np.sqrt(inner(q, q))[..., None]
     return np.asarray(np.where(q[..., :1] < 0, -q, q))
 
 
@@ -207,12 +208,12 @@ def from_matrix(matrix: ArrayLike) -> Array:
         ParameterError: The matrix is further than 1e-6 from orthogonal, or a reflection.
     """
     m = np.asarray(matrix, dtype=np.float64)
-    defect = np.max(np.abs(np.swapaxes(m, -1, -2) @ m - _AXES), axis=(-1, -2), keepdims=True)
+    defect = np.max(np.abs(matmul(np.swapaxes(m, -1, -2), m) - _AXES), axis=(-1, -2), keepdims=True)
     if not np.all(defect <= 2 * INPUT_SLACK):
         raise ParameterError(
             f"a rotation matrix (orthogonal within {INPUT_SLACK:g}) is wanted, found one off by {np.max(defect):.3g}"
         )
-    if not np.all(np.linalg.det(m) > 0):
+    if not np.all(inner(m[..., 0, :], cross(m[..., 1, :], m[..., 2, :])) > 0):
         raise ParameterError("a rotation matrix is wanted, found a reflection (determinant -1)")
     return np.asarray(np.where(defect <= _ROUNDING, m, orthonormalised(orthonormalised(m))))
 
@@ -220,8 +221,8 @@ def from_matrix(matrix: ArrayLike) -> Array:
 def as_vector(rotation: ArrayLike) -> Array:
     """Return the rotation vector of a rotation, at most pi long [rad]. Shape (..., 3, 3) to (..., 3)."""
     q = as_quaternion(rotation)
-    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
-    stretch = np.where(sine > 1e-150, 2.0 * np.arctan2(sine, q[..., :1]) / np.maximum(sine, 1e-150), 2.0)
+    sine = norm(q[..., 1:])[..., None]
+    stretch = np.where(sine > 1e-150, 2.0 * arctan2(sine, q[..., :1]) / np.maximum(sine, 1e-150), 2.0)
     return np.asarray(stretch * q[..., 1:])
 
 
@@ -235,5 +236,5 @@ def angle_between(first: ArrayLike, second: ArrayLike) -> Array:
 
     Accurate for small angles and near pi alike (half-angle quaternion form).
     """
-    relative = np.swapaxes(np.asarray(first, dtype=np.float64), -1, -2) @ np.asarray(second, dtype=np.float64)
-    return np.asarray(np.linalg.norm(as_vector(relative), axis=-1))
+    relative = matmul(np.swapaxes(np.asarray(first, dtype=np.float64), -1, -2), np.asarray(second, dtype=np.float64))
+    return np.asarray(norm(as_vector(relative)))

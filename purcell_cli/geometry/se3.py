@@ -5,22 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from purcell_cli.geometry.reproducible import arctan2, exp_coefficients, inner, matmul
 from purcell_cli.geometry.rotations import Array, as_quaternion, cross, hat, orthonormalised, running
 
 _SERIES_BELOW = 0.25
 """Rotation angle [rad] under which (t - sin t)/t^3 sums its series; above, the closed form loses nothing."""
-
-
-def exp_coefficients(angle_squared: Array) -> tuple[Array, Array, Array]:
-    """Return sin(t)/t, (1 - cos t)/t^2 and (t - sin t)/t^3 as functions of t^2."""
-    x = angle_squared
-    t = np.sqrt(np.maximum(x, 1e-200))
-    a, half = np.sin(t) / t, np.sin(0.5 * t) / t
-    # Taylor series to t^10: truncation under 1e-17 for t < 0.25.
-    c = (1 - x / 20 * (1 - x / 42 * (1 - x / 72 * (1 - x / 110 * (1 - x / 156))))) / 6
-    if x.size and x.max() >= _SERIES_BELOW**2:
-        c = np.where(x < _SERIES_BELOW**2, c, (1.0 - a) / (t * t))
-    return a, 2.0 * half * half, c
 
 
 def exp(twist: ArrayLike) -> Array:
@@ -34,9 +23,9 @@ def exp(twist: ArrayLike) -> Array:
     """
     xi = np.asarray(twist, dtype=np.float64)
     v, w = xi[..., :3], xi[..., 3:]
-    a, b, c = exp_coefficients(np.einsum("...i,...i->...", w, w))
+    a, b, c = exp_coefficients(inner(w, w))
     k = hat(w)
-    k2 = k @ k
+    k2 = matmul(k, k)
     out = np.zeros((*xi.shape[:-1], 4, 4))
     rotation = out[..., :3, :3]
     rotation[...] = a[..., None, None] * k + b[..., None, None] * k2
@@ -49,9 +38,9 @@ def exp(twist: ArrayLike) -> Array:
 
 def rotation(axis_angle: Array) -> Array:
     """Return the rotations with rotation vectors [rad]. Shape (..., 3) to (..., 3, 3)."""
-    a, b, _ = exp_coefficients(np.einsum("...i,...i->...", axis_angle, axis_angle))
+    a, b, _ = exp_coefficients(inner(axis_angle, axis_angle))
     k = hat(axis_angle)
-    return np.asarray(np.eye(3) + a[..., None, None] * k + b[..., None, None] * (k @ k))
+    return np.asarray(np.eye(3) + a[..., None, None] * k + b[..., None, None] * (matmul(k, k)))
 
 
 def left_jacobian(axis_angle: Array) -> Array:
@@ -63,9 +52,9 @@ def left_jacobian(axis_angle: Array) -> Array:
     Returns:
         Matrices. Shape (..., 3, 3).
     """
-    _, b, c = exp_coefficients(np.einsum("...i,...i->...", axis_angle, axis_angle))
+    _, b, c = exp_coefficients(inner(axis_angle, axis_angle))
     k = hat(axis_angle)
-    return np.asarray(np.eye(3) + b[..., None, None] * k + c[..., None, None] * (k @ k))
+    return np.asarray(np.eye(3) + b[..., None, None] * k + c[..., None, None] * (matmul(k, k)))
 
 
 def log(pose: ArrayLike) -> Array:
@@ -79,8 +68,8 @@ def log(pose: ArrayLike) -> Array:
     """
     g = np.asarray(pose, dtype=np.float64)
     q = as_quaternion(g[..., :3, :3])
-    sine = np.sqrt(np.einsum("...i,...i->...", q[..., 1:], q[..., 1:]))
-    half = np.arctan2(sine, q[..., 0])
+    sine = np.sqrt(inner(q[..., 1:], q[..., 1:]))
+    half = arctan2(sine, q[..., 0])
     stretch = 2.0 * np.where(sine > 0.0, half / np.where(sine > 0.0, sine, 1.0), 1.0)
     w = q[..., 1:] * stretch[..., None]
     # The inverse of exp's integral of the rotation: 1 - hat(w) / 2 + (1 - t/2 cot t/2) / t^2 hat(w)^2.
@@ -99,7 +88,7 @@ def inverse(pose: Array) -> Array:
     out = np.zeros_like(pose)
     rt = np.swapaxes(pose[..., :3, :3], -1, -2)
     out[..., :3, :3] = rt
-    out[..., :3, 3] = -(rt @ pose[..., :3, 3, None])[..., 0]
+    out[..., :3, 3] = -(matmul(rt, pose[..., :3, 3, None]))[..., 0]
     out[..., 3, 3] = 1.0
     return out
 
@@ -127,7 +116,7 @@ def adjoint(pose: Array) -> Array:
     out = np.zeros((*pose.shape[:-2], 6, 6))
     out[..., :3, :3] = r
     out[..., 3:, 3:] = r
-    out[..., :3, 3:] = hat(pose[..., :3, 3]) @ r
+    out[..., :3, 3:] = matmul(hat(pose[..., :3, 3]), r)
     return out
 
 
@@ -183,7 +172,7 @@ def products(poses: Array, counts: ArrayLike) -> Array:
         even = np.repeat(np.cumsum(left) - left, half) + 2 * inside
         paired = np.flatnonzero(2 * inside + 1 < np.repeat(left, half))
         together = poses[even]
-        together[paired] = together[paired] @ poses[even[paired] + 1]
+        together[paired] = matmul(together[paired], poses[even[paired] + 1])
         poses, left = together, half
     out = np.tile(np.eye(4, dtype=poses.dtype), (len(left), 1, 1))
     out[left > 0] = poses
@@ -208,7 +197,7 @@ def product(moves: Array, which: ArrayLike) -> Array:
     while len(left) > 1:
         count = len(moves)
         pairs, order = np.unique(left[:-1:2] * count + left[1::2], return_inverse=True)
-        moves = np.concatenate([moves[pairs // count] @ moves[pairs % count], moves[left[-1:]]])
+        moves = np.concatenate([matmul(moves[pairs // count], moves[pairs % count]), moves[left[-1:]]])
         left = np.append(order, len(pairs)) if len(left) % 2 else order
     return np.asarray(moves[left[0]])
 
@@ -226,9 +215,9 @@ def repeated(poses: Array, counts: ArrayLike) -> Array:
     left = np.array(counts, dtype=np.int64)
     done, power = np.tile(np.eye(4, dtype=poses.dtype), (len(left), 1, 1)), poses
     while np.any(left):
-        done = np.where((left % 2 == 1)[:, None, None], done @ power, done)
+        done = np.where((left % 2 == 1)[:, None, None], matmul(done, power), done)
         left = left // 2
-        power = normalised(power @ power) if np.any(left) else power
+        power = normalised(matmul(power, power)) if np.any(left) else power
     return done
 
 

@@ -15,6 +15,7 @@ import math
 import numpy as np
 
 from purcell_cli.geometry.component_first import cross_rows, dot_rows, factored_rows, solved_rows
+from purcell_cli.geometry.reproducible import arccos, cos
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
 
@@ -33,11 +34,11 @@ class TwistModel:
         self.base, self.limb = unit.base_half_length_m, unit.limb_half_length_m
         self.lateral = 2.0 * self.limb
         self.longitudinal_defect = 1.0 - 1.0 / unit.drag_ratio
-        self.turn = 2.0 / 3.0 * self.limb**3
+        self.turn = 2.0 / 3.0 * self.limb * self.limb * self.limb
         self.spin = 2.0 * unit.spin_drag(self.limb) * self.limb
         self.base_drag = unit.drag(0)
         self.sharpness, self.straight_spread = unit.roll_sharpness(), unit.bend_spread()
-        self.steepness = math.sqrt(8.0 / 3.0 * self.limb**3 / self.straight_spread)
+        self.steepness = math.sqrt(4.0 * self.turn / self.straight_spread)
 
     def distance(self, axes: Array) -> Array:
         """Return how far a shape is from a straight line, as a bend of one limb [rad]. Shape (3, 2, n) to (n,).
@@ -49,11 +50,13 @@ class TwistModel:
         first = 2.0 * self.limb * (c[:, 0] + c[:, 1])
         total = 2.0 * self.base + 4.0 * self.limb
         second = 2.0 * self.limb * (c[:, None] * c).sum(axis=2)
-        second += 2.0 / 3.0 * self.limb**3 * (axes[:, None] * axes).sum(axis=2)
-        second[0, 0] += 2.0 / 3.0 * self.base**3
+        second += self.turn * (axes[:, None] * axes).sum(axis=2)
+        second[0, 0] += 2.0 / 3.0 * self.base * self.base * self.base
         second -= first[:, None] * first / total
         spread = np.maximum(_spread(second), 0.0)
-        return np.asarray(np.minimum(np.sqrt(self.sharpness**2 + spread / self.straight_spread), _FARTHEST))
+        return np.asarray(
+            np.minimum(np.sqrt(self.sharpness * self.sharpness + spread / self.straight_spread), _FARTHEST)
+        )
 
     def centres(self, axes: Array) -> Array:
         """Return the limbs' centres in base coordinates. Shape (3, 2, n)."""
@@ -162,8 +165,10 @@ def _spread(moments: Array) -> Array:
     d = [moments[i, i] - mean for i in range(3)]
     a, b, c = moments[0, 1], moments[0, 2], moments[1, 2]
     size = np.sqrt(np.maximum((d[0] ** 2 + d[1] ** 2 + d[2] ** 2 + 2.0 * (a**2 + b**2 + c**2)) / 6.0, 1e-300))
-    half_det = 0.5 * (d[0] * (d[1] * d[2] - c**2) - a * (a * d[2] - c * b) + b * (a * c - d[1] * b)) / size**3
-    largest = mean + 2.0 * size * np.cos(np.arccos(np.clip(half_det, -1.0, 1.0)) / 3.0)
+    half_det = (
+        0.5 * (d[0] * (d[1] * d[2] - c**2) - a * (a * d[2] - c * b) + b * (a * c - d[1] * b)) / (size * size * size)
+    )
+    largest = mean + 2.0 * size * cos(arccos(np.clip(half_det, -1.0, 1.0)) / 3.0)
     return np.asarray(trace - largest)
 
 

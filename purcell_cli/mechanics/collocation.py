@@ -9,6 +9,7 @@ import numpy as np
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.component_first import cross_rows, dot_rows
+from purcell_cli.geometry.reproducible import apply, exp_coefficients, gauss_legendre, matmul, solve
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.base_velocity import TwistModel
 
@@ -34,13 +35,13 @@ class Accuracy:
 @functools.cache
 def _collocation(stages: int) -> tuple[Array, Array, Array]:
     """Return nodes on [0, 1], weights, and weights of the integral from 0 to each node."""
-    x, w = np.polynomial.legendre.leggauss(stages)
+    x, w = gauss_legendre(stages)
     values = np.polynomial.legendre.legvander(x, stages - 1)
     integrals = np.stack(
         [np.polynomial.legendre.legval(x, np.polynomial.legendre.legint(row, lbnd=-1)) for row in np.eye(stages)],
         axis=-1,
     )
-    to_node = 0.5 * np.asarray(np.linalg.solve(values.T, integrals.T).T, dtype=np.float64)
+    to_node = 0.5 * np.asarray(solve(values.T, integrals.T).T, dtype=np.float64)
     return (x + 1) / 2, w / 2, to_node
 
 
@@ -110,12 +111,7 @@ def _mesh(model: TwistModel, axes: Array, rates: Array, duration: Array, step: f
 
 def _rotate(axis_angle: Array, vector: Array) -> Array:
     """Return vectors turned by rotation vectors, both (3, ...)."""
-    angle = np.sqrt(dot_rows(axis_angle, axis_angle))
-    half = 0.5 * angle
-    small = angle < 1e-100
-    safe = np.where(small, 1.0, angle)
-    a = np.where(small, 1.0, np.sin(angle) / safe)
-    b = np.where(small, 0.5, 2.0 * (np.sin(half) / safe) ** 2)
+    a, b, _ = exp_coefficients(dot_rows(axis_angle, axis_angle))
     first = cross_rows(axis_angle, vector)
     return np.asarray(vector + a * first + b * cross_rows(axis_angle, first))
 
@@ -158,24 +154,27 @@ def _solve(model: TwistModel, steps: _Steps, accuracy: Accuracy, gradient: bool)
         xi = model.twist(axes, rates)
     xi = xi.reshape(6, m, n) * steps.duration
     omega = 0.5 * xi[3:]
-    scalar, vector = np.ones((m, n)), to_node @ omega
+    scalar, vector = np.ones((m, n)), matmul(to_node, omega)
     # Picard iteration: the error falls faster than any power, by |omega / 2|^k / k!.
     for _ in range(100):
-        scalar = 1.0 - to_node @ dot_rows(vector, omega)
-        renewed = to_node @ (scalar * omega + cross_rows(vector, omega))
+        scalar = 1.0 - matmul(to_node, dot_rows(vector, omega))
+        renewed = matmul(to_node, scalar * omega + cross_rows(vector, omega))
         changed = float(np.max(np.abs(renewed - vector), initial=0.0))
         vector = renewed
         if changed < accuracy.settled:
             break
     velocity = _turned(scalar, vector, xi[:3])
     end = np.stack(
-        [1.0 + weights @ -dot_rows(vector, omega), *(weights @ (scalar * omega + cross_rows(vector, omega)))]
+        [
+            1.0 + matmul(weights, -dot_rows(vector, omega)),
+            *(matmul(weights, scalar * omega + cross_rows(vector, omega))),
+        ]
     )
     end /= np.sqrt(np.sum(end * end, axis=0))
-    step_pose = se3.pose(np.moveaxis(_matrix(end[0], end[1:]), -1, 0), (weights @ velocity).T)
+    step_pose = se3.pose(np.moveaxis(_matrix(end[0], end[1:]), -1, 0), (matmul(weights, velocity)).T)
     if not gradient:
         return _Solution(step_pose, change, change, change)
-    return _Solution(step_pose, _matrix(scalar, vector), to_node @ velocity, change)
+    return _Solution(step_pose, _matrix(scalar, vector), matmul(to_node, velocity), change)
 
 
 def _turned(scalar: Array, vector: Array, v: Array) -> Array:
@@ -192,4 +191,4 @@ def _matrix(scalar: Array, vector: Array) -> Array:
 
 def _base_rates(shapes: Array, rate: Array) -> Array:
     """Return u_i = A_i omega_i. Shapes (n, 2, 3, 3) and (n, 6) to (n, 2, 3)."""
-    return np.asarray(np.einsum("nlij,nlj->nli", shapes, rate.reshape(-1, 2, 3)))
+    return np.asarray(apply(shapes, rate.reshape(-1, 2, 3)))

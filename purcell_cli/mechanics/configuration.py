@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import matmul, norm
 from purcell_cli.geometry.rotations import Array, angle_between, from_euler, from_matrix
 from purcell_cli.mechanics.connection import COLLINEAR
 
@@ -83,7 +84,7 @@ class Deviation:
         """Return the deviation of a configuration found from the one wanted."""
         limbs = angle_between(wanted.shape, found.shape)
         return cls(
-            float(np.linalg.norm(found.pose[:3, 3] - wanted.pose[:3, 3])),
+            float(norm(found.pose[:3, 3] - wanted.pose[:3, 3])),
             float(angle_between(wanted.pose[:3, :3], found.pose[:3, :3])),
             float(limbs[0]),
             float(limbs[1]),
@@ -106,4 +107,4 @@ def displacement_between(start: Configuration, goal: Configuration, length_m: fl
         The displacement in units of that length. Shape (4, 4).
     """
     first, second = (se3.pose(c.pose[:3, :3], c.pose[:3, 3] / length_m) for c in (start, goal))
-    return np.asarray(se3.inverse(first) @ second)
+    return np.asarray(matmul(se3.inverse(first), second))

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.component_first import cross_rows, dot_rows, factored_rows, solved_rows
+from purcell_cli.geometry.reproducible import apply, inner, matmul, solve
 from purcell_cli.geometry.rotations import Array, hat
 from purcell_cli.mechanics.swimmer import Swimmer
 
@@ -56,7 +57,7 @@ def base_to_limb(swimmer: Swimmer, shape: ArrayLike, limb: int) -> Array:
     out = np.zeros((*a_t.shape[:-2], 6, 6))
     out[..., :3, :3] = a_t
     out[..., 3:, 3:] = a_t
-    out[..., :3, 3:] = -a_t @ hat(centre(swimmer, shape, limb))
+    out[..., :3, 3:] = matmul(-a_t, hat(centre(swimmer, shape, limb)))
     return out
 
 
@@ -90,9 +91,9 @@ def resistance_and_coupling(swimmer: Swimmer, shape: ArrayLike) -> tuple[Array, 
     q = np.zeros_like(p)
     for limb in (1, 2):
         b = base_to_limb(swimmer, shape, limb)
-        wrench = np.swapaxes(b, -1, -2) @ swimmer.drag(limb)
-        p += wrench @ b
-        q[..., 3 * limb - 3 : 3 * limb] = wrench @ rate_to_limb(swimmer, limb)
+        wrench = matmul(np.swapaxes(b, -1, -2), swimmer.drag(limb))
+        p += matmul(wrench, b)
+        q[..., 3 * limb - 3 : 3 * limb] = matmul(wrench, rate_to_limb(swimmer, limb))
     return p, q
 
 
@@ -120,7 +121,7 @@ def connection(swimmer: Swimmer, shape: ArrayLike) -> Array:
         Matrices from (omega_1, omega_2) [rad/s] to (v, omega) [m/s, rad/s]. Shape (..., 6, 6).
     """
     unit = swimmer.scaled()
-    out = np.asarray(np.linalg.solve(*resistance_and_coupling(unit, shape)), dtype=np.float64)
+    out = np.asarray(solve(*resistance_and_coupling(unit, shape)), dtype=np.float64)
     out[..., :3, :] *= swimmer.length_m
     return out
 
@@ -133,7 +134,7 @@ def base_twist(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike) -> Array:
     _limb(r, 1)
     batch = np.broadcast_shapes(r.shape[:-3], omega.shape[:-1])
     shapes = np.broadcast_to(r, (*batch, 2, 3, 3)).reshape(-1, 2, 3, 3)
-    turning = shapes @ np.broadcast_to(omega, (*batch, 6)).reshape(-1, 2, 3, 1)
+    turning = matmul(shapes, np.broadcast_to(omega, (*batch, 6)).reshape(-1, 2, 3, 1))
     xi = base_twist_rows(swimmer, shapes[..., 0].transpose(1, 2, 0), turning[..., 0].transpose(1, 2, 0))
     return xi.T.reshape(*batch, 6)
 
@@ -191,8 +192,7 @@ def link_twist(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike, xi_base: Arr
     if link == 0:
         return xi_base
     omega = np.asarray(rate, dtype=np.float64)[..., 3 * (link - 1) : 3 * link]
-    carried = (base_to_limb(swimmer, shape, link) @ xi_base[..., None])[..., 0]
-    return carried + omega @ rate_to_limb(swimmer, link).T
+    return apply(base_to_limb(swimmer, shape, link), xi_base) + apply(rate_to_limb(swimmer, link), omega)
 
 
 def power(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike) -> Array:
@@ -210,5 +210,5 @@ def power(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike) -> Array:
     total = np.zeros(xi_base.shape[:-1])
     for link in range(3):
         xi = link_twist(swimmer, shape, rate, xi_base, link)
-        total = total + np.einsum("...i,ij,...j->...", xi, swimmer.drag(link), xi)
+        total = total + inner(xi, apply(swimmer.drag(link), xi))
     return total

@@ -12,10 +12,13 @@ Rates are kept in base coordinates here, u_i = A_i omega_i: see `twist`. Convent
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, orthonormalised
 from purcell_cli.mechanics.base_velocity import TwistModel, twist_model
 from purcell_cli.mechanics.collocation import (
@@ -153,8 +156,8 @@ def piece_work(swimmer: Swimmer, shapes: Array, rate: Array, duration: Array) ->
     Returns:
         Energies at the swimmer's joint rate. Shape (n,).
     """
-    scale = swimmer.lateral_drag() * swimmer.length_m**3 * swimmer.joint_rate_rad_s
-    return scale * _summed_power(swimmer, shapes, rate, duration, 1.0)
+    scale = swimmer.lateral_drag() * _cubed(swimmer.length_m) * swimmer.joint_rate_rad_s
+    return scale * _summed_power(swimmer, shapes, rate, duration)
 
 
 def piece_effort(swimmer: Swimmer, shapes: Array, rate: Array, duration: Array) -> Array:
@@ -172,17 +175,21 @@ def piece_effort(swimmer: Swimmer, shapes: Array, rate: Array, duration: Array) 
     Returns:
         Lengths. Shape (n,).
     """
-    scale = np.sqrt(swimmer.lateral_drag() * swimmer.length_m**3)
-    return np.asarray(scale * _summed_power(swimmer, shapes, rate, duration, 0.5))
+    scale = math.sqrt(swimmer.lateral_drag() * _cubed(swimmer.length_m))
+    return np.asarray(scale * _summed_power(swimmer, shapes, rate, duration, root=True))
 
 
-def _summed_power(swimmer: Swimmer, shapes: Array, rate: Array, duration: Array, exponent: float) -> Array:
-    """Return the integral of a power of the scaled swimmer's dissipated power over each piece. Shape (n,)."""
+def _cubed(length: float) -> float:
+    return length * length * length
+
+
+def _summed_power(swimmer: Swimmer, shapes: Array, rate: Array, duration: Array, root: bool = False) -> Array:
+    """Return the integral of the scaled swimmer's dissipated power, or of its root, over each piece. Shape (n,)."""
     model = twist_model(swimmer)
     mesh = _mesh(model, shapes[:, :, :, 0], _base_rates(shapes, rate), duration, EXACT.step)
     nodes, weights, _ = _collocation(EXACT.stages)
     power = model.joint_power(*_node_states(mesh, nodes)).reshape(len(nodes), -1)
-    summed = weights @ np.maximum(power, 0.0) ** exponent * mesh.duration
+    summed = matmul(weights, np.sqrt(np.maximum(power, 0.0)) if root else np.maximum(power, 0.0)) * mesh.duration
     return np.asarray(np.bincount(mesh.piece, weights=summed, minlength=len(duration)), dtype=np.float64)
 
 
@@ -207,5 +214,5 @@ def flow_of_rates(
     shapes[0] = start
     turns = se3.rotation(rates.reshape(-1, 2, 3) * times[:, None, None])
     for k, turn in enumerate(turns):
-        shapes[k + 1] = orthonormalised(shapes[k] @ turn)
+        shapes[k + 1] = orthonormalised(matmul(shapes[k], turn))
     return shapes, se3.prefix_products(piece_displacements(swimmer, shapes[:-1], rates, times, accuracy))

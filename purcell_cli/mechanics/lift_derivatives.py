@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, as_vector
 from purcell_cli.mechanics.base_velocity import TwistModel, twist_model
 from purcell_cli.mechanics.collocation import (
@@ -52,8 +53,8 @@ def _power_sums(poses: Array, cycles: NDArrayInt) -> Array:
     done, left = block.copy(), cycles.copy()
     while np.any(left):
         odd = (left % 2 == 1)[:, None, None]
-        total, done = np.where(odd, total + done @ block, total), np.where(odd, done @ power, done)
-        block, power, left = block + power @ block, power @ power, left // 2
+        total, done = np.where(odd, total + matmul(done, block), total), np.where(odd, matmul(done, power), done)
+        block, power, left = block + matmul(power, block), matmul(power, power), left // 2
     return total
 
 
@@ -94,7 +95,7 @@ def _carried_to_step(solved: _Solution, change: Array) -> Array:
     for i in range(3):
         row = solved.node_rotation[i, :, None]
         for part in (0, 1):
-            seen[part, i] = np.einsum("jkmn,jkmn->kn", np.broadcast_to(row, each[part].shape), each[part])
+            seen[part, i] = (row * each[part]).sum(axis=2).sum(axis=0)
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         for sign, along, across in ((1.0, j, k), (-1.0, k, j)):
@@ -114,35 +115,35 @@ def _chained(mesh: _Steps, solved: _Solution, n: int, repeats: Sequence[Repeat])
         for edge in ([part.first for part in repeats], [part.stop for part in repeats])
     )
     cycles = np.array([part.cycles for part in repeats], dtype=np.int64)
-    cycle = se3.normalised(se3.inverse(before[first]) @ before[stop])
-    extra = before[first] @ se3.power(cycle, cycles - 1) @ se3.inverse(before[first])
-    over = np.stack([np.eye(4), *itertools.accumulate(extra, lambda done, one: done @ one)])
-    begins = over[np.searchsorted(stop, np.arange(m + 1), side="right")] @ before
-    ends = over[np.searchsorted(stop, np.arange(m), side="right")] @ before[1:]
+    cycle = se3.normalised(matmul(se3.inverse(before[first]), before[stop]))
+    extra = matmul(matmul(before[first], se3.power(cycle, cycles - 1)), se3.inverse(before[first]))
+    over = np.stack([np.eye(4), *itertools.accumulate(extra, lambda done, one: matmul(done, one))])
+    begins = matmul(over[np.searchsorted(stop, np.arange(m + 1), side="right")], before)
+    ends = matmul(over[np.searchsorted(stop, np.arange(m), side="right")], before[1:])
     inside = np.zeros(n, dtype=np.int64)
     for k, part in enumerate(repeats, 1):
         inside[part.first : part.stop] = k
     around = se3.adjoint(begins[first])
-    spread = around @ _power_sums(cycle, cycles) @ se3.adjoint(se3.inverse(begins[first]))
+    spread = matmul(matmul(around, _power_sums(cycle, cycles)), se3.adjoint(se3.inverse(begins[first])))
     all_cycles = np.concatenate([np.eye(6)[None], spread])
     carried = np.zeros((m + 1, 6, 6))
-    carried[:-1] = se3.adjoint(begins[:-1]) @ _carried_to_step(solved, solved.node_change)
+    carried[:-1] = matmul(se3.adjoint(begins[:-1]), _carried_to_step(solved, solved.node_change))
     within = np.cumsum(carried[::-1], axis=0)[::-1]
-    carried[:-1] = all_cycles[inside[mesh.piece]] @ carried[:-1]
+    carried[:-1] = matmul(all_cycles[inside[mesh.piece]], carried[:-1])
     later = np.cumsum(carried[::-1], axis=0)[::-1][stop_of]
     for k, part in enumerate(repeats, 1):
         mine = slice(part.first, part.stop)
-        later[mine] = all_cycles[k] @ (within[stop_of[mine]] - within[stop_of[part.stop - 1]])
+        later[mine] = matmul(all_cycles[k], within[stop_of[mine]] - within[stop_of[part.stop - 1]])
     idle = np.bincount(mesh.piece, minlength=n) == 0
     end = np.where(idle[:, None, None], begins[stop_of], ends[np.maximum(stop_of - 1, 0)] if m else begins[stop_of])
-    at_end = all_cycles[inside] @ se3.adjoint(end)
+    at_end = matmul(all_cycles[inside], se3.adjoint(end))
     return _Chain(begins, all_cycles, inside, at_end, later, se3.normalised(begins[-1]))
 
 
 def _seen_at_end(model: TwistModel, chain: _Chain, seen_at_start: Array) -> tuple[Array, Array]:
     """Return the displacement [m] and its derivative in the end's frame, from twists (6, k) seen at the start."""
     g = chain.end.copy()
-    jacobian = se3.adjoint(se3.inverse(g)) @ seen_at_start
+    jacobian = matmul(se3.adjoint(se3.inverse(g)), seen_at_start)
     g[:3, 3] *= model.length_m
     jacobian[:3] *= model.length_m
     return g, jacobian
@@ -187,8 +188,8 @@ def flow_and_jacobian(
     turned_about = shapes[np.arange(n), limb, :, axis]
     sign = np.where(sequence.angle < 0, -1.0, 1.0)
     xi_end = sign[:, None] * model.twist(*(x.transpose(2, 1, 0) for x in (shapes[1:, :, :, 0], base_rates))).T
-    seen_at_start = (chain.at_end @ xi_end[..., None])[..., 0]
-    seen_at_start += (chain.later.reshape(n, 6, 2, 3)[np.arange(n), :, limb] @ turned_about[..., None])[..., 0]
+    seen_at_start = (matmul(chain.at_end, xi_end[..., None]))[..., 0]
+    seen_at_start += (matmul(chain.later.reshape(n, 6, 2, 3)[np.arange(n), :, limb], turned_about[..., None]))[..., 0]
     return _seen_at_end(model, chain, seen_at_start.T)
 
 
@@ -232,15 +233,32 @@ def flow_and_jacobian_of_moves(
     turned = np.moveaxis(part * mesh.rates[:, :, None], (0, 1), (-1, -2))  # (k, m, 2, 3)
     per_rate = model.per_rate(_node_states(mesh, nodes)[0]).reshape(6, 2, 3, k, m)
     turning = part[..., None, None, None] * se3.left_jacobian(turned)
-    change = np.einsum("alskm,kmlsj->aljkm", solved.node_change, turning)
-    change += np.einsum("alskm,kmlsj->aljkm", per_rate * (weights[:, None] * mesh.duration), se3.rotation(turned))
+    change = _turned_change(solved.node_change, turning)
+    change += _turned_change(per_rate * (weights[:, None] * mesh.duration), se3.rotation(turned))
     own = np.zeros((n, 6, 6))
-    np.add.at(own, mesh.piece, se3.adjoint(chain.begins[:-1]) @ _carried_to_step(solved, change))
-    own = chain.all_cycles[chain.inside] @ own
-    own += np.einsum("nals,nlsj->nalj", chain.later.reshape(n, 6, 2, 3), se3.left_jacobian(turns)).reshape(n, 6, 6)
-    seen_at_start = np.einsum("nalj,nlji->anli", own.reshape(n, 6, 2, 3), shapes[:-1]).reshape(6, 6 * n)
+    np.add.at(own, mesh.piece, matmul(se3.adjoint(chain.begins[:-1]), _carried_to_step(solved, change)))
+    own = matmul(chain.all_cycles[chain.inside], own)
+    own += _by_limb(chain.later, se3.left_jacobian(turns)).reshape(n, 6, 6)
+    seen_at_start = _by_limb(own, shapes[:-1]).transpose(1, 0, 2, 3).reshape(6, 6 * n)
     g, jacobian = _seen_at_end(model, chain, seen_at_start)
     return g, jacobian.reshape(6, n, 6)
+
+
+def _turned_change(change: Array, turning: Array) -> Array:
+    """Return changes by turns in base coordinates as changes by other turns.
+
+    Shapes (6, 2, 3, m, n) and (m, n, 2, 3, 3).
+    """
+    by = turning.transpose(2, 3, 4, 0, 1)
+    return np.asarray(sum(change[:, :, s, None] * by[:, s] for s in range(3)))
+
+
+def _by_limb(twists: Array, turning: Array) -> Array:
+    """Return twists by each limb's rotation vectors as twists by others.
+
+    Shapes (n, 6, 6) and (n, 2, 3, 3) to (n, 6, 2, 3).
+    """
+    return np.swapaxes(matmul(np.swapaxes(twists.reshape(-1, 6, 2, 3), 1, 2), turning), 1, 2)
 
 
 def shape_gap(sequence: PrimitiveSequence, shapes: Array, end: Array) -> tuple[Array, Array]:
@@ -255,7 +273,7 @@ def shape_gap(sequence: PrimitiveSequence, shapes: Array, end: Array) -> tuple[A
         Rotation vectors in base coordinates [rad], shape (6,), and derivatives by the angles,
         leading order in the gap, shape (6, n).
     """
-    gap = as_vector(shapes[-1] @ np.swapaxes(end, -1, -2)).ravel()
+    gap = as_vector(matmul(shapes[-1], np.swapaxes(end, -1, -2))).ravel()
     limb, axis = sequence.control // 3, sequence.control % 3
     turned = shapes[np.arange(len(sequence)), limb, :, axis].T
     return gap, np.concatenate([np.where(limb == i, turned, 0.0) for i in (0, 1)])

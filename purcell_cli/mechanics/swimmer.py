@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.geometry.reproducible import log
 from purcell_cli.geometry.rotations import Array
 
 LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
@@ -80,7 +81,7 @@ class Swimmer:
             self,
             base_half_length_m=self.base_half_length_m / self.length_m,
             limb_half_length_m=self.limb_half_length_m / self.length_m,
-            viscosity_pa_s=math.log(1.0 / self.slenderness) / (4.0 * math.pi),
+            viscosity_pa_s=log(1.0 / self.slenderness) / (4.0 * math.pi),
             joint_rate_rad_s=1.0,
         )
 
@@ -89,7 +90,7 @@ class Swimmer:
 
         The paper (section III-A) writes k_T; l/a is one over the slenderness.
         """
-        return 4.0 * math.pi * self.viscosity_pa_s / math.log(1.0 / self.slenderness)
+        return 4.0 * math.pi * self.viscosity_pa_s / log(1.0 / self.slenderness)
 
     def spin_drag(self, half_length_m: float) -> float:
         """Return k_R, the torque per length on a link spinning about its own axis [N s].
@@ -97,7 +98,7 @@ class Swimmer:
         4 pi mu a^2, a rigid cylinder of radius a spinning in Stokes flow; the paper leaves it open.
         """
         radius = self.slenderness * 2.0 * half_length_m
-        return 4.0 * math.pi * self.viscosity_pa_s * radius**2
+        return 4.0 * math.pi * self.viscosity_pa_s * radius * radius
 
     def bend_spread(self) -> float:
         """Return the spread of the links about their best-fitting line, per squared bend of one limb [m^3].
@@ -107,8 +108,9 @@ class Swimmer:
         """
         b, l = self.base_half_length_m, self.limb_half_length_m
         half = b + 2.0 * l
-        shift, tilt = 2.0 * l**2, 8.0 / 3.0 * l**3 + 2.0 * b * l**2
-        return 8.0 / 3.0 * l**3 - shift**2 / (2.0 * half) - tilt**2 / (2.0 / 3.0 * half**3)
+        shift, tilt = 2.0 * l * l, 8.0 / 3.0 * l * l * l + 2.0 * b * l * l
+        line = 2.0 / 3.0 * half * half * half
+        return 8.0 / 3.0 * l * l * l - shift * shift / (2.0 * half) - tilt * tilt / line
 
     def roll_sharpness(self) -> float:
         """Return the bend of a limb at which lateral drag resists roll as much as spin drag does [rad].
@@ -134,5 +136,5 @@ class Swimmer:
         """
         half = self.base_half_length_m if link == 0 else self.limb_half_length_m
         k, k_spin = self.lateral_drag(), self.spin_drag(half)
-        lateral, turn = 2.0 * k * half, 2.0 / 3.0 * k * half**3
+        lateral, turn = 2.0 * k * half, 2.0 / 3.0 * k * half * half * half
         return np.diag([lateral / self.drag_ratio, lateral, lateral, 2.0 * k_spin * half, turn, turn])

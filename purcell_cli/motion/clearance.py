@@ -19,6 +19,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.geometry.reproducible import arccos, inner
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import Sweeps
@@ -65,7 +66,7 @@ def apart_bend_rad(swimmer: Swimmer, clearance_m: float = 0.0) -> float:
     """
     nearest = radius_m(swimmer, swimmer.limb_half_length_m) + 0.5 * clearance_m
     cosine = (nearest - swimmer.base_half_length_m) / (2.0 * swimmer.limb_half_length_m)
-    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    return float(arccos(np.clip(cosine, -1.0, 1.0)))
 
 
 def segment_distance(gap: Array, first: Array, second: Array) -> Array:
@@ -102,7 +103,7 @@ def _places(gap: Array, first: Array, second: Array) -> list[tuple[Array, Array]
 
 
 def _dot(a: Array, b: Array) -> Array:
-    return np.asarray(np.einsum("...i,...i->...", a, b))
+    return np.asarray(inner(a, b))
 
 
 def _share(part: Array, whole: Array) -> Array:

@@ -12,12 +12,13 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.geometry.reproducible import apply, arctan2, cos, hypot, inner, sin
 from purcell_cli.geometry.rotations import Array, cross
 
 
 def bends(axes: Array) -> Array:
     """Return the angles of limb axes with the base's axis [rad]. Shape (..., 3) to (...)."""
-    return np.arctan2(np.hypot(axes[..., 1], axes[..., 2]), axes[..., 0])
+    return arctan2(hypot(axes[..., 1], axes[..., 2]), axes[..., 0])
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -50,10 +51,10 @@ class Sweeps:
             durations: How long they last [s]. Shape (n,).
         """
         axes = shapes[..., 0]
-        about = np.einsum("nlij,nlj->nli", shapes, np.reshape(rates, (-1, 2, 3)))
-        turn = np.sqrt(np.einsum("nli,nli->nl", about, about))
+        about = apply(shapes, np.reshape(rates, (-1, 2, 3)))
+        turn = np.sqrt(inner(about, about))
         unit = about / np.where(turn > 0.0, turn, 1.0)[..., None]
-        centre = np.einsum("nli,nli->nl", unit, axes)[..., None] * unit
+        centre = inner(unit, axes)[..., None] * unit
         return cls(centre, axes - centre, cross(unit, axes), turn, np.asarray(durations, dtype=np.float64))
 
     def __len__(self) -> int:
@@ -62,12 +63,12 @@ class Sweeps:
     def at(self, piece: NDArray[np.int64], time: Array) -> Array:
         """Return the limbs' axes on some pieces, at times within them [s]. Shapes (m,) to (m, 2, 3)."""
         angle = (self.turn[piece] * time[:, None])[..., None]
-        return np.asarray(self.centre[piece] + np.cos(angle) * self.cosine[piece] + np.sin(angle) * self.sine[piece])
+        return np.asarray(self.centre[piece] + cos(angle) * self.cosine[piece] + sin(angle) * self.sine[piece])
 
     @property
     def speed(self) -> Array:
         """How fast the limbs' axes sweep; a limb that only rolls does not [rad/s]. Shape (n, 2)."""
-        return np.asarray(self.turn * np.sqrt(np.einsum("nli,nli->nl", self.sine, self.sine)))
+        return np.asarray(self.turn * np.sqrt(inner(self.sine, self.sine)))
 
     def least_along(self, direction: Array) -> Array:
         """Return the least component of each limb's axis along a direction, at any instant of a piece.
@@ -78,11 +79,11 @@ class Sweeps:
         Returns:
             Components. Shape (n, 2).
         """
-        c, a, b = (np.einsum("nli,nli->nl", x, direction) for x in (self.centre, self.cosine, self.sine))
+        c, a, b = (inner(x, direction) for x in (self.centre, self.cosine, self.sine))
         end = self.turn * self.duration[:, None]
-        lowest = np.remainder(np.arctan2(-b, -a), 2.0 * np.pi)
-        at_ends = np.minimum(a, a * np.cos(end) + b * np.sin(end))
-        return np.asarray(c + np.where(lowest < end, -np.hypot(a, b), at_ends))
+        lowest = np.remainder(arctan2(-b, -a), 2.0 * np.pi)
+        at_ends = np.minimum(a, a * cos(end) + b * sin(end))
+        return np.asarray(c + np.where(lowest < end, -hypot(a, b), at_ends))
 
     def largest_bends(self) -> tuple[Array, Array]:
         """Return each limb's largest bend on each piece, at any instant of it, and when.
@@ -94,9 +95,9 @@ class Sweeps:
             Bends [rad] and times within the pieces [s]. Shapes (n, 2).
         """
         end = self.turn * self.duration[:, None]
-        least = np.remainder(np.arctan2(-self.sine[..., 0], -self.cosine[..., 0]), 2.0 * np.pi)
+        least = np.remainder(arctan2(-self.sine[..., 0], -self.cosine[..., 0]), 2.0 * np.pi)
         angle = np.stack([np.zeros_like(end), end, np.where(least < end, least, end)])
-        axes = self.centre + np.cos(angle)[..., None] * self.cosine + np.sin(angle)[..., None] * self.sine
+        axes = self.centre + cos(angle)[..., None] * self.cosine + sin(angle)[..., None] * self.sine
         bend = bends(axes)
         which = np.argmax(bend, axis=0)[None]
         angle = np.take_along_axis(angle, which, axis=0)[0]

@@ -15,6 +15,7 @@ import numpy as np
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.lift import piece_displacements
@@ -205,12 +206,12 @@ def _workspace(
         mine = np.arange(first, first + n)
         along = se3.prefix_products(moves[mine])
         counts = np.arange(block.cycles)
-        origins = here[None] if block.cycles == 1 else se3.normalised(here @ se3.power(along[-1], counts))
-        poses.append((origins[:, None] @ along[:-1]).reshape(-1, 4, 4))
+        origins = here[None] if block.cycles == 1 else se3.normalised(matmul(here, se3.power(along[-1], counts)))
+        poses.append((matmul(origins[:, None], along[:-1])).reshape(-1, 4, 4))
         index.append(np.tile(mine, block.cycles))
         once = float(np.sum(pieces.durations[mine]))
         begun.append((counts[:, None] * once + pieces.begun[mine]).ravel())
-        here = se3.normalised(here @ se3.power(along[-1], block.cycles))
+        here = se3.normalised(matmul(here, se3.power(along[-1], block.cycles)))
         first, total = first + n, total + block.cycles * once
     which = np.concatenate([*index, [first]]).astype(np.int64)
     every = np.concatenate([*poses, here[None]])

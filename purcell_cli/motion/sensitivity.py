@@ -17,6 +17,7 @@ import numpy as np
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import matmul, norm
 from purcell_cli.geometry.rotations import Array, angle_between
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.configuration import Configuration
@@ -76,15 +77,17 @@ def sensitivities(
     """
     planned = block_displacements(swimmer, blocks, start.shape, _ENOUGH)
     after = _after(planned)
-    end = start.pose @ after[0]
+    end = matmul(start.pose, after[0])
     out = []
     for parameter in PARAMETERS:
         found = []
         for fraction, other in _neighbours(swimmer, parameter, change):
             moved = block_displacements(other, blocks, start.shape, _ENOUGH)
-            other_end = start.pose @ _after(moved)[0]
-            steps = se3.normalised(se3.inverse(after[1:]) @ se3.inverse(planned) @ moved @ after[1:])
-            position = float(np.linalg.norm(other_end[:3, 3] - end[:3, 3]))
+            other_end = matmul(start.pose, _after(moved)[0])
+            steps = se3.normalised(
+                matmul(matmul(matmul(se3.inverse(after[1:]), se3.inverse(planned)), moved), after[1:])
+            )
+            position = float(norm(other_end[:3, 3] - end[:3, 3]))
             angle = float(angle_between(end[:3, :3], other_end[:3, :3]))
             by_block = se3.log(steps) if len(steps) else np.empty((0, 6))
             found.append(Sensitivity(parameter, fraction, position, angle, by_block))

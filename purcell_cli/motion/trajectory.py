@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import inner, matmul
 from purcell_cli.geometry.rotations import Array, as_euler, as_quaternion, orthonormalised
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
@@ -87,8 +88,8 @@ def continuous_quaternions(rotation: Array, before: Array | None = None) -> Arra
         before: The quaternion before the first; w >= 0 in the first row if there is none. Shape (4,).
     """
     quaternion = as_quaternion(rotation)
-    turn = np.einsum("ni,ni->n", quaternion[1:], quaternion[:-1]) < 0
-    first = -1.0 if before is not None and before @ quaternion[0] < 0.0 else 1.0
+    turn = inner(quaternion[1:], quaternion[:-1]) < 0
+    first = -1.0 if before is not None and matmul(before, quaternion[0]) < 0.0 else 1.0
     sign = np.concatenate([[first], np.where(turn, -1.0, 1.0)]).cumprod()
     return np.asarray(quaternion * sign[:, None])
 
@@ -180,9 +181,9 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
     rows = _Rows.of(pieces, rate, dt_s, clock_step(sum(b.duration for b in blocks) / rate))
     q = pieces.sequence
     turned, rates = q.lasting(rows.piece, rows.since).turns(), q.rates()[rows.piece]
-    shapes = orthonormalised(pieces.shapes[rows.piece] @ turned)
+    shapes = orthonormalised(matmul(pieces.shapes[rows.piece], turned))
     moves = piece_displacements(swimmer, shapes, rates, rows.length)
-    count = int(pieces.cycles @ np.diff(rows.stops)) + 1
+    count = int(matmul(pieces.cycles, np.diff(rows.stops))) + 1
     time, phase, gait = np.empty(count), np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
     poses, limbs, controls = np.empty((count, 4, 4)), np.empty((count, 2, 3, 3)), np.empty((count, 6))
     names = tuple(dict.fromkeys(b.gait for b in blocks)) or ("none",)
@@ -190,11 +191,11 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
     for k, (mine, out, begins) in enumerate(_played(blocks, rows)):
         along = se3.prefix_products(se3.extended(moves[mine]))  # see `run_displacements`
         n, cycles = mine.stop - mine.start, len(begins)
-        begun = here @ se3.prefix_products(np.broadcast_to(along[-1], (cycles, 4, 4)))
+        begun = matmul(here, se3.prefix_products(np.broadcast_to(along[-1], (cycles, 4, 4))))
         origins, along = begun[:-1].astype(np.float64), along.astype(np.float64)
         time[out] = (begins[:, None] + rows.time_s[mine]).ravel()
         phase[out], gait[out] = blocks[k].phase, names.index(blocks[k].gait)
-        np.matmul(origins[:, None], along[:-1], out=poses[out].reshape(cycles, n, 4, 4))
+        poses[out].reshape(cycles, n, 4, 4)[:] = matmul(origins[:, None], along[:-1])
         limbs[out].reshape(cycles, n, 2, 3, 3)[:] = shapes[mine]
         controls[out].reshape(cycles, n, 6)[:] = rates[mine] * rate
         here = se3.normalised(begun[-1])

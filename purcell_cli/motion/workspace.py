@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import inner, matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift import piece_displacements
@@ -97,14 +98,14 @@ def link_ends(swimmer: Swimmer, poses: Array, axes: Array) -> Array:
     joints[:, 0, 0], joints[:, 1, 0] = swimmer.base_half_length_m, -swimmer.base_half_length_m
     arms = 2.0 * swimmer.limb_half_length_m * np.array([1.0, -1.0])[:, None] * axes
     points = np.concatenate([joints, joints + arms], axis=1)
-    return np.asarray(points @ np.swapaxes(poses[:, :3, :3], -1, -2) + poses[:, None, :3, 3])
+    return np.asarray(matmul(points, np.swapaxes(poses[:, :3, :3], -1, -2)) + poses[:, None, :3, 3])
 
 
 def end_speeds(swimmer: Swimmer, sweeps: Sweeps) -> Array:
     """Return what the speeds of joints and of limbs' ends in the world cannot exceed [m/s]. Shape (n, 2)."""
     b, l = swimmer.base_half_length_m, swimmer.limb_half_length_m
-    spin = sweeps.turn * np.sqrt(np.einsum("nli,nli->nl", sweeps.centre, sweeps.centre))
-    held = 8.0 / 3.0 * l**3 * sweeps.speed**2
+    spin = sweeps.turn * np.sqrt(inner(sweeps.centre, sweeps.centre))
+    held = 8.0 / 3.0 * l * l * l * sweeps.speed**2
     held += 2.0 * l * swimmer.spin_drag(l) / swimmer.lateral_drag() * spin**2
     power = 2.0 * swimmer.drag_ratio * held.sum(axis=1)
     return np.asarray(np.sqrt(power[:, None] / np.array([max(b, l), l])))
@@ -133,7 +134,7 @@ def largest_excess(
     row, part, depth = np.arange(len(poses)), np.zeros(len(poses), dtype=np.int64), 0
     moves, axes = path.ahead(piece, part, depth, 1.0)
     first = box.beyond(row, np.zeros(len(row)), poses, shapes[piece, :, :, 0])
-    last = box.beyond(row, path.durations[piece], poses @ moves, axes)
+    last = box.beyond(row, path.durations[piece], matmul(poses, moves), axes)
     while len(row):
         here = piece[row]
         length = path.durations[here] / 2**depth
@@ -144,7 +145,7 @@ def largest_excess(
             return dataclasses.replace(box.best, error_m=float(np.max(bound)) - box.best.distance_m)
         row, part, poses, first, last, length = (x[open_] for x in (row, part, poses, first, last, length))
         moves, axes = path.ahead(piece[row], part, depth, 0.5)
-        middle = poses @ moves
+        middle = matmul(poses, moves)
         between = box.beyond(row, (part + 0.5) * length, middle, axes)
         row, part, depth = np.tile(row, 2), np.concatenate([2 * part, 2 * part + 1]), depth + 1
         poses = np.concatenate([poses, middle])
@@ -180,7 +181,7 @@ class _Path:
         begun = (key - (one << depth)) * length
         twist = np.zeros((len(key), 2, 6))
         twist[..., 3:] = self.rates[one].reshape(-1, 2, 3) * begun[:, None, None]
-        shapes = self.shapes[one] @ se3.exp(twist)[..., :3, :3]
+        shapes = matmul(self.shapes[one], se3.exp(twist)[..., :3, :3])
         moves = piece_displacements(self.swimmer, shapes, self.rates[one], share * length, _FINE)
         return moves[which], self.sweeps.at(one, begun + share * length)[which]
 

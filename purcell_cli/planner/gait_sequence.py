@@ -16,6 +16,7 @@ import numpy as np
 from purcell_cli.errors import GaitError
 from purcell_cli.gaits import gait as stored
 from purcell_cli.gaits.gait import MOTIONS, Gait, Stroke
+from purcell_cli.geometry.reproducible import arctan2_of, hypot_of, matmul, sin_cos_of
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
@@ -83,7 +84,7 @@ class StrokeBook:
         if own < 3:
             return float(g[own, 3])
         j, k = (own - 2) % 3, (own - 1) % 3
-        return math.atan2(float(g[k, j]), float(g[j, j]))
+        return arctan2_of(float(g[k, j]), float(g[j, j]))
 
     def cost(self, motion: Motion) -> float:
         """Return about how much joint travel a motion takes [rad]."""
@@ -143,21 +144,21 @@ def split(book: StrokeBook, displacement: Array) -> list[Motion]:
         displacement: Body displacement, in units of L. Shape (4, 4).
     """
     p, r = displacement[:3, 3], displacement[:3, :3]
-    aside = math.hypot(p[1], p[2])
-    first_roll = math.atan2(p[2], p[1]) if aside > _NEGLIGIBLE else 0.0
+    aside = hypot_of(p[1], p[2])
+    first_roll = arctan2_of(p[2], p[1]) if aside > _NEGLIGIBLE else 0.0
     along = [Motion(axis, float(v)) for axis, v in zip("xyz", p, strict=True)]
     ways = [[*along, *turns] for turns in _rotations(r)]
     for sense in (1.0, -1.0):
         roll = math.remainder(first_roll + (0.0 if sense > 0 else math.pi), 2.0 * math.pi)
         y = sense * aside
-        bearing = math.remainder(math.atan2(y, p[0]), math.pi)  # swims backwards rather than turning round
+        bearing = math.remainder(arctan2_of(y, p[0]), math.pi)  # swims backwards rather than turning round
         for part in np.linspace(0.0, 1.0, _GRID if aside > _NEGLIGIBLE else 1):
             yaw = float(part) * bearing
-            c, s = math.cos(yaw), math.sin(yaw)
+            s, c = sin_cos_of(yaw)
             begun = [Motion("roll", roll), Motion("yaw", yaw)]
             begun += [Motion("x", c * p[0] + s * y), Motion("y", c * y - s * p[0])]
-            done = about_axis(0, roll) @ about_axis(2, yaw)
-            ways += [[*begun, *turns] for turns in _rotations(done.T @ r)]
+            done = matmul(about_axis(0, roll), about_axis(2, yaw))
+            ways += [[*begun, *turns] for turns in _rotations(matmul(done.T, r))]
     priced = [_merged(way) for way in ways]
     return min(priced, key=lambda way: round(sum(book.cost(m) for m in way), 9))
 
@@ -168,7 +169,7 @@ def _rotations(rotation: Array) -> list[list[Motion]]:
         [Motion(a, v) for a, v in zip(("roll", "yaw", "roll"), turned, strict=True)]
         for turned in _roll_yaw_roll(rotation)
     ]
-    pitch = math.atan2(float(rotation[0, 2]), float(rotation[0, 0]))
+    pitch = arctan2_of(float(rotation[0, 2]), float(rotation[0, 0]))
     if float(np.max(np.abs(about_axis(1, pitch) - rotation))) < _NEGLIGIBLE:
         ways.append([Motion("pitch", pitch)])
     return ways
@@ -176,16 +177,16 @@ def _rotations(rotation: Array) -> list[list[Motion]]:
 
 def _roll_yaw_roll(rotation: Array) -> list[tuple[float, float, float]]:
     """Return the ways to make a rotation as Rx(a) Rz(b) Rx(c)."""
-    sine = math.hypot(rotation[1, 0], rotation[2, 0])
-    b = math.atan2(sine, rotation[0, 0])
+    sine = hypot_of(rotation[1, 0], rotation[2, 0])
+    b = arctan2_of(sine, rotation[0, 0])
     if sine < _NEGLIGIBLE:
         c = (
-            math.atan2(rotation[2, 1], rotation[1, 1])
+            arctan2_of(rotation[2, 1], rotation[1, 1])
             if rotation[0, 0] > 0
-            else -math.atan2(-rotation[2, 1], -rotation[1, 1])
+            else -arctan2_of(-rotation[2, 1], -rotation[1, 1])
         )
         return [(0.0, b, c)]
-    a, c = math.atan2(rotation[2, 0], rotation[1, 0]), math.atan2(rotation[0, 2], -rotation[0, 1])
+    a, c = arctan2_of(rotation[2, 0], rotation[1, 0]), arctan2_of(rotation[0, 2], -rotation[0, 1])
     other = (math.remainder(a + math.pi, 2 * math.pi), -b, math.remainder(c + math.pi, 2 * math.pi))
     return [(a, b, c), other]
 

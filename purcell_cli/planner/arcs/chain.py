@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import apply, arctan2, hypot, inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, about_axis, wrapped
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.arcs.loop_family import Fan
@@ -139,10 +140,10 @@ class Chains:
             found = fan.loops.at(self.bend[i, j], self.aside[i, j])
             for part, values in ((cycle, found.cycle), (ways, found.ways)):
                 part[0, i, j], part[1:, i, j] = values[0], values[0] + _SMALL * values[1:]
-        moved = np.matmul(*se3.exp(np.stack([self.cycles[..., None] * cycle, ways])))
-        moved = np.where(self.mirrored[..., None, None], _MIRROR @ moved @ _MIRROR, moved)
+        moved = matmul(*se3.exp(np.stack([self.cycles[..., None] * cycle, ways])))
+        moved = np.where(self.mirrored[..., None, None], matmul(matmul(_MIRROR, moved), _MIRROR), moved)
         moved = np.where(self.backwards[..., None, None], se3.inverse(moved), moved)
-        return moved[0], np.moveaxis(_twist_of(se3.inverse(moved[0]) @ moved[1:]) / _SMALL, 0, 2)
+        return moved[0], np.moveaxis(_twist_of(matmul(se3.inverse(moved[0]), moved[1:])) / _SMALL, 0, 2)
 
     def residuals(self, wanted: Array) -> tuple[Array, Array]:
         """Return log(D^-1 g) and their derivatives by bends, asides and rolls.
@@ -156,10 +157,10 @@ class Chains:
         moved, twists = self._moves()
         whole, after = self._put_together(moved)
         carried = se3.adjoint(se3.inverse(after))
-        turned = carried[:, 1::2] @ np.swapaxes(twists, 2, 3)
+        turned = matmul(carried[:, 1::2], np.swapaxes(twists, 2, 3))
         columns = [turned[..., 0], turned[..., 1], carried[:, ::2, :, 3]]
         derivative = np.concatenate(columns, axis=1).swapaxes(1, 2)
-        return se3.log(se3.normalised(se3.inverse(wanted) @ whole)), derivative
+        return se3.log(se3.normalised(matmul(se3.inverse(wanted), whole))), derivative
 
     def displacements(self) -> Array:
         """Return what the chains do to the base. Shape (n, 4, 4)."""
@@ -178,11 +179,11 @@ class Chains:
         rolls = se3.pose(about_axis(0, self.roll), np.zeros((n, m + 1, 3)))
         after = np.empty((n, 2 * m + 1, 4, 4))
         after[:, 2 * m] = np.eye(4)
-        pairs = moved @ rolls[:, 1:]
+        pairs = matmul(moved, rolls[:, 1:])
         for k in reversed(range(m)):
-            after[:, 2 * k] = pairs[:, k] @ after[:, 2 * k + 2]
-        after[:, 1::2] = rolls[:, 1:] @ after[:, 2::2]
-        return rolls[:, 0] @ after[:, 0], after
+            after[:, 2 * k] = matmul(pairs[:, k], after[:, 2 * k + 2])
+        after[:, 1::2] = matmul(rolls[:, 1:], after[:, 2::2])
+        return matmul(rolls[:, 0], after[:, 0]), after
 
     def settled(self, wanted: Array, rounds: int) -> tuple[Chains, Array, Array]:
         """Return the chains changed until they make displacements, at little cost.
@@ -220,7 +221,7 @@ class Chains:
 
     def short(self, wanted: Array) -> Array:
         """Return by how much less far than displacements the chains go [L]. Shapes (n, 4, 4) to (n,)."""
-        way, gone = (np.linalg.norm(g[:, :3, 3], axis=1) for g in (wanted, self.displacements()))
+        way, gone = (norm(g[:, :3, 3]) for g in (wanted, self.displacements()))
         return np.asarray(np.maximum(way - gone, 0.0))
 
     def longer(self, wanted: Array) -> Chains:
@@ -231,7 +232,7 @@ class Chains:
         """
         _, high = self._bounds()
         full = (self.which >= 0) & (self.bend > high[:, : self.which.shape[1]] - _FULL_RAD)
-        way = np.linalg.norm(wanted[:, :3, 3], axis=1)
+        way = norm(wanted[:, :3, 3])
         share = np.minimum(self.short(wanted) / np.maximum(way, 1e-300), _LONGER)
         more = np.maximum(np.ceil(share[:, None] * self.cycles), 1.0)
         return dataclasses.replace(self, cycles=self.cycles + full * more)
@@ -279,7 +280,7 @@ def linked(crank: Crank, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Arr
     every = np.zeros((n, m, 3))
     live = np.arange(m) < np.array([len(arc) for arc in arcs])[:, None]
     every[live] = np.concatenate([np.empty((0, 3)), *arcs])
-    turn = np.hypot(every[..., 1], every[..., 2])
+    turn = hypot(every[..., 1], every[..., 2])
     found = [fitted(fan, np.abs(every[live][:, 0]), turn[live]) for fan in fans]
     cheapest = np.argmin(np.round([f.cost for f in found], 9), axis=0)
     forced = np.broadcast_to(only[:, None], (n, m))[live]
@@ -295,7 +296,7 @@ def linked(crank: Crank, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Arr
         once = fan.loops.at(bend[mine], aside[mine])
         twist[mine] = cycles[mine][:, None] * once.cycle[0] + once.ways[0]
     backwards = twist[..., 0] * every[..., 0] < 0.0
-    plane = np.arctan2(-every[..., 1], every[..., 2]) - np.arctan2(-twist[..., 4], twist[..., 5])
+    plane = arctan2(-every[..., 1], every[..., 2]) - arctan2(-twist[..., 4], twist[..., 5])
     plane = plane - np.where(backwards, math.pi, 0.0)
     turns, mirrored, before = np.zeros((n, m + 1)), np.zeros((n, m), dtype=bool), np.zeros(n)
     for k in range(m):
@@ -315,9 +316,9 @@ def missed(residual: Array, wanted: Array) -> Array:
         residual: Twists log(D^-1 g). Shape (n, 6).
         wanted: The displacements D. Shape (n, 4, 4).
     """
-    way = np.linalg.norm(wanted[..., :3, 3], axis=-1)
-    ahead = np.einsum("nji,nj->ni", wanted[:, :3, :3], wanted[:, :3, 3]) / np.maximum(way, 1e-300)[:, None]
-    along = np.einsum("ni,ni->n", ahead, residual[:, :3])
+    way = norm(wanted[..., :3, 3])
+    ahead = apply(np.swapaxes(wanted[:, :3, :3], 1, 2), wanted[:, :3, 3]) / np.maximum(way, 1e-300)[:, None]
+    along = inner(ahead, residual[:, :3])
     across = np.abs(residual[:, :3] - along[:, None] * ahead).max(axis=-1)
     parts = [
         np.abs(along) / (1.0 + way / _FAR_AHEAD_L),

@@ -16,6 +16,7 @@ import math
 
 import numpy as np
 
+from purcell_cli.geometry.reproducible import arccos, arctan2, cos, hypot
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.planner.arcs.loops import Loops, loops
@@ -64,16 +65,16 @@ class Fan:
         self.unit = price[0] / (8.0 * beat[0])
         price = price / self.unit
         twist = cycle / price[:, None]
-        turn = np.hypot(twist[:, 4], twist[:, 5])
+        turn = hypot(twist[:, 4], twist[:, 5])
         some = slice(int(np.argmax(turn)) + 1)
         self.advance, self.turn = twist[some, 0], turn[some]
         self.bend, self.aside = (part[some] for part in loops.place(beat, offset))
         self.turn[0] = 0.0
         self.straight, self.tight = float(np.max(np.abs(self.advance))), float(np.max(np.abs(self.turn)))
-        self._bearing = np.arctan2(np.abs(self.turn) / self.tight, np.abs(self.advance) / self.straight)
+        self._bearing = arctan2(np.abs(self.turn) / self.tight, np.abs(self.advance) / self.straight)
         order = np.argsort(self._bearing, kind="stable")
         self._bearing, self._knot = self._bearing[order], order.astype(np.float64)
-        size = np.hypot(self.turn / self.tight, self.advance / self.straight)
+        size = hypot(self.turn / self.tight, self.advance / self.straight)
         self._size = size[order]
 
     def cost(self, advance: Array, turn: Array) -> Array:
@@ -82,7 +83,7 @@ class Fan:
         An arc tighter than the tightest loop is swum forwards and backwards in turn.
         """
         a, b = np.abs(advance) / self.straight, np.abs(turn) / self.tight
-        return np.asarray(np.maximum(np.hypot(a, b) / np.interp(np.arctan2(b, a), self._bearing, self._size), b))
+        return np.asarray(np.maximum(hypot(a, b) / np.interp(arctan2(b, a), self._bearing, self._size), b))
 
     def ways(self, advance: float, turn: float) -> list[tuple[float, float]]:
         """Return the arc as advances and turns that loops can make [L, rad].
@@ -100,7 +101,7 @@ class Fan:
 
     def knot(self, advance: Array, turn: Array) -> Array:
         """Return where in the table the loops that swim arcs are, from 0 on. Shapes (n,)."""
-        bearing = np.arctan2(np.abs(turn) / self.tight, np.abs(advance) / self.straight)
+        bearing = arctan2(np.abs(turn) / self.tight, np.abs(advance) / self.straight)
         return np.interp(bearing, self._bearing, self._knot)
 
     def at(self, knot: Array, column: Array) -> Array:
@@ -127,7 +128,7 @@ def _across(loops: Loops, bend_rad: float, straight_rad: float) -> tuple[Array, 
     """Return beats and offsets across the plane, from the straight loop to the best to turn [rad]."""
     offset = _ACROSS * bend_rad
     once, paid = _once(loops, _largest_beat(bend_rad, offset), offset)
-    offset = np.linspace(0.0, _summit(offset, np.hypot(once[:, 4], once[:, 5]) / paid), _KNOTS)
+    offset = np.linspace(0.0, _summit(offset, hypot(once[:, 4], once[:, 5]) / paid), _KNOTS)
     beat = _largest_beat(bend_rad, offset)
     if straight_rad < bend_rad:
         beat = np.minimum(beat, straight_rad + (beat[-1] - straight_rad) * np.linspace(0.0, 1.0, _KNOTS))
@@ -136,7 +137,7 @@ def _across(loops: Loops, bend_rad: float, straight_rad: float) -> tuple[Array, 
 
 def _largest_beat(bend_rad: float, offset: Array) -> Array:
     """Return the largest beats that keep a bend limit, beside offsets across the plane [rad]."""
-    return np.asarray(np.arccos(np.minimum(math.cos(bend_rad) / np.cos(offset), 1.0)))
+    return np.asarray(arccos(np.minimum(cos(bend_rad) / cos(offset), 1.0)))
 
 
 def _summit(x: Array, y: Array) -> float:
@@ -144,7 +145,10 @@ def _summit(x: Array, y: Array) -> float:
     k = int(np.argmax(y))
     if not 0 < k < len(x) - 1:
         return float(x[k])
-    a, b, _ = np.polyfit(x[k - 1 : k + 2] - x[k], y[k - 1 : k + 2], 2)
+    before, after = x[k - 1] - x[k], x[k + 1] - x[k]
+    slopes = (y[k - 1] - y[k]) / before, (y[k + 1] - y[k]) / after
+    a = (slopes[1] - slopes[0]) / (after - before)
+    b = slopes[1] - a * after
     return float(x[k] - 0.5 * b / a)
 
 

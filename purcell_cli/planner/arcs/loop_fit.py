@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.geometry.reproducible import hypot, inner, matmul, solve
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.planner.arcs.loop_family import Fan
 
@@ -52,9 +53,9 @@ def fitted(fan: Fan, advance: Array, turn: Array) -> Fitted:
     wanted = np.stack([advance, turn], axis=1) * scale
     once = loops.at(bend, aside)
     cycle, ways = (_advance_and_turn(part[0])[0] * scale for part in (once.cycle, once.ways))
-    size = np.maximum(np.einsum("ni,ni->n", cycle, cycle), 1e-300)
-    whole = np.einsum("ni,ni->n", wanted, cycle) / size
-    share = np.einsum("ni,ni->n", ways, cycle) / size
+    size = np.maximum(inner(cycle, cycle), 1e-300)
+    whole = inner(wanted, cycle) / size
+    share = inner(ways, cycle) / size
     cycles = np.maximum(np.ceil(whole - share - _SPARE), np.where(share > 0.1, 0.0, 1.0))
     bend = bend * np.sqrt(np.minimum(whole / np.maximum(cycles + share, 1e-300), 1.0))
     for _ in range(_FITTING):
@@ -65,9 +66,9 @@ def fitted(fan: Fan, advance: Array, turn: Array) -> Fitted:
         missing = wanted - value * scale
         slope = slope * scale[:, None]
         # Damped, since where loops only go straight, or only turn, one of the two equations is empty.
-        normal = np.swapaxes(slope, 1, 2) @ slope
+        normal = matmul(np.swapaxes(slope, 1, 2), slope)
         normal += 1e-6 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(2) + 1e-12 * np.eye(2)
-        step = np.linalg.solve(normal, np.swapaxes(slope, 1, 2) @ missing[..., None])[..., 0]
+        step = solve(normal, matmul(np.swapaxes(slope, 1, 2), missing[..., None]))[..., 0]
         step = np.clip(step, -_LONGEST_RAD, _LONGEST_RAD)
         bend, aside = bend + step[:, 0], aside + step[:, 1]
     bend, aside = loops.clipped(bend, aside)
@@ -86,7 +87,7 @@ def _advance_and_turn(twist: Array) -> tuple[Array, Array]:
         Values, shape (n, 2), and slopes, shape (n, 2, 2).
     """
     here = twist[0] if twist.ndim == 3 else twist
-    turn = np.hypot(here[:, 4], here[:, 5])
+    turn = hypot(here[:, 4], here[:, 5])
     value = np.stack([np.abs(here[:, 0]), turn], axis=1)
     if twist.ndim != 3:
         return value, np.empty(0)

@@ -22,6 +22,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import arccos, arcsin, arctan, arctan2, cos, matmul, sin, tan
+from purcell_cli.geometry.reproducible import inverse as inverted
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.connection import COLLINEAR
@@ -126,8 +128,8 @@ class Loops:
         grid = (part.ravel() for part in np.meshgrid(bend, aside, indexing="ij"))
         self._measure = measure
         values = _values(swimmer, *self.sides(*grid), across, measure).reshape(*self._terms, -1)
-        inverse = [np.linalg.inv(chebyshev.chebvander(nodes, len(nodes) - 1)) for nodes in (x, y)]
-        series = np.einsum("ix,jy,xyk->ijk", inverse[0], inverse[1], values)
+        inverse = [inverted(chebyshev.chebvander(nodes, len(nodes) - 1)) for nodes in (x, y)]
+        series = matmul(inverse[1], matmul(inverse[0], values.reshape(len(x), -1)).reshape(len(x), *values.shape[1:]))
         slopes = [np.zeros_like(series), np.zeros_like(series)]
         slopes[0][:-1] = chebyshev.chebder(series, axis=0) * 2.0 / (self.most_rad - self.least_rad)
         slopes[1][:, :-1] = chebyshev.chebder(series, axis=1)
@@ -137,14 +139,14 @@ class Loops:
         """Return the beats and offsets of loops [rad]. Shapes (n,)."""
         if not self.across:
             return bend * (1.0 - aside), bend * aside
-        return np.arctan(np.tan(bend) * np.cos(aside)), np.arcsin(np.sin(bend) * np.sin(aside))
+        return arctan(tan(bend) * cos(aside)), arcsin(sin(bend) * sin(aside))
 
     def place(self, beat: Array, offset: Array) -> tuple[Array, Array]:
         """Return the largest bends of loops of such beats and offsets, and how much of them lies aside. Shapes (n,)."""
         if not self.across:
             return beat + offset, offset / (beat + offset)
-        bend = np.arccos(np.cos(beat) * np.cos(offset))
-        return bend, np.arctan2(np.sin(offset), np.cos(offset) * np.sin(beat))
+        bend = arccos(cos(beat) * cos(offset))
+        return bend, arctan2(sin(offset), cos(offset) * sin(beat))
 
     def clipped(self, bend: Array, aside: Array) -> tuple[Array, Array]:
         """Return bends and asides within the table. Shapes (n,)."""
@@ -172,11 +174,10 @@ class Loops:
         y = 2.0 * root - 1.0
         # T_k(x) = cos(k arccos x), which is quicker than the recurrence on few points.
         row, column = (
-            np.cos(np.arccos(np.clip(v, -1.0, 1.0))[:, None] * np.arange(k))
-            for v, k in zip((x, y), self._terms, strict=True)
+            cos(arccos(np.clip(v, -1.0, 1.0))[:, None] * np.arange(k)) for v, k in zip((x, y), self._terms, strict=True)
         )
         weight = (row[:, :, None] * column[:, None, :]).reshape(len(bend), self._series.shape[1])
-        found = weight @ self._series
+        found = matmul(weight, self._series)
         found[2] *= 2.0 / (self._power * self.most_aside * root ** (self._power - 1))[:, None]
         return np.asarray(found)
 
@@ -189,8 +190,8 @@ def _values(swimmer: Swimmer, beats: Array, offsets: Array, across: bool, measur
     every = PrimitiveSequence(np.tile(control, len(beats)), angle.ravel())
     pieces = (every.shapes(COLLINEAR)[:-1], every.rates(), every.duration)
     moves = run_displacements(swimmer, pieces, counts, np.ones_like(counts), _TABLED).reshape(-1, 3, 4, 4)
-    cycle = (se3.adjoint(moves[:, 0]) @ se3.log(moves[:, 1])[..., None])[..., 0]
-    columns = [cycle, se3.log(se3.normalised(moves[:, 0] @ moves[:, 2]))]
+    cycle = (matmul(se3.adjoint(moves[:, 0]), se3.log(moves[:, 1])[..., None]))[..., 0]
+    columns = [cycle, se3.log(se3.normalised(matmul(moves[:, 0], moves[:, 2])))]
     if measure == "energy":
         first = np.cumsum(counts) - counts
         paid = np.add.reduceat(piece_work(swimmer, *pieces), first).reshape(-1, 3)

@@ -18,6 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import (
+    apply,
+    arctan2,
+    exp_coefficients,
+    hypot,
+    matmul,
+    norm,
+    normal_numbers,
+    solve,
+)
 from purcell_cli.geometry.rotations import Array, about_axis, hat
 from purcell_cli.planner.arcs.loop_family import Fan
 
@@ -63,8 +73,8 @@ def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
     d = np.repeat(displacement, starts, axis=0)
     inverse = se3.inverse(d)
     n = len(d)
-    spread = rng.standard_normal((k, starts, _ARCS, 3)) * [1.0, 0.8, 0.8]
-    far = np.linalg.norm(displacement[:, :3, 3], axis=1)[:, None, None, None]
+    spread = normal_numbers(rng, (k, starts, _ARCS, 3)) * [1.0, 0.8, 0.8]
+    far = norm(displacement[:, :3, 3])[:, None, None, None]
     spread[..., :1] *= 0.5 * far + 0.5
     begun = np.concatenate([spread.reshape(k, starts, 9), rng.uniform(-np.pi, np.pi, (k, starts, 1))], axis=2)
     begun[:, : len(_WAYS)] = _straight(displacement)[:, :starts]
@@ -78,11 +88,11 @@ def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
                 [_looseness(x[:, :9].reshape(n, 3, 3), fan), np.full((n, 1), 1.0 / _ROLL_PRICE)], axis=1
             )
         lever = jacobian * loose[:, None, :]
-        system = lever @ np.swapaxes(jacobian, 1, 2)
+        system = matmul(lever, np.swapaxes(jacobian, 1, 2))
         system += 1e-12 * np.trace(system, axis1=1, axis2=2)[:, None, None] * np.eye(6)
         from_here = x if weighing else 0.0 * x
-        wanted = (jacobian @ from_here[:, :, None])[:, :, 0] - residual
-        step = np.einsum("nij,ni->nj", lever, np.linalg.solve(system, wanted[:, :, None])[:, :, 0]) - from_here
+        wanted = (matmul(jacobian, from_here[:, :, None]))[:, :, 0] - residual
+        step = apply(np.swapaxes(lever, 1, 2), solve(system, wanted[:, :, None])[:, :, 0]) - from_here
         turning = np.max(np.abs(step[:, [1, 2, 4, 5, 7, 8, 9]]), axis=1)
         x = x + step * np.minimum(1.0, _LONGEST_TURN / np.maximum(turning, 1e-300))[:, None]
     residual, _ = _equations(x, inverse)
@@ -93,30 +103,30 @@ def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
 def _straight(displacement: Array) -> Array:
     """Return the ways to turn on the spot, go straight, forwards or backwards, and turn again. Shape (k, 2, 10)."""
     position, rotation = displacement[:, :3, 3], displacement[:, :3, :3]
-    far = np.linalg.norm(position, axis=1)
+    far = norm(position)
     out = np.zeros((len(far), len(_WAYS), 10))
     for k, sign in enumerate(_WAYS):
         along = sign * position / np.where(far > 0.0, far, 1.0)[:, None]
         first = _turn_to(along)
-        rest = np.swapaxes(se3.rotation(first), 1, 2) @ rotation
+        rest = matmul(np.swapaxes(se3.rotation(first), 1, 2), rotation)
         last = _turn_to(rest[:, :, 0])
-        left = np.swapaxes(se3.rotation(last), 1, 2) @ rest
+        left = matmul(np.swapaxes(se3.rotation(last), 1, 2), rest)
         out[:, k, 1:3], out[:, k, 3], out[:, k, 7:9] = first[:, 1:], sign * far, last[:, 1:]
-        out[:, k, 9] = np.arctan2(left[:, 2, 1], left[:, 1, 1])
+        out[:, k, 9] = arctan2(left[:, 2, 1], left[:, 1, 1])
     return out
 
 
 def _turn_to(axis: Array) -> Array:
     """Return the shortest rotation vectors that turn the x axis to unit vectors. Shape (n, 3)."""
     across = np.stack([np.zeros(len(axis)), -axis[:, 2], axis[:, 1]], axis=1)
-    sine = np.linalg.norm(across, axis=1, keepdims=True)
+    sine = norm(across)[..., None]
     unit = np.where(sine > 1e-12, across / np.where(sine > 0.0, sine, 1.0), [0.0, 0.0, 1.0])
-    return np.asarray(unit * np.arctan2(sine, axis[:, :1]))
+    return np.asarray(unit * arctan2(sine, axis[:, :1]))
 
 
 def _looseness(arc: Array, fan: Fan) -> Array:
     """Return the inverse weights of quadratics that fall with the joint travel of arcs. Shape (n, 9)."""
-    a, b = np.abs(arc[..., 0]), np.hypot(arc[..., 1], arc[..., 2])
+    a, b = np.abs(arc[..., 0]), hypot(arc[..., 1], arc[..., 2])
     here = np.maximum(fan.cost(a, b), _LEAST)
     a = np.maximum(a, np.minimum(_REVIVED * fan.straight * here, _REVIVED_L))
     b = np.maximum(b, np.minimum(_REVIVED * fan.tight * here, _REVIVED_RAD))
@@ -140,7 +150,7 @@ def _swum(arc: Array) -> tuple[Array, Array, Array]:
     """
     a, p, q = arc.T
     tt = p * p + q * q
-    sine, cosine, rest = se3.exp_coefficients(tt)
+    sine, cosine, rest = exp_coefficients(tt)
     sine_slope = rest - cosine  # (d/dt sin t / t) / t, and the same of (1 - cos t) / t^2
     small = tt < _SMALL_RAD**2
     cosine_slope = np.where(small, tt / 180.0 - 1.0 / 12.0, (sine - 2.0 * cosine) / np.where(small, 1.0, tt))
@@ -156,7 +166,7 @@ def _swum(arc: Array) -> tuple[Array, Array, Array]:
         parts = (sine_slope * w, cosine_slope * w * q + across[1], -cosine_slope * w * p + across[2])
         slope[:, :, k] = a[:, None] * np.stack(parts, axis=-1)
     twist = np.zeros((len(a), 6, 3))
-    twist[:, :3] = np.swapaxes(rotation, 1, 2) @ slope
+    twist[:, :3] = matmul(np.swapaxes(rotation, 1, 2), slope)
     # The right Jacobian 1 - (1 - cos t) / t^2 hat(w) + (t - sin t) / t^3 hat(w)^2 on the axes y and z.
     twist[:, 3:, 1] = np.stack([cosine * q, one - rest * q * q, rest * p * q], axis=-1)
     twist[:, 3:, 2] = np.stack([-cosine * p, rest * p * q, one - rest * p * p], axis=-1)
@@ -174,8 +184,8 @@ def _equations(x: Array, inverse: Array) -> tuple[Array, Array]:
     for k in reversed(range(m)):
         back = np.swapaxes(turned, 1, 2)
         speed, spin = twist[:, k, :3], twist[:, k, 3:]
-        jacobian[:, :3, 3 * k : 3 * k + 3] = back @ (speed - hat(moved) @ spin)
-        jacobian[:, 3:, 3 * k : 3 * k + 3] = back @ spin
-        moved = (rotation[:, k] @ moved[..., None])[..., 0] + position[:, k]
-        turned = rotation[:, k] @ turned
-    return se3.log(se3.normalised(inverse @ se3.pose(turned, moved))), jacobian
+        jacobian[:, :3, 3 * k : 3 * k + 3] = matmul(back, speed - matmul(hat(moved), spin))
+        jacobian[:, 3:, 3 * k : 3 * k + 3] = matmul(back, spin)
+        moved = (matmul(rotation[:, k], moved[..., None]))[..., 0] + position[:, k]
+        turned = matmul(rotation[:, k], turned)
+    return se3.log(se3.normalised(matmul(inverse, se3.pose(turned, moved)))), jacobian

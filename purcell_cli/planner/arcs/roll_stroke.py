@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from purcell_cli.gaits.gait import Gait, guessed
+from purcell_cli.geometry.reproducible import arctan2
 from purcell_cli.geometry.rotations import Array, wrapped
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING
@@ -42,7 +43,7 @@ class Crank:
         self._gait, self.swimmer = gait, swimmer
         once = [self._once(float(a)) for a in _KNOTS_RAD]
         moves = block_displacements(swimmer, once, COLLINEAR, SEARCHING)
-        rolled = np.arctan2(moves[:, 2, 1], moves[:, 1, 1])
+        rolled = arctan2(moves[:, 2, 1], moves[:, 1, 1])
         some = slice(int(np.argmax(rolled)) + 1)  # thick limbs roll less by more
         self._rolled = np.append(0.0, rolled[some])
         self._amplitude = np.append(0.0, _KNOTS_RAD[some])

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from purcell_cli.geometry.reproducible import hypot, hypot_of
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.arcs.chain import Chains, linked
@@ -47,7 +48,7 @@ def _steered(
     limbs = np.array([outer.joint_travel_rad(i, j) for i, j in pairs])
     way = steer(missing, steering, math.ceil(breadth.starts / len(pairs)))
     around = limbs[way.displacement]
-    travel = steering.cost(way.arc[..., 0], np.hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1) + around
+    travel = steering.cost(way.arc[..., 0], hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1) + around
     picked = np.array(_distinct(travel), dtype=np.int64)
     arcs = [_swum(steering, _fewest(steering, way.arc[k])) for k in picked]
     # The cheapest loops at every arc; and, since only those go exactly straight, loops that are bent in the plane.
@@ -142,14 +143,14 @@ def _swum(loops: Fan, arc: Array) -> Array:
     """Return arcs as loops can swim them, those that are too tight in parts. Shape (n, 3)."""
     parts = []
     for advance, p, q in arc.tolist():
-        turn = math.hypot(p, q)
+        turn = hypot_of(p, q)
         across = (p / turn, q / turn) if turn > 0.0 else (0.0, 1.0)
         parts += [(a, b * across[0], b * across[1]) for a, b in loops.ways(advance, turn)]
     return np.array(parts).reshape(-1, 3)
 
 
 def _cost(loops: Fan, arc: Array) -> float:
-    return float(loops.cost(arc[0], np.hypot(arc[1], arc[2])))
+    return float(loops.cost(arc[0], hypot(arc[1], arc[2])))
 
 
 def _last_apart(blocks: list[Block]) -> list[Block]:

@@ -22,7 +22,8 @@ from importlib.resources import files
 import numpy as np
 
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.rotations import Array
+from purcell_cli.geometry.reproducible import inner, matmul, norm
+from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING, run_displacements
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
@@ -55,7 +56,8 @@ def image(word: PrimitiveSequence, symmetry: Array, backwards: bool = False) -> 
     """
     limb, axis = np.divmod(word.control, 3)
     turned = np.abs(symmetry).argmax(axis=0)
-    sign = np.linalg.det(symmetry) * symmetry[turned, [0, 1, 2]]
+    handed = inner(symmetry[0], cross(symmetry[1], symmetry[2]))
+    sign = handed * symmetry[turned, [0, 1, 2]]
     exchanged = 1 - limb if symmetry[0, 0] < 0.0 else limb
     out = PrimitiveSequence(3 * exchanged + turned[axis], np.round(sign[axis]) * word.angle)
     return out.inverse() if backwards else out
@@ -99,7 +101,7 @@ class WordBook:
         pieces = whole.shapes(COLLINEAR)[:-1], whole.rates(), whole.duration
         once = run_displacements(swimmer, pieces, counts, np.ones(len(words), np.int64), SEARCHING)
         self._does = se3.log(se3.normalised(once)) * PRICES
-        self._size = np.linalg.norm(self._does, axis=1)
+        self._size = norm(self._does)
         bends = Sweeps.of(*pieces).largest_bends()[0].max(axis=1)
         self._bend = np.maximum.reduceat(bends, np.cumsum([0, *counts[:-1]]))
         self._travel = np.array([w.joint_travel_rad for w in words])
@@ -142,11 +144,11 @@ class WordBook:
         # Instead of 32 images of each word, as many of each displacement.
         space = np.zeros((16, 4, 4))
         space[:, :3, :3], space[:, 3, 3] = symmetries(), 1.0
-        seen = np.swapaxes(space, 1, 2) @ wanted[:, None] @ space
+        seen = matmul(matmul(np.swapaxes(space, 1, 2), wanted[:, None]), space)
         asked = se3.log(se3.normalised(np.stack([seen, se3.inverse(seen)], axis=1))) * PRICES
         asked = asked.reshape(len(wanted), 32, 1, 6)
-        size = np.maximum(np.linalg.norm(asked, axis=-1), _FEW)
-        apart = np.linalg.norm(asked / size[..., None] - self._does / self._size[:, None], axis=-1)
+        size = np.maximum(norm(asked), _FEW)
+        apart = norm(asked / size[..., None] - self._does / self._size[:, None])
         scale = size / self._size
         laps = np.ceil(np.maximum(scale * (self._bend / self._limit) ** 2 - _SPARE, 1.0))
         estimate = self._travel * np.sqrt(scale * laps) * (1.0 + apart)

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from purcell_cli.geometry.reproducible import normal_numbers
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.planner.refine.exact_arrival import approach
 from purcell_cli.planner.refine.minimum_travel import NAME
@@ -38,7 +39,7 @@ def random_words(count: int, seed: int = 0) -> Iterator[Stretch]:
         same = rng.permutation(_BENDS)
         fresh = bool(rng.integers(2))
         control = np.concatenate([rng.permutation(_BENDS) if fresh else same for _ in range(turns)])
-        angle = rng.normal(scale=rng.choice(_SPREADS_RAD), size=len(control))
+        angle = rng.choice(_SPREADS_RAD) * normal_numbers(rng, (len(control),))
         yield word_of(PrimitiveSequence(control, angle))
 
 

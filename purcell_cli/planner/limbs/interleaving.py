@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -93,5 +94,5 @@ def _through(moves: Array, apart: Array) -> tuple[NDArray[np.int64], Array, Arra
     row = np.arange(6)
     turn, other = np.where(order == 0, (row - done, done), (done, row - done))
     each, near = moves[:, order, turn, other], apart[:, order, turn, other]
-    whole = functools.reduce(np.matmul, (each[:, :, n] for n in range(6)))
+    whole = functools.reduce(matmul, (each[:, :, n] for n in range(6)))
     return order, np.swapaxes(whole, 0, 1), near.min(axis=2).T

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import arccos, matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import PHASES, Block
 from purcell_cli.planner.limbs.shape_loops import Detours
@@ -66,15 +67,15 @@ class _Outer:
         Returns:
             Displacements, shape (n, 4, 4), and joint travel, shape (n, m).
         """
-        gone = se3.inverse(self.first.displacement) @ wanted
+        gone = matmul(se3.inverse(self.first.displacement), wanted)
         done = self.last.displacement  # phase 3 is played backwards, so this is what undoes it
-        heading = np.clip(gone[:, 0, :3] @ done[:, :3, 0].T, -1.0, 1.0)
-        between = gone[:, :3, :3].reshape(-1, 3) @ done[:, :3, 3].T
+        heading = np.clip(matmul(gone[:, 0, :3], done[:, :3, 0].T), -1.0, 1.0)
+        between = matmul(gone[:, :3, :3].reshape(-1, 3), done[:, :3, 3].T)
         position = between.reshape(len(gone), 3, len(done)) + gone[:, :3, 3:]
-        distance = np.sqrt(np.einsum("iaj,iaj->ij", position, position))
-        aside = np.sqrt(np.einsum("iaj,iaj->ij", position[:, 1:], position[:, 1:]))
+        distance = np.sqrt(np.add.reduce(position * position, axis=1))
+        aside = np.sqrt(np.add.reduce(position[:, 1:] * position[:, 1:], axis=1))
         limbs = self.first.joint_travel_rad[:, None] + self.last.joint_travel_rad
-        return gone, price(np.arccos(heading), distance, aside) + limbs
+        return gone, price(arccos(heading), distance, aside) + limbs
 
     def best(self, wanted: Array, price: Price, most: int) -> _Outer:
         """Return the ways that promise most, at the start and at the goal, the best first (see `promised`)."""
@@ -111,4 +112,4 @@ def _pairs(outer: _Outer, wanted: Array, price: Price, most: int) -> tuple[list[
     _, first = np.unique(np.round(promised.ravel()[few], 1), return_index=True)
     best = few[first[:most]]
     pairs = [(int(k // promised.shape[1]), int(k % promised.shape[1])) for k in best]
-    return pairs, se3.normalised(np.stack([gone[i] @ outer.last.displacement[j] for i, j in pairs]))
+    return pairs, se3.normalised(np.stack([matmul(gone[i], outer.last.displacement[j]) for i, j in pairs]))

@@ -16,6 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence
@@ -54,7 +55,7 @@ class Detours:
             np.tile(ways.way, (n, 1)),
             np.concatenate([index, np.tile(ways.detour[:, :-1], (n, 1))], axis=1),
             (self.joint_travel_rad[:, None] + ways.joint_travel_rad).ravel(),
-            (self.displacement[:, None] @ ways.displacement).reshape(-1, 4, 4),
+            (matmul(self.displacement[:, None], ways.displacement)).reshape(-1, 4, 4),
             (EMPTY, *self.sequence),
         )
         return ways.and_(more)
@@ -78,7 +79,7 @@ def detours(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0)
     pieces = [np.concatenate(column) for column in zip(none, *parts, strict=True)]
     moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], ROUGH).reshape(-1, 4, 4, 4)
     apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 4).min(axis=1)
-    once = se3.normalised(moves[:, 0] @ moves[:, 1] @ moves[:, 2] @ moves[:, 3])
+    once = se3.normalised(matmul(matmul(matmul(moves[:, 0], moves[:, 1]), moves[:, 2]), moves[:, 3]))
     out, low = [], 0
     for some in squares:
         near, made = apart[low : low + len(some)], once[low : low + len(some)]
@@ -89,7 +90,7 @@ def detours(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0)
         moved = np.concatenate([made[kept], se3.inverse(made[kept])])
         sequences += [s.times(2) for s in sequences]
         travel = np.array([s.joint_travel_rad for s in sequences])
-        out.append(Detours(tuple(sequences), travel, np.concatenate([moved, moved @ moved])))
+        out.append(Detours(tuple(sequences), travel, np.concatenate([moved, matmul(moved, moved)])))
     return out
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift import piece_displacements
@@ -120,7 +121,7 @@ def _pairs(limbs: tuple[Ways, Ways], played: tuple[_Played, _Played], clearance_
         order.append(np.tile(np.repeat([i, 1 - i], 3), (len(kept), 1)))
         way.append(kept if i == 0 else kept[:, ::-1])
         travel.append(pairs[kept[:, 0], kept[:, 1]])
-        displacement.append(played[0].moves[i][kept[:, 0]] @ played[1].moves[1 - i][kept[:, 1]])
+        displacement.append(matmul(played[0].moves[i][kept[:, 0]], played[1].moves[1 - i][kept[:, 1]]))
     found = Straightenings(
         limbs,
         np.concatenate(order),
@@ -153,8 +154,8 @@ def _turning(ways: Ways, shape: Array, limb: int) -> tuple[Array, Array, Array]:
         mine = axis == k
         turn[mine] = about_axis(k, ways.angle[mine])
     shapes = np.tile(shape, (count, 3, 1, 1, 1))
-    shapes[:, 1, limb] = shape[limb] @ turn[:, 0]
-    shapes[:, 2, limb] = shapes[:, 1, limb] @ turn[:, 1]
+    shapes[:, 1, limb] = matmul(shape[limb], turn[:, 0])
+    shapes[:, 2, limb] = matmul(shapes[:, 1, limb], turn[:, 1])
     rates = np.where(np.arange(6) == ways.control[..., None], np.sign(ways.angle)[..., None], 0.0)
     return shapes.reshape(-1, 2, 3, 3), rates.reshape(-1, 6), np.abs(ways.angle).ravel()
 
@@ -174,7 +175,7 @@ def _played(
     pieces = [np.concatenate(column) for column in zip(*parts, strict=True)]
     moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], ROUGH).reshape(-1, 3, 4, 4)
     apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 3).min(axis=1)
-    whole = se3.normalised(moves[:, 0] @ moves[:, 1] @ moves[:, 2])
+    whole = se3.normalised(matmul(matmul(moves[:, 0], moves[:, 1]), moves[:, 2]))
     stops = np.cumsum([len(part[2]) // 3 for part in parts])[:-1]
     each = list(zip(np.split(whole, stops), np.split(apart, stops), strict=True))
     done = [_Played((a[0], b[0]), (a[1], b[1])) for a, b in zip(each[::2], each[1::2], strict=True)]

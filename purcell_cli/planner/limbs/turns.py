@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import math
 
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.geometry.reproducible import arctan2_of, hypot_of
 from purcell_cli.geometry.rotations import Array, wrapped
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 
@@ -85,14 +85,14 @@ def _three_turns(rotation: Array, i: int, j: int, k: int) -> tuple[float, float,
     r, l = rotation.tolist(), 3 - i - j
     sign = 1.0 if (j - i) % 3 == 1 else -1.0
     if i == k:
-        middle, size = math.atan2(math.hypot(r[i][j], r[i][l]), r[i][i]), math.hypot(r[i][j], r[i][l])
-        first, last = math.atan2(r[j][i], -sign * r[l][i]), math.atan2(r[i][j], sign * r[i][l])
+        middle, size = arctan2_of(hypot_of(r[i][j], r[i][l]), r[i][i]), hypot_of(r[i][j], r[i][l])
+        first, last = arctan2_of(r[j][i], -sign * r[l][i]), arctan2_of(r[i][j], sign * r[i][l])
     else:
-        size = math.hypot(r[i][i], r[i][j])
-        middle = math.atan2(sign * r[i][k], size)
-        first, last = math.atan2(-sign * r[j][k], r[k][k]), math.atan2(-sign * r[i][j], r[i][i])
+        size = hypot_of(r[i][i], r[i][j])
+        middle = arctan2_of(sign * r[i][k], size)
+        first, last = arctan2_of(-sign * r[j][k], r[k][k]), arctan2_of(-sign * r[i][j], r[i][i])
     if size < _LOCKED:
-        first, last = math.atan2(sign * r[l][j], r[j][j]), 0.0
+        first, last = arctan2_of(sign * r[l][j], r[j][j]), 0.0
     return first, middle, last
 
 

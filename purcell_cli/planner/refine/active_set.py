@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from purcell_cli.geometry.reproducible import least_squares, matmul, orthogonal_columns, solve
 from purcell_cli.geometry.rotations import Array
 
 _PINNED, _MET, _SHIFT = 6, 1e-4, 1e-8
@@ -29,17 +30,17 @@ def _least_steps(columns: Array, wanted: Array, begun: Array, loose: Array, low:
     step = best = np.clip(begun, low, high)
     lead, least = np.zeros_like(wanted), np.full(len(wanted), np.inf)
     for _ in range(_PINNED):
-        missing = wanted - (columns @ step[..., None])[..., 0]
+        missing = wanted - (matmul(columns, step[..., None]))[..., 0]
         size = np.max(np.abs(missing), axis=1)
         best, least = np.where((size < least)[:, None], step, best), np.minimum(size, least)
         if np.all(size < _MET):
             break
         lever = columns * np.where((step > low) & (step < high), loose, 0.0)[:, None]
-        system = lever @ np.swapaxes(columns, 1, 2)
+        system = matmul(lever, np.swapaxes(columns, 1, 2))
         # Damped by a little, where what is left free cannot meet all equations.
         system += (_SHIFT * np.trace(system, axis1=1, axis2=2) + 1e-30)[:, None, None] * np.eye(6)
-        lead = lead + np.linalg.solve(system, missing[..., None])[..., 0]
-        step = np.clip(begun + loose * (lead[:, None] @ columns)[:, 0], low, high)
+        lead = lead + solve(system, missing[..., None])[..., 0]
+        step = np.clip(begun + loose * (matmul(lead[:, None], columns))[:, 0], low, high)
     return np.asarray(best)
 
 
@@ -59,14 +60,14 @@ def bounded_step(arrival: Array, missing: Array, room: Array, room_derivative: A
     """
     weight = loose(arrival)
     rows, wanted = np.concatenate([arrival, room_derivative]) * weight, -np.concatenate([missing, room])
-    gram, equal = rows @ rows.T, np.arange(len(wanted)) < len(missing)
+    gram, equal = matmul(rows, rows.T), np.arange(len(wanted)) < len(missing)
     gram[np.diag_indices(len(gram))] += _DAMPING * np.trace(gram) + 1e-30
     active = kept = equal
     least, tried = np.inf, set[bytes]()
     for _ in range(_ACTIVE_ROUNDS):
         multipliers = np.zeros(len(wanted))
-        multipliers[active] = np.linalg.solve(gram[np.ix_(active, active)], wanted[active])
-        excess = np.where(equal, 0.0, wanted - gram @ multipliers)
+        multipliers[active] = solve(gram[np.ix_(active, active)], wanted[active])
+        excess = np.where(equal, 0.0, wanted - matmul(gram, multipliers))
         broken = excess > _BEND_SLACK
         if (worst := float(np.max(excess, initial=0.0))) < least:
             kept, least = active, worst
@@ -81,13 +82,13 @@ def bounded_step(arrival: Array, missing: Array, room: Array, room_derivative: A
 
 def loose(arrival: Array) -> Array:
     """Return by how much less angles may change that move the base more. Shape (m, n) to (n,)."""
-    return np.asarray(1.0 / np.sqrt(1.0 + np.sqrt(np.einsum("ij,ij->j", arrival[:6], arrival[:6]))))
+    return np.asarray(1.0 / np.sqrt(1.0 + np.sqrt(np.add.reduce(arrival[:6] * arrival[:6], axis=0))))
 
 
 def _least(rows: Array, wanted: Array) -> Array:
     """Return the least solution of few equations in many unknowns. Shape (n,)."""
-    orthogonal, triangle = np.linalg.qr(rows.T)
+    orthogonal, triangle = orthogonal_columns(rows.T)
     size = np.abs(np.diagonal(triangle))
     if len(size) == len(rows) and np.min(size) > _WEAKEST * np.max(size):
-        return np.asarray(orthogonal @ np.linalg.solve(triangle.T, wanted))
-    return np.asarray(np.linalg.lstsq(rows, wanted, rcond=_WEAKEST)[0])
+        return np.asarray(matmul(orthogonal, solve(triangle.T, wanted)))
+    return np.asarray(least_squares(rows, wanted, _WEAKEST))

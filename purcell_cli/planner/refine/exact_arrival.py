@@ -13,6 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence
@@ -108,7 +109,7 @@ def arrive(
     missing = rough.residual if rough.size > plain else equations.residual(begun)
     enough = np.full(len(missing), _ENOUGH)
     if equations.repeats:  # nearer than this rounding does not let it come
-        enough[:6] += _SPOILT * np.max(np.abs(rough.derivative[:6] @ (begun - equations.angles)))
+        enough[:6] += _SPOILT * np.max(np.abs(matmul(rough.derivative[:6], begun - equations.angles)))
     every = np.arange(len(begun))
     angle, missing = _rounds(equations, begun, missing, rough, max_bend_rad - _MARGINS_RAD[0], rounded, every, enough)
     best = float(np.max(np.abs(missing)))
@@ -161,13 +162,13 @@ def _rounds(
     begun, derivative = angle, rough.derivative[:, may]
     best, kept, idle = (float(np.max(np.abs(missing))), missing), angle, 0
     while idle < _PATIENCE and np.any(np.abs(missing) > enough):
-        left = room + slope @ (angle - begun)
+        left = room + matmul(slope, angle - begun)
         step = np.zeros(len(angle))
         step[may] = bounded_step(derivative, missing, left, slope[:, may], _REACH_RAD)
         angle, before = rounded(angle + step), missing
         missing = equations.residual(angle)
-        if (length := float(step @ step)) > _TELLING_RAD**2:
-            change = (missing - before - derivative @ step[may]) / length
+        if (length := float(matmul(step, step))) > _TELLING_RAD**2:
+            change = (missing - before - matmul(derivative, step[may])) / length
             derivative = derivative + change[:, None] * step[may]  # Broyden (1965), Math. Comp. 19, 577
         size = float(np.max(np.abs(missing)))
         idle = idle + 1 if size > 0.5 * best[0] else 0
@@ -180,12 +181,12 @@ def _independent(columns: Array) -> NDArray[np.int64]:
     """Return the columns, as many as the rank, that are least dependent on one another."""
     left, chosen, largest = columns.copy(), [], 0.0
     for _ in range(len(columns)):  # pivots of a QR decomposition; scipy's takes too long to import
-        sizes = np.einsum("ij,ij->j", left, left)
+        sizes = np.add.reduce(left * left, axis=0)
         pick = int(np.argmax(sizes))
         largest = max(largest, float(sizes[pick]))
         if sizes[pick] <= _DEPENDENT**2 * largest:
             break
         chosen.append(pick)
         pivot = left[:, pick] / math.sqrt(sizes[pick])
-        left -= pivot[:, None] * (pivot @ left)
+        left -= pivot[:, None] * (matmul(pivot, left))
     return np.unique(np.array(chosen, dtype=np.int64))

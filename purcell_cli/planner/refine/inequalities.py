@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.geometry.reproducible import arctan2, cos, inner, sin
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.clearance import clearances, distance_slope, limb_distance
@@ -34,7 +35,7 @@ def least_cosines(phase: NDArray[np.int64], start: Array, goal: Array, max_bend_
         goal: Shape it must end at. Shape (2, 3, 3).
         max_bend_rad: The limit [rad].
     """
-    out = np.full((len(phase), 2), np.cos(max_bend_rad))
+    out = np.full((len(phase), 2), cos(max_bend_rad))
     for own, shape in ((1, start), (3, goal)):
         out[phase == own] = np.minimum(out[phase == own], shape[:, 0, 0])
     return out
@@ -57,10 +58,10 @@ def bend_rows(equations: Equations, sequence: PrimitiveSequence, shapes: Array, 
     begin, place = shapes[row, limb, :, 0], shapes[row + 1, limb, :, 0].copy()
     about = shapes[row, limb, :, axis]
     across = cross(about, begin)
-    far = np.arctan2(-across[:, 0], -begin[:, 0])
+    far = arctan2(-across[:, 0], -begin[:, 0])
     # The far side is passed where it comes before the end, the same way round.
     passed = (np.sign(sequence.angle) * far % (2.0 * np.pi) < sequence.duration) & (axis != 0)
-    place[passed] = (np.cos(far)[:, None] * begin + np.sin(far)[:, None] * across)[passed]
+    place[passed] = (cos(far)[:, None] * begin + sin(far)[:, None] * across)[passed]
     room = place[:, 0] - least[row, limb]
     watched = np.flatnonzero((room < _WATCHED) & (axis != 0))
     lever = about[None, :, 1] * place[watched, None, 2] - about[None, :, 2] * place[watched, None, 1]
@@ -106,6 +107,6 @@ def clearance_rows(
     at_end = time[near] >= pieces[2][near]
     axes = Sweeps.of(*pieces).at(near, time[near])
     torque = cross(axes, distance_slope(equations.swimmer, axes))
-    lever = np.einsum("jx,wjx->wj", shapes[row, limb, :, axis], torque[:, limb])
+    lever = inner(shapes[row, limb, :, axis], torque[:, limb])
     acts = row[None, :] < (watched[near] + at_end)[:, None]
     return (apart - least[watched])[near], equations.by_free_angles(np.where(acts, lever, 0.0))

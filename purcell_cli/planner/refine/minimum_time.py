@@ -14,6 +14,7 @@ import dataclasses
 
 import numpy as np
 
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import EXACT
 from purcell_cli.planner.refine.active_set import bounded_step
@@ -45,7 +46,7 @@ class _Search:
 
     def point(self, unknown: Array) -> _Point:
         values = self.course.at(unknown)
-        duration = float(self.course.cycles @ np.max(np.abs(values.turn), axis=1))
+        duration = float(matmul(self.course.cycles, np.max(np.abs(values.turn), axis=1)))
         violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(values.room, 0.0)))
         return _Point(unknown, values, duration + self.price * violation)
 

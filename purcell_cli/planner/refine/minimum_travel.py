@@ -16,6 +16,7 @@ import dataclasses
 
 import numpy as np
 
+from purcell_cli.geometry.reproducible import matmul, normal_numbers
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence
@@ -80,7 +81,7 @@ class _Search:
         rows = bend_rows(*motion, self.least), clearance_rows(*motion, self.apart)
         room, slope = (np.concatenate(part) for part in zip(*rows, strict=True))
         violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(room, 0.0)))
-        merit = float(self.equations.weight @ np.abs(angle)) + self.price * violation
+        merit = float(matmul(self.equations.weight, np.abs(angle))) + self.price * violation
         return _Point(angle, values, room, slope, violation, merit)
 
     def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
@@ -98,7 +99,7 @@ class _Search:
         slope = np.concatenate([here.values.derivative, -here.room_derivative])
         ones = np.eye(m + k)
         columns = np.concatenate([slope * sign, -slope[:, split] * sign[split], -ones, ones[:, :m]], axis=1)
-        wanted = slope @ angle - np.concatenate([here.values.residual, -here.room])
+        wanted = matmul(slope, angle) - np.concatenate([here.values.residual, -here.room])
         size = np.abs(angle)
         low = np.concatenate([np.maximum(size - within, 0.0), np.zeros(len(split) + 2 * m + k)])
         high = np.concatenate([size + within, (within - size)[split], np.full(2 * m + k, np.inf)])
@@ -175,7 +176,7 @@ def merged(sequence: PrimitiveSequence) -> PrimitiveSequence:
 
 def _uneven(angle: Array, part: float, rng: np.random.Generator) -> Array:
     """Return angles a little off, since a symmetric motion can be a saddle that no step leaves."""
-    return np.asarray(angle * (1.0 + part * rng.standard_normal(len(angle))))
+    return np.asarray(angle * (1.0 + part * normal_numbers(rng, (len(angle),))))
 
 
 def shorten(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float = 0.0) -> Equations:

@@ -14,11 +14,11 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import math
 
 import numpy as np
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import arctan2, arctan2_of, hypot, hypot_of, matmul, norm
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING, flow
@@ -71,7 +71,7 @@ def twist(swimmer: Swimmer, corner: Array) -> Array:
     way = MoveSequence.of_turns(yaws(corner[:1]))
     entry = flow(swimmer, way, accuracy=SEARCHING)
     around = flow(swimmer, MoveSequence.of_turns(yaws(cycle(corner))), way.shapes(COLLINEAR)[-1], SEARCHING)
-    return np.asarray(se3.log(se3.normalised(entry @ around @ se3.inverse(entry))))
+    return np.asarray(se3.log(se3.normalised(matmul(matmul(entry, around), se3.inverse(entry)))))
 
 
 def lasts(corner: Array) -> float:
@@ -107,9 +107,9 @@ class Octagons:
         Returns:
             Corners in the order they are gone through, shape (8, 2), and the cycles that do as one of the other.
         """
-        size = np.hypot(self.advance, self.turn)
-        bearings = np.arctan2(np.abs(self.turn), np.abs(self.advance))
-        bearing = float(np.clip(math.atan2(abs(turn), abs(advance)), bearings[0], np.max(bearings)))
+        size = hypot(self.advance, self.turn)
+        bearings = arctan2(np.abs(self.turn), np.abs(self.advance))
+        bearing = float(np.clip(arctan2_of(abs(turn), abs(advance)), bearings[0], np.max(bearings)))
         stop = int(np.argmax(bearings)) + 1
         offset, half, p, r, goes, ahead, aside = (
             float(np.interp(bearing, bearings[:stop], column[:stop]))
@@ -121,7 +121,7 @@ class Octagons:
             corner = -corner  # the mirror image
         if backwards:
             corner = corner[::-1]
-        return corner, math.hypot(advance, turn) / goes
+        return corner, hypot_of(advance, turn) / goes
 
 
 @functools.lru_cache(maxsize=64)
@@ -139,7 +139,7 @@ def octagons(swimmer: Swimmer) -> Octagons:
             if np.min(cuts) < 0.0 or np.sum(cuts) > 1.0:
                 return 0.0
             corner = corners(half, offset, (cuts[0], cuts[1]))
-            return -float(np.linalg.norm(twist(swimmer, corner)[[0, 5]])) / lasts(corner)
+            return -float(norm(twist(swimmer, corner)[[0, 5]])) / lasts(corner)
 
         found = minimize(slowness, guess, method="Nelder-Mead", options={"xatol": 0.02, "fatol": 1e-4, "maxfev": 25})
         guess = (float(found.x[0]), float(found.x[1]))

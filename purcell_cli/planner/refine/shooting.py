@@ -16,6 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift import EXACT, run_displacements
@@ -164,7 +165,7 @@ class Equations:
         shapes = self.sequence.shapes(self.start)[stop:]
         # With h of the stretches before, g of these and W wanted, h g = W exp(missing); these must make h^-1 W.
         g = self._displacement(self.stretches[first:], self.sequence[stop:], shapes)
-        left = se3.normalised(g @ se3.exp(-missing))
+        left = se3.normalised(matmul(g, se3.exp(-missing)))
         return Equations(self.swimmer, self.stretches[first:], shapes[0], self.goal, left, self.accuracy)
 
     def _displacement(self, stretches: Sequence[Stretch], sequence: PrimitiveSequence, shapes: Array) -> Array:
@@ -172,7 +173,7 @@ class Equations:
         pieces = (shapes[:-1], sequence.rates(), sequence.duration)
         parts, cycles = [len(s.sequence) for s in stretches], [s.cycles for s in stretches]
         moves = run_displacements(self.swimmer, pieces, parts, cycles, self.accuracy)
-        return np.asarray(functools.reduce(np.matmul, moves, np.eye(4)))
+        return np.asarray(functools.reduce(matmul, moves, np.eye(4)))
 
     def residual(self, angle: Array) -> Array:
         """Return what is missing at some free angles [L, rad]. Shape (n,) to (m,)."""
@@ -180,14 +181,14 @@ class Equations:
         shapes = sequence.shapes(self.start)
         g = self._displacement(self.stretches, sequence, shapes)
         gaps = [shape_gap(sequence[:stop], shapes[: stop + 1], shape)[0] for stop, shape in self.targets]
-        return np.concatenate([se3.log(se3.normalised(self._wanted_inverse @ g)), *gaps])
+        return np.concatenate([se3.log(se3.normalised(matmul(self._wanted_inverse, g))), *gaps])
 
     def at(self, angle: Array) -> Values:
         """Return the equations and their derivative at some free angles [rad]. Shape (n,)."""
         sequence = self.sequence_at(angle)
         shapes = sequence.shapes(self.start)
         g, twists = flow_and_jacobian(self.swimmer, sequence, self.start, self.accuracy, self.repeats)
-        residual = [se3.log(se3.normalised(self._wanted_inverse @ g))]
+        residual = [se3.log(se3.normalised(matmul(self._wanted_inverse, g)))]
         derivative = [twists]
         for stop, shape in self.targets:
             gap, slope = shape_gap(sequence[:stop], shapes[: stop + 1], shape)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import apply, arctan2, inner, least_squares, matmul, norm
 from purcell_cli.geometry.rotations import Array, as_vector
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian_of_moves
@@ -61,7 +62,7 @@ class Leg:
         """Return the unknowns as they are. Shape (f,)."""
         if self.tie is None:
             return self.turn.ravel()
-        return np.asarray(np.linalg.lstsq(self.tie, self.turn.ravel())[0], dtype=np.float64)
+        return np.asarray(least_squares(self.tie, self.turn.ravel()), dtype=np.float64)
 
     def at(self, unknown: Array) -> Leg:
         """Return the leg at other unknowns. Shape (f,)."""
@@ -172,12 +173,12 @@ class Course:
         shapes = moves.shapes(self.start)
         g, twists = flow_and_jacobian_of_moves(self.swimmer, moves, self.start, self.accuracy, self.repeats)
         n = len(moves)
-        turn = np.einsum("nlij,nlj->nli", shapes[:-1], moves.turn.reshape(n, 2, 3))  # in base coordinates
-        turning = se3.left_jacobian(turn) @ shapes[:-1]  # of the limb's later path, by the turn
-        residual = [se3.log(se3.normalised(self._wanted_inverse @ g))]
+        turn = apply(shapes[:-1], moves.turn.reshape(n, 2, 3))  # in base coordinates
+        turning = matmul(se3.left_jacobian(turn), shapes[:-1])  # of the limb's later path, by the turn
+        residual = [se3.log(se3.normalised(matmul(self._wanted_inverse, g)))]
         derivative = [twists.reshape(6, 6 * n)]
         for stop, wanted in self._targets:
-            residual.append(as_vector(shapes[stop] @ np.swapaxes(wanted, -1, -2)).ravel())
+            residual.append(as_vector(matmul(shapes[stop], np.swapaxes(wanted, -1, -2))).ravel())
             slope = np.zeros((2, 3, n, 2, 3))
             for i in (0, 1):
                 slope[i, :, :stop, i] = turning[:stop, i].transpose(1, 0, 2)
@@ -210,11 +211,11 @@ class Course:
         k = len(move)
         slope = np.zeros((k, n, 2, 3))
         earlier = np.arange(n)[None, :] < move[:, None]
-        pulled = np.einsum("ki,nkij->knj", lever, turning[:, limb])
+        pulled = matmul(lever[:, None, None], np.swapaxes(turning[:, limb], 0, 1))[:, :, 0]
         slope[np.arange(k), :, limb] = np.where(earlier[..., None], pulled, 0.0)
         s = part[move, limb]
-        own = se3.left_jacobian(s[:, None] * turn[move, limb]) @ shapes[move, limb]
-        slope[np.arange(k), move, limb] = s[:, None] * np.einsum("ki,kij->kj", lever, own)
+        own = matmul(se3.left_jacobian(s[:, None] * turn[move, limb]), shapes[move, limb])
+        slope[np.arange(k), move, limb] = s[:, None] * matmul(lever[:, None], own)[:, 0]
         return room[move, limb], slope.reshape(k, 6 * n)
 
 
@@ -231,12 +232,12 @@ def most_bent(axes: Array, turn: Array) -> tuple[Array, Array]:
     Returns:
         How far through the move, as a part of it, shape (...), and the limb's axis there, shape (..., 3).
     """
-    angle = np.linalg.norm(turn, axis=-1)
+    angle = norm(turn)
     about = turn / np.where(angle > 0.0, angle, 1.0)[..., None]
-    along = np.einsum("...i,...i->...", about, axes)
+    along = inner(about, axes)
     cosine = axes[..., 0] - along * about[..., 0]
     sine = about[..., 1] * axes[..., 2] - about[..., 2] * axes[..., 1]
-    lowest = np.mod(np.arctan2(sine, cosine) + np.pi, 2.0 * np.pi)
+    lowest = np.mod(arctan2(sine, cosine) + np.pi, 2.0 * np.pi)
     inside = (lowest > 0.0) & (lowest < angle)
     part = np.where(inside, lowest / np.where(inside, angle, 1.0), 1.0)
-    return part, (se3.rotation(part[..., None] * turn) @ axes[..., None])[..., 0]
+    return part, (matmul(se3.rotation(part[..., None] * turn), axes[..., None]))[..., 0]

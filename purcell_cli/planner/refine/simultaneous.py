@@ -20,6 +20,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from purcell_cli.geometry.reproducible import matmul, norm
 from purcell_cli.geometry.rotations import Array, about_axis, as_vector
 from purcell_cli.mechanics.configuration import displacement_between
 from purcell_cli.mechanics.lift import SEARCHING
@@ -112,7 +113,7 @@ def _rounded(block: Block, shape: Array, swimmer: Swimmer) -> list[Leg]:
     cycles = max(math.ceil(exact - 0.25), 1)
     middle = np.mean(corner, axis=0)
     corner = middle + min(math.sqrt(exact / cycles), 1.0) * (corner - middle)
-    corner = np.roll(corner, -int(np.argmin(np.linalg.norm(corner - here, axis=1))), axis=0)
+    corner = np.roll(corner, -int(np.argmin(norm(corner - here))), axis=0)
     way, turn = yaws(corner[:1] - here), yaws(cycle(corner))
     if cycles <= _FEW_CYCLES:
         loop = _once(2, ROUNDED, np.tile(turn, (cycles, 1)))
@@ -148,7 +149,7 @@ def _seen_rolled(leg: Leg, across_rad: float) -> Leg:
     def seen(turns: Array) -> Array:
         """Turn columns of limbs' vectors into the rolled limbs' frames. Shape (6 n, m)."""
         parts = turns.reshape(len(turns) // 6, 2, 3, turns.shape[1])
-        return np.asarray(np.einsum("lij,nljm->nlim", back, parts).reshape(turns.shape))
+        return np.asarray(matmul(back, parts).reshape(turns.shape))
 
     turn = seen(leg.turn.reshape(-1, 1)).reshape(-1, 6)
     return dataclasses.replace(leg, turn=turn, tie=None if leg.tie is None else seen(leg.tie))
