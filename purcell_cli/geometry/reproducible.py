@@ -44,6 +44,8 @@ _ATAN_EIGHTHS = np.array(_EIGHTHS)
 _ATAN_LAST, _ATAN_REST = float(_ATAN[-1, 0]), _ATAN[-2::-1, 0].tolist()
 _PI_REST = 1.2246467991473531772e-16
 """What pi has beyond its double."""
+_SWEEPS, _SKEW = 40, 3e-16
+"""Jacobi sweeps at most, and the cosine between two columns that counts as none; some eight sweeps are made."""
 _LN2 = 0.69314718055994530942
 _SERIES = np.array(
     [[(-1.0) ** k / math.factorial(2 * k + first) for first in (1, 2, 3)] for k in range(12)]
@@ -369,37 +371,59 @@ def inverse(matrix: ArrayLike) -> Array:
     return solve(matrix, np.eye(np.shape(matrix)[-1]))
 
 
-def orthogonal_columns(matrix: Array) -> tuple[Array, Array]:
-    """Return Q and R of a tall matrix, by modified Gram and Schmidt, each column cleared twice.
+def orthogonal_columns(matrix: ArrayLike, weakest: float = 0.0) -> tuple[Array, Array]:
+    """Return Q and R of a matrix, by modified Gram and Schmidt with the longest column left taken next.
 
     Args:
-        matrix: Shape (n, k), n >= k.
+        matrix: Shape (n, k).
+        weakest: Columns of which less than this part of the longest column is left depend on those before.
 
     Returns:
-        Orthonormal columns, shape (n, k), and a triangle, shape (k, k), zero on the diagonal from where on columns
-        depend on those before them.
+        Orthonormal columns, as many as are independent, shape (n, r), and what they make the matrix of, shape (r, k).
     """
     rows = np.array(np.asarray(matrix, dtype=np.float64).T, order="C")
-    k = len(rows)
-    triangle = np.zeros((k, k))
-    for j in range(k):
-        if j:
-            again = inner(rows[:j], rows[j])
-            triangle[:j, j] += again
-            rows[j] -= np.add.reduce(again[:, None] * rows[:j], axis=0)
-        size = float(norm(rows[j]))
-        triangle[j, j] = size
-        if size > 0.0:
-            rows[j] /= size
-        if j + 1 < k:
-            along = inner(rows[j + 1 :], rows[j])
-            triangle[j, j + 1 :] += along
-            rows[j + 1 :] -= along[:, None] * rows[j]
-    return rows.T, triangle
+    basis, made = np.zeros((min(rows.shape), rows.shape[1])), np.zeros((min(rows.shape), len(rows)))
+    largest, count = 0.0, 0
+    for j in range(len(basis)):
+        sizes = np.add.reduce(rows * rows, axis=1)
+        best = int(np.argmax(sizes))
+        size = math.sqrt(sizes[best])
+        largest = max(largest, size)
+        if size <= weakest * largest:
+            break
+        vector = rows[best] / size
+        if j:  # cleared of the earlier ones once more, which rounding has left in it
+            vector = vector - np.add.reduce(np.add.reduce(basis[:j] * vector, axis=1)[:, None] * basis[:j], axis=0)
+            vector /= math.sqrt(np.add.reduce(vector * vector))
+        basis[j] = vector
+        made[j] = np.add.reduce(rows * vector, axis=1)
+        rows -= made[j][:, None] * vector
+        rows[best] = 0.0
+        count = j + 1
+    return basis[:count].T, made[:count]
+
+
+def least_squares(matrix: ArrayLike, wanted: ArrayLike, weakest: float = 1e-15) -> Array:
+    """Return the least x for which matrix x comes nearest to a vector, by a complete orthogonal factorisation.
+
+    Args:
+        matrix: Shape (n, k).
+        wanted: Shape (n,).
+        weakest: Rows of which less than this part of the longest row is left depend on the others.
+
+    Returns:
+        Shape (k,).
+    """
+    basis, made = orthogonal_columns(np.asarray(matrix).T, weakest)  # matrix = made^T basis^T
+    across, triangle = orthogonal_columns(made.T)
+    lead = np.add.reduce(across.T * np.asarray(wanted, dtype=np.float64), axis=1)
+    return np.asarray(np.add.reduce(basis * solve(triangle, lead), axis=1))
 
 
 def singular_values(matrix: ArrayLike) -> tuple[Array, Array, Array]:
     """Return U, s and V^T of a matrix, the largest value first, by one-sided Jacobi rotations (Hestenes 1958).
+
+    All columns are turned in pairs at once, in the order of a tournament (Brent and Luk 1985).
 
     Args:
         matrix: Shape (n, k).
@@ -411,45 +435,34 @@ def singular_values(matrix: ArrayLike) -> tuple[Array, Array, Array]:
     if a.shape[0] < a.shape[1]:
         u, s, vt = singular_values(a.T)
         return vt.T, s, u.T
-    columns, turned = np.array(a.T), np.eye(a.shape[1])
-    k = len(columns)
-    for _ in range(60):
-        largest = 0.0
-        for i in range(k - 1):
-            for j in range(i + 1, k):
-                p, q = float(inner(columns[i], columns[i])), float(inner(columns[j], columns[j]))
-                cross = float(inner(columns[i], columns[j]))
-                limit = math.sqrt(p * q)
-                if limit == 0.0 or abs(cross) <= 1e-16 * limit:
-                    continue
-                largest = max(largest, abs(cross) / limit)
-                slope = (q - p) / (2.0 * cross)
-                tangent = math.copysign(1.0, slope) / (abs(slope) + math.sqrt(1.0 + slope * slope))
-
-                cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
-                sine = cosine * tangent
-                for table in (columns, turned):
-                    table[i], table[j] = cosine * table[i] - sine * table[j], sine * table[i] + cosine * table[j]
-        if largest <= 1e-15:
+    n, k = a.shape
+    both = np.concatenate([a.T, np.eye(k)], axis=1)
+    players = list(range(k + k % 2))
+    half = len(players) // 2
+    for _ in range(_SWEEPS):
+        skew = 0.0
+        for _ in range(max(len(players) - 1, 1)):
+            pairs = [pair for pair in zip(players[:half], players[: half - 1 : -1], strict=True) if max(pair) < k]
+            players = [players[0], players[-1], *players[1:-1]]
+            if not pairs:
+                continue
+            i, j = np.array(pairs).T
+            left, right = both[i], both[j]
+            p, q, cross = (
+                np.add.reduce(x[:, :n] * y[:, :n], axis=1) for x, y in ((left, left), (right, right), (left, right))
+            )
+            size = np.sqrt(p * q)
+            turned = np.abs(cross) > _SKEW * size
+            skew = max(skew, float(np.max(np.where(turned, 1.0, 0.0))))
+            slope = np.where(turned, (q - p) / np.where(turned, 2.0 * cross, 1.0), 0.0)
+            tangent = np.where(turned, np.copysign(1.0, slope) / (np.abs(slope) + np.sqrt(1.0 + slope * slope)), 0.0)
+            cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
+            sine = cosine * tangent
+            both[i] = cosine[:, None] * left - sine[:, None] * right
+            both[j] = sine[:, None] * left + cosine[:, None] * right
+        if skew == 0.0:
             break
-    size = norm(columns)
+    size = np.sqrt(np.add.reduce(both[:, :n] * both[:, :n], axis=1))
     order = np.argsort(-size, kind="stable")
-    left = columns[order] / np.where(size[order] > 0.0, size[order], 1.0)[:, None]
-    return left.T, size[order], turned[order]
-
-
-def least_squares(matrix: ArrayLike, wanted: ArrayLike, rcond: float = 1e-15) -> Array:
-    """Return the least x for which matrix x comes nearest to a vector.
-
-    Args:
-        matrix: Shape (n, k).
-        wanted: Shape (n,).
-        rcond: Singular values below this part of the largest count as zero.
-
-    Returns:
-        Shape (k,).
-    """
-    left, size, right = singular_values(matrix)
-    kept = size > rcond * np.max(size, initial=0.0)
-    lead = inner(left.T[kept], np.asarray(wanted, dtype=np.float64)) / size[kept]
-    return np.asarray(np.add.reduce(lead[:, None] * right[kept], axis=0))
+    columns = both[order, :n] / np.where(size[order] > 0.0, size[order], 1.0)[:, None]
+    return columns.T, size[order], both[order, n:]

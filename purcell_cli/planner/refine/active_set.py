@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from purcell_cli.geometry.reproducible import least_squares, matmul, orthogonal_columns, solve
+from purcell_cli.geometry.reproducible import least_squares, matmul, solve
 from purcell_cli.geometry.rotations import Array
 
 _PINNED, _MET, _SHIFT = 6, 1e-4, 1e-8
@@ -76,19 +76,10 @@ def bounded_step(arrival: Array, missing: Array, room: Array, room_derivative: A
         tried.add(active.tobytes())
         renewed = equal | (multipliers > 0.0) | broken
         active = active | broken if renewed.tobytes() in tried else renewed
-    step = weight * _least(rows[kept], wanted[kept])
+    step = weight * least_squares(rows[kept], wanted[kept], _WEAKEST)
     return np.asarray(step * min(1.0, reach / max(float(np.max(np.abs(step), initial=0.0)), 1e-300)))
 
 
 def loose(arrival: Array) -> Array:
     """Return by how much less angles may change that move the base more. Shape (m, n) to (n,)."""
     return np.asarray(1.0 / np.sqrt(1.0 + np.sqrt(np.add.reduce(arrival[:6] * arrival[:6], axis=0))))
-
-
-def _least(rows: Array, wanted: Array) -> Array:
-    """Return the least solution of few equations in many unknowns. Shape (n,)."""
-    orthogonal, triangle = orthogonal_columns(rows.T)
-    size = np.abs(np.diagonal(triangle))
-    if len(size) == len(rows) and np.min(size) > _WEAKEST * np.max(size):
-        return np.asarray(matmul(orthogonal, solve(triangle.T, wanted)))
-    return np.asarray(least_squares(rows, wanted, _WEAKEST))
