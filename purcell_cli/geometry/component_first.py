@@ -30,6 +30,12 @@ def dot_rows(a: Array, b: Array) -> Array:
     return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
+def solve_positive(matrices: Array, wanted: Array) -> Array:
+    """Return the solutions of positive definite systems, matrices first. Shapes (n, k, k) and (n, k) to (n, k)."""
+    factors = factored_rows(np.array(matrices.transpose(1, 2, 0), order="C"))
+    return np.ascontiguousarray(solved_rows(factors, np.array(wanted.T, order="C")).T)
+
+
 def factored_rows(matrix: Array) -> Array:
     """Return the factors L and D of positive definite matrices L D L^T, by elimination without pivots.
 

@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.geometry.reproducible import hypot, inner, matmul, solve
+from purcell_cli.geometry.component_first import solve_positive
+from purcell_cli.geometry.reproducible import apply, hypot, inner, matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.planner.arcs.loop_family import Fan
 
@@ -68,7 +69,7 @@ def fitted(fan: Fan, advance: Array, turn: Array) -> Fitted:
         # Damped, since where loops only go straight, or only turn, one of the two equations is empty.
         normal = matmul(np.swapaxes(slope, 1, 2), slope)
         normal += 1e-6 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(2) + 1e-12 * np.eye(2)
-        step = solve(normal, matmul(np.swapaxes(slope, 1, 2), missing[..., None]))[..., 0]
+        step = solve_positive(normal, apply(np.swapaxes(slope, 1, 2), missing))
         step = np.clip(step, -_LONGEST_RAD, _LONGEST_RAD)
         bend, aside = bend + step[:, 0], aside + step[:, 1]
     bend, aside = loops.clipped(bend, aside)

@@ -172,10 +172,7 @@ class Loops:
         x = 2.0 * (bend - self.least_rad) / (self.most_rad - self.least_rad) - 1.0
         root = (np.maximum(aside, self.least_aside) / self.most_aside) ** (1.0 / self._power)
         y = 2.0 * root - 1.0
-        # T_k(x) = cos(k arccos x), which is quicker than the recurrence on few points.
-        row, column = (
-            cos(arccos(np.clip(v, -1.0, 1.0))[:, None] * np.arange(k)) for v, k in zip((x, y), self._terms, strict=True)
-        )
+        row, column = (chebyshev.chebvander(v, k - 1) for v, k in zip((x, y), self._terms, strict=True))
         weight = (row[:, :, None] * column[:, None, :]).reshape(len(bend), self._series.shape[1])
         found = matmul(weight, self._series)
         found[2] *= 2.0 / (self._power * self.most_aside * root ** (self._power - 1))[:, None]

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.component_first import solve_positive
 from purcell_cli.geometry.reproducible import (
     apply,
     arctan2,
@@ -26,7 +27,6 @@ from purcell_cli.geometry.reproducible import (
     matmul,
     norm,
     normal_numbers,
-    solve,
 )
 from purcell_cli.geometry.rotations import Array, about_axis, hat
 from purcell_cli.planner.arcs.loop_family import Fan
@@ -92,7 +92,7 @@ def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
         system += 1e-12 * np.trace(system, axis1=1, axis2=2)[:, None, None] * np.eye(6)
         from_here = x if weighing else 0.0 * x
         wanted = (matmul(jacobian, from_here[:, :, None]))[:, :, 0] - residual
-        step = apply(np.swapaxes(lever, 1, 2), solve(system, wanted[:, :, None])[:, :, 0]) - from_here
+        step = apply(np.swapaxes(lever, 1, 2), solve_positive(system, wanted)) - from_here
         turning = np.max(np.abs(step[:, [1, 2, 4, 5, 7, 8, 9]]), axis=1)
         x = x + step * np.minimum(1.0, _LONGEST_TURN / np.maximum(turning, 1e-300))[:, None]
     residual, _ = _equations(x, inverse)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from purcell_cli.geometry.component_first import solve_positive
 from purcell_cli.geometry.reproducible import least_squares, matmul, solve
 from purcell_cli.geometry.rotations import Array
 
@@ -39,7 +40,7 @@ def _least_steps(columns: Array, wanted: Array, begun: Array, loose: Array, low:
         system = matmul(lever, np.swapaxes(columns, 1, 2))
         # Damped by a little, where what is left free cannot meet all equations.
         system += (_SHIFT * np.trace(system, axis1=1, axis2=2) + 1e-30)[:, None, None] * np.eye(6)
-        lead = lead + solve(system, missing[..., None])[..., 0]
+        lead = lead + solve_positive(system, missing)
         step = np.clip(begun + loose * (matmul(lead[:, None], columns))[:, 0], low, high)
     return np.asarray(best)
 
