@@ -68,7 +68,7 @@ class Leg:
         """Return the leg at other unknowns. Shape (f,)."""
         if self.tie is not None and not self.tie.shape[1]:
             return self
-        turn = unknown if self.tie is None else self.tie @ unknown
+        turn = unknown if self.tie is None else matmul(self.tie, unknown)
         return dataclasses.replace(self, turn=turn.reshape(-1, 6))
 
 
