@@ -2,7 +2,7 @@
 
     python benchmarks/planner.py --count 1000 --jobs 2 --write
 
-Three parts, each a table; `--write` puts them into docs/planner.md.
+Three parts, each a table; `--write` puts them into docs/explanation/planner.md.
 
 Random queries: half are for the paper's swimmer, half for random ones (limb 0.3 to 3 times the base,
 slenderness 0.002 to 0.05). Poses are 0.01 to 50 L apart, evenly in the logarithm; rotations and
@@ -37,7 +37,7 @@ from purcell_cli.geometry.rotations import from_quaternion
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.motion.clearance import limb_distance
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "planner.md"
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "explanation" / "planner.md"
 FAR_WAYS = 24
 MARKS = ("<!-- figures -->", "<!-- end of figures -->")
 
@@ -202,7 +202,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, help="a JSON file for every random query's figures")
     parser.add_argument("--random-only", action="store_true", help="leave the other parts out")
-    parser.add_argument("--write", action="store_true", help="put the tables into docs/planner.md")
+    parser.add_argument("--write", action="store_true", help="put the tables into docs/explanation/planner.md")
     asked = parser.parse_args()
     with multiprocessing.Pool(asked.jobs, initializer=outcome, initargs=(asked.first,)) as pool:
         rows = pool.map(outcome, range(asked.first, asked.first + asked.count), chunksize=4)

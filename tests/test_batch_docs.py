@@ -1,4 +1,4 @@
-"""The page on batches, the workflows and the templates cannot lie: what they show parses, and every option exists."""
+"""The pages on batches and the workflows cannot lie: what they show parses, and every option exists."""
 
 from __future__ import annotations
 
@@ -7,35 +7,29 @@ from pathlib import Path
 
 import pytest
 import yaml
+from pages import PAGES, ROOT, known_options, shown_commands
 
 from purcell_cli.batch.cases import find_cases
 from purcell_cli.batch.summary import COLUMNS
-from purcell_cli.cli.app import app
 from purcell_cli.files.scenario_file import EXPECT
 
-ROOT = Path(__file__).resolve().parent.parent
-PAGE = (ROOT / "docs" / "batch.md").read_text(encoding="utf-8")
+REFERENCE = PAGES["docs/reference/batch.md"]
+GUIDES = [PAGES[f"docs/how-to/{name}.md"] for name in ("many-scenarios", "continuous-integration", "editor")]
 WORKFLOW = (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```yaml\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+BLOCKS = re.findall(r"^```yaml\n(.*?)^```$", "\n".join(GUIDES), re.MULTILINE | re.DOTALL)
 
 
-def options(command: str) -> set[str]:
-    """Return the options of a command."""
-    import typer
-
-    known = typer.main.get_command(app).commands[command]
-    return {"--help"} | {
-        option for parameter in known.params for option in (*parameter.opts, *parameter.secondary_opts)
-    }
+def test_every_command_and_option_of_the_workflow_exists() -> None:
+    known, shown = known_options(), shown_commands(f"```sh\n{WORKFLOW}```\n")
+    assert {command for command, _ in shown} >= {"batch", "plan", "init"}
+    assert all(set(options) <= known[command] for command, options in shown)
 
 
-def test_every_command_and_option_that_is_shown_exists() -> None:
-    shown = re.findall(r"purcell (batch|validate|schema|init|plan|run) ?([^`|\n]*)", PAGE + WORKFLOW)
-    assert {command for command, _ in shown} >= {"batch", "validate", "schema", "init"}
-    for command, rest in shown:
-        assert set(re.findall(r"(?<!\S)--[a-z-]+", rest)) <= options(command), (command, rest)
-    for option in re.findall(r"`(--[a-z-]+)[^`]*`", PAGE):
-        assert option in options("batch") | options("schema") | {"--install-completion", "--nthreads"}, option
+def test_every_option_that_the_pages_name_exists() -> None:
+    known = known_options()
+    for text in [REFERENCE, *GUIDES]:
+        for option in re.findall(r"`(--[a-z-]+)[^`]*`", text):
+            assert option in known["batch"] | known["schema"] | {"--install-completion", "--nthreads"}, option
 
 
 def test_scenarios_that_are_shown_can_be_read(tmp_path: Path) -> None:
@@ -57,7 +51,7 @@ def test_workflows_are_yaml_and_every_job_has_steps(text: str) -> None:
 
 
 def test_the_page_names_every_expectation_and_no_other() -> None:
-    table = PAGE.partition("| key of `expect` |")[2].partition("\n\n")[0]
+    table = REFERENCE.partition("| key of `expect` |")[2].partition("\n\n")[0]
     assert re.findall(r"^\| `(\w+)`", table, re.MULTILINE) == [
         "verdict",
         "error",

@@ -3,28 +3,18 @@
 from __future__ import annotations
 
 import csv
-import importlib.util
 import re
-import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
+from pages import DOCS, PAGES, ROOT, tool
 
-DOCS = Path(__file__).resolve().parent.parent / "docs"
-TEXT = (DOCS / "gaits.md").read_text(encoding="utf-8")
-
-
-def gallery() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("gait_gallery", DOCS / "gait_gallery.py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # where dataclasses look for it
-    spec.loader.exec_module(module)
-    return module
+TEXT = PAGES["docs/explanation/gaits.md"]
+SHOWN = {page: re.findall(r"!\[[^\]]+\]\(([^)]+)\)", text) for page, text in PAGES.items()}
 
 
 def test_the_page_is_what_its_script_writes() -> None:
-    assert gallery().page() == TEXT, "python docs/gait_gallery.py brings the page up to date"
+    assert tool("gait_gallery").page() == TEXT, "python tools/gait_gallery.py brings the page up to date"
 
 
 def test_printed_sequences_do_what_the_reference_says() -> None:
@@ -41,18 +31,15 @@ def test_printed_sequences_do_what_the_reference_says() -> None:
             assert abs(value - float(wanted[name][key]) * 57.29577951308232) <= 5.01e-3
 
 
-@pytest.mark.parametrize("page", ["gaits.md", "planner.md"])
+@pytest.mark.parametrize("page", [page for page, pictures in SHOWN.items() if pictures])
 def test_pictures_of_a_page_are_there_small_and_undated(page: str) -> None:
-    shown = re.findall(r"!\[[^\]]+\]\(([^)]+)\)", (DOCS / page).read_text(encoding="utf-8"))
-    assert shown
-    for name in shown:
-        data = (DOCS / name).read_bytes()
+    for name in SHOWN[page]:
+        data = (ROOT / page).parent.joinpath(name).read_bytes()
         assert data.startswith(b"<?xml")
         assert len(data) < 200_000, name
         assert b"dc:date" not in data
 
 
 def test_every_picture_is_shown() -> None:
-    assert {f"pictures/{path.name}" for path in (DOCS / "pictures").iterdir()} == set(
-        re.findall(r"pictures/[\w.-]+", TEXT)
-    )
+    shown = {(ROOT / page).parent.joinpath(name).resolve() for page, names in SHOWN.items() for name in names}
+    assert shown == set((DOCS / "pictures").iterdir())

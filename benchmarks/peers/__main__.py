@@ -1,4 +1,4 @@
-"""The planner beside what people would pick instead, and its numerics: the tables of docs/benchmarks.md.
+"""The planner beside what people would pick instead, and its numerics: the tables of docs/explanation/benchmarks.md.
 
     python -m pip install . -r benchmarks/requirements.txt
     python -m benchmarks.peers --count 5 --cap 60
@@ -24,7 +24,7 @@ from benchmarks.peers.queries import CLASSES, query
 from benchmarks.peers.tables import middle, table
 from purcell_cli.verification.certificate import TOLERANCE_L
 
-PAGE = Path(__file__).parents[2] / "docs" / "benchmarks.md"
+PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "benchmarks.md"
 
 
 def rows(results: list[dict[str, Any]]) -> list[list[str]]:
@@ -44,7 +44,7 @@ def rows(results: list[dict[str, Any]]) -> list[list[str]]:
 
 def written(page: str, mark: str, text: str) -> str:
     """Return a page with what stands between the marks of a name replaced."""
-    first, last = f"<!-- {mark} -->\n", f"\n<!-- end {mark} -->"
+    first, last = f"<!-- {mark} -->\n", f"\n<!-- end of {mark} -->"
     low, high = page.index(first) + len(first), page.index(last)
     return page[:low] + text + page[high:]
 

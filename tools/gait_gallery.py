@@ -1,4 +1,4 @@
-"""Write ``docs/gaits.md`` and its pictures anew: ``python docs/gait_gallery.py``.
+"""Write ``docs/explanation/gaits.md`` and its pictures anew: ``python tools/gait_gallery.py``.
 
 Every number on the page is computed here; a test compares the page with what this would write.
 """
@@ -15,8 +15,8 @@ from purcell_cli.cli.pictures import PAPER_MOTIONS, PRINTED
 from purcell_cli.gaits.gait import Gait, Stroke
 from purcell_cli.geometry.rotations import as_euler
 
-DOCS = Path(__file__).resolve().parent
-PAGE = DOCS / "gaits.md"
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+PAGE = DOCS / "explanation" / "gaits.md"
 PICTURES = DOCS / "pictures"
 SHOWN = (*PAPER_MOTIONS, "x-cruise")
 CONTRASTS = ("printed-y", "printed-psi")
@@ -26,7 +26,7 @@ _HEAD = """\
 # Gaits in pictures
 
 What the stored gaits look like, for the paper's swimmer at their default amplitudes. This page and its pictures are
-written by `python docs/gait_gallery.py`. `purcell plot NAME` draws any gait at any amplitude and for any swimmer,
+written by `python tools/gait_gallery.py`. `purcell plot NAME` draws any gait at any amplitude and for any swimmer,
 your own gaits too; `purcell figures` draws all of these, and each against time; `purcell gait NAME --out swim.csv`
 and then `purcell view swim.csv` let you watch one.
 
@@ -98,7 +98,7 @@ def table(names: tuple[str, ...]) -> str:
 
 def picture(name: str, kind: str, what: str) -> str:
     """Return the line that shows a picture."""
-    return f"![{what}](pictures/{name}-{kind}.svg)"
+    return f"![{what}](../pictures/{name}-{kind}.svg)"
 
 
 def page() -> str:
