@@ -51,6 +51,8 @@ _SERIES = np.array(
     [[(-1.0) ** k / math.factorial(2 * k + first) for first in (1, 2, 3)] for k in range(12)]
 )  # fmt: skip
 """Taylor coefficients of sin(t)/t, (1 - cos t)/t^2 and (t - sin t)/t^3 in t^2."""
+_TERMS_UP_TO = ((0.01, 5), (0.25, 8))
+"""So many terms of `_SERIES` do where no t^2 is larger: truncation below 1e-17."""
 SERIES_BELOW = 2.25
 """Up to this t^2 the series of `exp_coefficients` hold to rounding: truncation below 1e-17."""
 
@@ -201,8 +203,10 @@ def tan(angle: ArrayLike) -> Array:
 def exp_coefficients(angle_squared: Array) -> tuple[Array, Array, Array]:
     """Return sin(t)/t, (1 - cos t)/t^2 and (t - sin t)/t^3 as functions of t^2. Shape (...)."""
     x = np.asarray(angle_squared, dtype=np.float64)
-    series = _horner(_SERIES, np.minimum(x, SERIES_BELOW))
-    if x.size and np.max(x) > SERIES_BELOW:
+    largest = float(np.max(x, initial=0.0))
+    terms = next((count for reach, count in _TERMS_UP_TO if largest <= reach), len(_SERIES))
+    series = _horner(_SERIES[:terms], np.minimum(x, SERIES_BELOW))
+    if largest > SERIES_BELOW:
         t = np.sqrt(np.maximum(x, SERIES_BELOW))
         sine, cosine = sin_cos(t)
         far = x > SERIES_BELOW
