@@ -31,7 +31,6 @@ _NOTHING = 1e-8
 _NEARLY_STRAIGHT_RAD = 0.5
 """Limbs bent no more than this are called nearly straight: a roll stroke that stays there is a crank."""
 
-
 _MANY_CYCLES = 4
 """From so many on, what each cycle is off is said to add up."""
 

@@ -12,8 +12,7 @@ from helpers import UNIT, assert_close, dop853_rates, in_lengths
 from purcell_cli.cli.app import _run
 from purcell_cli.errors import GaitError, ParameterError, UnknownNameError
 from purcell_cli.files.builtin import stored_gaits
-from purcell_cli.files.gait_export import gait_text, write_gait
-from purcell_cli.files.gait_file import load_gait
+from purcell_cli.files.gait_file import gait_text, load_gait, write_gait
 from purcell_cli.gaits import design as designer
 from purcell_cli.gaits.design import design
 from purcell_cli.gaits.design_problem import Problem, Task

@@ -44,7 +44,7 @@ def design(
     """Design a closed stroke that does most for its cost, and write it as a gait that purcell gait plays."""
     from purcell_cli.cli.reports import design
     from purcell_cli.files.atomic_file import writable
-    from purcell_cli.files.gait_export import write_gait
+    from purcell_cli.files.gait_file import write_gait
     from purcell_cli.gaits.design import design as search
     from purcell_cli.gaits.design_problem import Task
 

@@ -29,10 +29,10 @@ def _known(kind: str) -> str:
     from purcell_cli.errors import UnknownNameError
 
     if kind not in _KINDS:
-        from purcell_cli.files.place import nearest
+        from purcell_cli.wording import nearest_hint
 
         raise UnknownNameError(
-            f"a kind of document is wanted ({', '.join(_KINDS)}){nearest(kind, _KINDS)}, found {kind!r}"
+            f"a kind of document is wanted ({', '.join(_KINDS)}){nearest_hint(kind, _KINDS)}, found {kind!r}"
         )
     return kind
 

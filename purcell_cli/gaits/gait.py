@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import bisect
 import dataclasses
-import difflib
 import math
 from collections.abc import Mapping
 from typing import cast
@@ -27,6 +26,7 @@ from purcell_cli.mechanics.lift_derivatives import flow_and_jacobian, shape_gap
 from purcell_cli.mechanics.moves import ControlSequence, chained
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.wording import nearest
 
 MOTIONS = ("x", "y", "z", "roll", "pitch", "yaw")
 """What a gait can be made to do, in the order of the twist (v, omega)."""
@@ -342,6 +342,6 @@ def find(gaits: Mapping[str, Gait], name: str) -> Gait:
     names = {other: gait for gait in gaits.values() for other in (gait.name, *gait.also)}
     if name in names:
         return names[name]
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.4)
-    hint = f"did you mean {near[0]!r}? " if near else ""
+    near = nearest(name, names, 0.4)
+    hint = f"did you mean {near!r}? " if near else ""
     raise UnknownNameError(f"no gait is called {name!r}; {hint}`purcell gait --list` shows all")
