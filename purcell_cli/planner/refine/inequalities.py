@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.clearance import clearances, distance_slope, limb_distance
-from purcell_cli.motion.limb_circles import Sweeps
+from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.planner.refine.shooting import Equations
 
 _WATCHED = 0.35
@@ -104,7 +104,7 @@ def clearance_rows(
     apart, time = clearances(equations.swimmer, *pieces, enough)
     near = np.flatnonzero(apart - least[watched] < _NEAR_L)
     at_end = time[near] >= pieces[2][near]
-    axes = Sweeps.of(*pieces).at(near, time[near])
+    axes = LimbCircles.of(*pieces).at(near, time[near])
     torque = cross(axes, distance_slope(equations.swimmer, axes))
     lever = np.einsum("jx,wjx->wj", shapes[row, limb, :, axis], torque[:, limb])
     acts = row[None, :] < (watched[near] + at_end)[:, None]
