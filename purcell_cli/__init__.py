@@ -1,7 +1,8 @@
 """Motion planning for the 3D generalized Purcell swimmer at low Reynolds number.
 
 The names below are the library: ``from purcell_cli import Configuration, Swimmer, plan``.
-They are loaded when first used, so that the command line starts quickly.
+They are loaded when first used, so that the command line starts quickly. Not by `lazy_loader`: every import would
+need it, for the twelve lines at the end of this module.
 """
 
 from __future__ import annotations

@@ -46,12 +46,12 @@ class Case:
 
     def fingerprint(self) -> str:
         """Return a text that changes with anything that the result depends on."""
-        asked = self.scenario
+        scenario = self.scenario
         parts: list[object] = [self.name, self.file, self.sweep, self.expect, self.error]
-        if asked is not None:
-            for end in (asked.start, asked.goal):
+        if scenario is not None:
+            for end in (scenario.start, scenario.goal):
                 parts += [end.pose.tobytes(), end.shape.tobytes()]
-            parts += [asked.swimmer, asked.workspace]
+            parts += [scenario.swimmer, scenario.workspace]
         return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 

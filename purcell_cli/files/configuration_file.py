@@ -75,6 +75,7 @@ CONFIGURATION = Document(
 )
 
 _CORNER = ListOf(_COORDINATE, 3)
+"""A corner of a box: x, y and z [m]."""
 
 WORKSPACE: Element[Workspace] = Made(
     Record(

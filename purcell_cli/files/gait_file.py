@@ -69,6 +69,7 @@ _AMPLITUDE = Record(
 )
 
 _AXES = ListOf(Number(), 3)
+"""A limb's rotation vector: roll, pitch and yaw [rad]."""
 
 
 def _series(value: dict[str, Any], place: Place) -> Fourier:

@@ -19,7 +19,7 @@ SCALAR_NAMES = {"bool": "the truth value", "int": "the number", "float": "the nu
 """What messages call a scalar that YAML reads as other than text, by its kind."""
 
 _LONGEST_NUMBER = 100
-"""Characters of a number at most: a double has 24, and to read whole numbers of a million digits takes a minute."""
+"""Characters of a number at most: a double needs 24; to read 1:1:1:... of a mebibyte, base 60, takes a minute."""
 
 _CONSTRUCTOR = SafeConstructor()
 

@@ -18,8 +18,14 @@ from purcell_cli.files.place import TAG, Place, finite_number, shortened
 from purcell_cli.files.scalars import Number, Text, Whole
 
 MOST_VARIANTS = 1_000_000
+"""Scenarios of a sweep at most: a slip in a count is refused at once, where to solve so many takes days."""
+
 _MOST_VALUES = 100_000
+"""Values of one key at most, where only their number stands in the file: their nodes take 20 MB."""
+
 _LONGEST_LABEL = 24
+"""Characters that a value adds to a scenario's name at most: four swept keys fit into a name, which has 100."""
+
 _STR, _FLOAT, _MAP = (TAG + name for name in ("str", "float", "map"))
 
 _KEY = r"[a-z][a-z0-9_]*"

@@ -27,7 +27,10 @@ COLUMNS = (
 """The columns of a trajectory file, in order."""
 
 _ROWS_AT_ONCE = 65536
+"""Rows that are made into text together: 15 MB of numbers, however long the trajectory is."""
+
 _LARGEST_BYTES = 4 << 30
+"""Bytes of a trajectory that is read at most: they are some ten million rows, whose numbers take 2.5 GB of memory."""
 
 
 def polars() -> Any:

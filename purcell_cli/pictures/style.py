@@ -44,6 +44,7 @@ _STYLE: Any = {
     "savefig.dpi": 150,
     "svg.hashsalt": "purcell",
 }
+"""Settings of matplotlib for every picture: sizes in points; the salt gives a picture the same bytes each time."""
 
 
 def picture_format(path: Path) -> str:
