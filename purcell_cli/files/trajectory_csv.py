@@ -1,4 +1,4 @@
-"""Trajectories as files, in the column order of the contract; files are written whole or not at all."""
+"""Trajectories as CSV files, written whole or not at all: the form that purcell reads back bit for bit."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def read_csv(path: Path | str) -> Table:
     """Read a trajectory file.
 
     Raises:
-        InputError: The file is missing, or not in the contract's form.
+        InputError: The file is missing, or its header or a row is not that of a trajectory.
     """
     pl = polars()
     source = Path(path)
