@@ -1,7 +1,8 @@
 """Motion planning for the 3D generalized Purcell swimmer at low Reynolds number.
 
 The names below are the library: ``from purcell_cli import Configuration, Swimmer, plan``.
-They are loaded when first used, so that the command line starts quickly.
+They are loaded when first used, so that the command line starts quickly. Not by `lazy_loader`: every import would
+need it, for the twelve lines at the end of this module.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from purcell_cli.files.scenario_file import load_scenario
     from purcell_cli.files.swimmer_file import load_swimmer
     from purcell_cli.files.trajectory_csv import read_csv, write_csv
-    from purcell_cli.gaits.gait import realise
+    from purcell_cli.gaits.pure_stroke import realise
     from purcell_cli.lie_brackets.controllability import controllability
     from purcell_cli.lie_brackets.curvature import curvature
     from purcell_cli.mechanics.configuration import Configuration
@@ -55,7 +56,7 @@ _HOMES = {
     "load_swimmer": "files.swimmer_file",
     "plan": "solution",
     "read_csv": "files.trajectory_csv",
-    "realise": "gaits.gait",
+    "realise": "gaits.pure_stroke",
     "stored_gaits": "files.builtin",
     "stored_scenarios": "files.builtin",
     "write_csv": "files.trajectory_csv",

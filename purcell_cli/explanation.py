@@ -11,7 +11,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler, as_vector
 from purcell_cli.mechanics.moves import ControlSequence
 from purcell_cli.motion.blocks import starting_shapes
-from purcell_cli.motion.limb_circles import Sweeps, bends
+from purcell_cli.motion.limb_circles import LimbCircles, bends
 from purcell_cli.motion.plan import Structure
 from purcell_cli.motion.sensitivity import Sensitivity, sensitivities
 from purcell_cli.solution import Solution, phase_displacement, stroke_cycles
@@ -23,7 +23,7 @@ _MINOR = 0.05
 """Parts of a displacement below this share of the largest are not put into words."""
 
 _NOTICED = 0.01
-"""Parts above this share that are left out make a displacement only mainly what is said."""
+"""A displacement with a left-out part above this share of the largest is described by "mainly"."""
 
 _NOTHING = 1e-8
 """A displacement below this (L, rad) is none."""
@@ -31,9 +31,8 @@ _NOTHING = 1e-8
 _NEARLY_STRAIGHT_RAD = 0.5
 """Limbs bent no more than this are called nearly straight: a roll stroke that stays there is a crank."""
 
-
 _MANY_CYCLES = 4
-"""From so many on, what each cycle is off is said to add up."""
+"""From this many cycles on, the explanation says that each cycle's error adds up."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -139,8 +138,8 @@ def largest_bend(sequence: ControlSequence, start: Array) -> float:
         sequence: The primitives or moves.
         start: Shape before them. Shape (2, 3, 3).
     """
-    sweeps = Sweeps.of(sequence.shapes(start)[:-1], sequence.rates(), sequence.duration)
-    return float(np.max(sweeps.largest_bends()[0], initial=np.max(bends(start[..., 0]))))
+    circles = LimbCircles.of(sequence.shapes(start)[:-1], sequence.rates(), sequence.duration)
+    return float(np.max(circles.largest_bends()[0], initial=np.max(bends(start[..., 0]))))
 
 
 def in_words(displacement: Array, length_m: float) -> str:

@@ -1,6 +1,12 @@
-"""Units that suit the size of what is shown, and numbers of things."""
+"""Words of messages: units that suit the size of what is shown, numbers of things, and the nearest known name."""
 
 from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+_LONGEST_NAME = 100
+"""Characters of a name that are compared: no known name is longer, and the time to compare grows with them."""
 
 
 def length_unit(largest_m: float) -> tuple[float, str]:
@@ -14,3 +20,21 @@ def length_unit(largest_m: float) -> tuple[float, str]:
 def counted(number: int, thing: str) -> str:
     """Return a number of things in words, one of them without the plural's s."""
     return f"{number} {thing}{'s' * (number != 1)}"
+
+
+def nearest(name: str, choices: Iterable[str], likeness: float = 0.6) -> str | None:
+    """Return the choice most like a name, None if none is like it.
+
+    Args:
+        name: The name that is not among the choices.
+        choices: The names that are known.
+        likeness: How like it must be at least, from 0 to 1 (the ratio of `difflib.SequenceMatcher`).
+    """
+    close = difflib.get_close_matches(name[:_LONGEST_NAME], list(choices), n=1, cutoff=likeness)
+    return close[0] if close else None
+
+
+def nearest_hint(name: str, choices: Iterable[str]) -> str:
+    """Return " (nearest: ...)" for the choice most like a name, or nothing if none is."""
+    found = nearest(name, choices)
+    return f" (nearest: {found})" if found else ""

@@ -15,7 +15,8 @@ from purcell_cli.cli.app import _run
 from purcell_cli.errors import ParameterError
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.gaits.atlas import efficiency, entry, ratio_sweep, steps, straight_drag, sweep
-from purcell_cli.gaits.gait import Stroke, realise
+from purcell_cli.gaits.gait import Stroke
+from purcell_cli.gaits.pure_stroke import realise
 from purcell_cli.gaits.shape_curves import WayPoints, played
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array

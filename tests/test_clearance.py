@@ -23,7 +23,7 @@ from purcell_cli.motion.clearance import (
     radius_m,
     segment_distance,
 )
-from purcell_cli.motion.limb_circles import Sweeps, bends
+from purcell_cli.motion.limb_circles import LimbCircles, bends
 
 TOUCHING = 2.0 * radius_m(UNIT, 1.0)
 
@@ -210,7 +210,7 @@ def test_a_roll_leaves_the_clearance(roll: float, bend: float) -> None:
 def test_the_largest_bend_is_that_of_every_instant(seed: int) -> None:
     rng = np.random.default_rng(seed)
     shapes, rates, durations = random_pieces(rng, 9)
-    found, when = Sweeps.of(shapes, rates, durations).largest_bends()
+    found, when = LimbCircles.of(shapes, rates, durations).largest_bends()
     times = np.linspace(0.0, durations, 301, axis=1)
     many = [np.repeat(x, 301, axis=0) for x in (shapes, rates)]
     sampled = bends(turned(*many, times.ravel())[..., 0]).reshape(9, 301, 2).max(axis=1)
@@ -237,14 +237,14 @@ def test_the_largest_bend_of_a_yaw_is_where_it_passes_furthest(bend: float, angl
     """A whole turn ends where it began; looking at the ends alone is the foil."""
     shapes = np.stack([about_axis(2, bend), np.eye(3)])[None]
     rates = math.copysign(1.0, angle) * np.eye(6)[[YAW_1]]
-    found, _ = Sweeps.of(shapes, rates, np.array([abs(angle)])).largest_bends()
+    found, _ = LimbCircles.of(shapes, rates, np.array([abs(angle)])).largest_bends()
     assert_close(found[0], [largest, 0.0], 1e-12)
 
 
 def test_axes_sweep_on_circles() -> None:
     rng = np.random.default_rng(0)
     shapes, rates, durations = random_rotations(rng, 9, 2), rng.normal(size=(9, 6)), rng.uniform(0, 4, 9)
-    sweeps = Sweeps.of(shapes, rates, durations)
+    sweeps = LimbCircles.of(shapes, rates, durations)
     assert_close(sweeps.at(np.arange(9), durations), turned(shapes, rates, durations)[..., 0], 1e-14)
     later = sweeps.at(np.arange(9), durations + 1e-6) - sweeps.at(np.arange(9), durations - 1e-6)
     assert_close(np.linalg.norm(later, axis=-1) / 2e-6, sweeps.speed, 1e-8)

@@ -15,7 +15,7 @@ import yaml
 from helpers import Run, runner
 
 from purcell_cli import Swimmer, load_scenario, load_swimmer, stored_scenarios
-from purcell_cli.files.builtin import _folder
+from purcell_cli.files.builtin import data_folder
 from purcell_cli.files.scenario_file import SCHEMAS
 from purcell_cli.files.templates import FILES
 
@@ -91,7 +91,7 @@ def test_validate_names_file_line_key_and_what_was_meant(
 
 
 def test_all_stored_documents_are_good_by_their_own_kind_and_by_their_json_schema(run: Run) -> None:
-    gaits, scenarios = sorted(_folder("gaits").glob("*.yaml")), list(stored_scenarios().values())
+    gaits, scenarios = sorted(data_folder("gaits").glob("*.yaml")), list(stored_scenarios().values())
     code, out, _ = run("validate", *map(str, [*gaits, *scenarios]), "--json")
     assert code == 0
     kinds = [checked["kind"] for checked in json.loads(out)["files"]]

@@ -12,7 +12,8 @@ from helpers import UNIT, assert_close, dop853_rates, in_lengths, is_close, slop
 from purcell_cli.errors import InputError, ParameterError
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.files.gait_file import load_gait
-from purcell_cli.gaits.gait import Stroke, realise
+from purcell_cli.gaits.gait import Stroke
+from purcell_cli.gaits.pure_stroke import realise
 from purcell_cli.gaits.sampling import sample_stroke
 from purcell_cli.gaits.shape_curves import Fourier, WayPoints, played, straight_moves
 from purcell_cli.geometry.rotations import as_euler, as_vector

@@ -12,18 +12,18 @@ from helpers import UNIT, assert_close, dop853_rates, in_lengths
 from purcell_cli.cli.app import _run
 from purcell_cli.errors import GaitError, ParameterError, UnknownNameError
 from purcell_cli.files.builtin import stored_gaits
-from purcell_cli.files.gait_export import gait_text, write_gait
-from purcell_cli.files.gait_file import load_gait
+from purcell_cli.files.gait_file import gait_text, load_gait, write_gait
 from purcell_cli.gaits import design as designer
 from purcell_cli.gaits.design import design
 from purcell_cli.gaits.design_problem import Problem, Task
-from purcell_cli.gaits.gait import Gait, realise
+from purcell_cli.gaits.gait import Gait
+from purcell_cli.gaits.pure_stroke import realise
 from purcell_cli.geometry.rotations import as_euler, as_vector
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import EXACT
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.limb_circles import Sweeps
+from purcell_cli.motion.limb_circles import LimbCircles
 
 SQUARE = Task("x", "speed", 2.5, planar=True, controls="primitive", moves=4)
 
@@ -185,6 +185,6 @@ def test_the_stored_strokes_do_what_docs_say_of_them(
     else:
         assert abs(end[along, 3] / cost - ratio) < 1e-6
         assert np.max(np.abs([*np.delete(end[:3, 3], along), *rotation])) < 1e-9
-    sweeps = Sweeps.of(played.shapes(COLLINEAR)[:-1], played.rates(), played.duration)
+    sweeps = LimbCircles.of(played.shapes(COLLINEAR)[:-1], played.rates(), played.duration)
     assert np.max(sweeps.largest_bends()[0]) < limit_rad + 2e-6
     assert stroke.closure_rad() < 1e-10

@@ -23,7 +23,7 @@ from purcell_cli import Configuration, plan, read_csv, write_csv
 from purcell_cli.errors import InputError
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.files.builtin import stored_gaits
-from purcell_cli.gaits.gait import realise
+from purcell_cli.gaits.pure_stroke import realise
 from purcell_cli.gaits.sampling import sample_stroke
 from purcell_cli.geometry.rotations import Array, about_axis, as_quaternion
 from purcell_cli.motion.trajectory import Trajectory

@@ -25,7 +25,8 @@ from hypothesis import strategies as st
 import purcell_cli
 from purcell_cli.errors import InputError
 from purcell_cli.files.configuration_file import load_configuration, load_goal
-from purcell_cli.files.gait_file import linear_terms, load_gait
+from purcell_cli.files.gait_file import load_gait
+from purcell_cli.files.linear_expression import linear_terms
 from purcell_cli.files.scenario_file import SCHEMAS, Expect, load_scenario
 from purcell_cli.files.swimmer_file import load_swimmer
 from purcell_cli.gaits.gait import Guess, Turn

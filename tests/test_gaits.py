@@ -20,7 +20,8 @@ from purcell_cli.cli.reports.gait import gait_document
 from purcell_cli.errors import GaitError, InputError, ParameterError, UnknownNameError
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.files.gait_file import load_gait
-from purcell_cli.gaits.gait import MOTIONS, Stroke, find, realise
+from purcell_cli.gaits.gait import MOTIONS, Stroke, find
+from purcell_cli.gaits.pure_stroke import realise
 from purcell_cli.gaits.sampling import sample_stroke
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array

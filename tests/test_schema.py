@@ -12,16 +12,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from purcell_cli.errors import InputError, ParameterError
-from purcell_cli.files.containers import Field, ListOf, MapOf, Pair, Record
-from purcell_cli.files.documents import Either, Made
-from purcell_cli.files.elements import Schema
+from purcell_cli.files.containers import Either, Field, ListOf, MapOf, Pair, Record
+from purcell_cli.files.documents import Made
+from purcell_cli.files.elements import Element
 from purcell_cli.files.place import Place, shortened
 from purcell_cli.files.scalars import Choice, Flag, Number, Text, Whole
 from purcell_cli.files.scenario_file import SCHEMAS
 from purcell_cli.mechanics.swimmer import LIMITS, Swimmer
 
 
-def read(element: Schema[Any], text: str) -> Any:
+def read(element: Element[Any], text: str) -> Any:
     return element.read(place_of(text))
 
 
@@ -74,7 +74,7 @@ def allows_mapping(rules: dict[str, Any], value: dict[str, Any]) -> bool:
     return set(value) <= set(known) and all(allows(known[key], item) for key, item in value.items())
 
 
-ELEMENTS: list[Schema[Any]] = [
+ELEMENTS: list[Element[Any]] = [
     Number(),
     Number(above=0.0, at_most=2.0),
     Number(at_least=-1.0, nonzero=True),
@@ -100,7 +100,7 @@ values = st.recursive(
 
 @pytest.mark.parametrize("element", ELEMENTS)
 @given(value=values)
-def test_an_element_reads_just_what_its_json_schema_allows(element: Schema[Any], value: Any) -> None:
+def test_an_element_reads_just_what_its_json_schema_allows(element: Element[Any], value: Any) -> None:
     text = yaml.safe_dump(value)
     if allows(element.json_schema(), value):
         assert read(element, text) == value

@@ -16,7 +16,7 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.motion.clearance import least_clearance
-from purcell_cli.motion.limb_circles import Sweeps
+from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.motion.limits import check
 from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, least_cosines, least_distances
 from purcell_cli.planner.refine.minimum_travel import Pace, merged, offered, shorten
@@ -163,7 +163,7 @@ def test_the_room_below_the_bend_limit_is_that_at_every_instant_on_large_turns_t
         sequence = equations.sequence_at(angle)
         return bend_rows(equations, sequence, sequence.shapes(start), least)
 
-    sweeps = Sweeps.of(sequence.shapes(start)[:-1], sequence.rates(), sequence.duration)
+    sweeps = LimbCircles.of(sequence.shapes(start)[:-1], sequence.rates(), sequence.duration)
     bend = sweeps.largest_bends()[0][np.arange(8), sequence.control // 3]
     watched = (sequence.control % 3 != 0) & (np.cos(bend) - 0.5 < 0.35)
     ends = sequence.shapes(start)[np.arange(1, 9), sequence.control // 3, 0, 0]

@@ -11,7 +11,7 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
 from purcell_cli.mechanics.primitives import PrimitiveSequence
-from purcell_cli.motion.limb_circles import Sweeps
+from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.planner.library.plan_library import WordBook, image, stored_words, symmetries, word_book
 from tests.helpers import assert_close, is_close
 
@@ -23,7 +23,7 @@ WORD = PrimitiveSequence.of(
 
 def bend(word: PrimitiveSequence) -> float:
     shapes = word.shapes(COLLINEAR)[:-1]
-    return float(Sweeps.of(shapes, word.rates(), word.duration).largest_bends()[0].max())
+    return float(LimbCircles.of(shapes, word.rates(), word.duration).largest_bends()[0].max())
 
 
 def seen(symmetry: Array, g: Array) -> Array:

@@ -17,7 +17,7 @@ from purcell_cli.files.place import Place, shortened
 from purcell_cli.files.scalars import NAME
 from purcell_cli.files.scenario_file import EXPECT, SCHEMAS, Expect, Scenario
 from purcell_cli.files.sweep import variants
-from purcell_cli.files.yaml_source import top
+from purcell_cli.files.yaml_source import compose_file
 
 _ENDINGS = {".yaml", ".yml"}
 _PARTS = ("start", "goal", "swimmer")
@@ -46,12 +46,12 @@ class Case:
 
     def fingerprint(self) -> str:
         """Return a text that changes with anything that the result depends on."""
-        asked = self.scenario
+        scenario = self.scenario
         parts: list[object] = [self.name, self.file, self.sweep, self.expect, self.error]
-        if asked is not None:
-            for end in (asked.start, asked.goal):
+        if scenario is not None:
+            for end in (scenario.start, scenario.goal):
                 parts += [end.pose.tobytes(), end.shape.tobytes()]
-            parts += [asked.swimmer, asked.workspace]
+            parts += [scenario.swimmer, scenario.workspace]
         return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 
@@ -103,7 +103,7 @@ def _made_name(text: str) -> str:
 def _drafts(file: str) -> Iterator[_Draft]:
     stem, shown = Path(file).stem, shortened(file, 1000)
     try:
-        place = top(file, SCHEMAS["scenario"].wanted)
+        place = compose_file(file, SCHEMAS["scenario"].wanted)
     except InputError as error:
         yield _Draft(_made_name(stem), shown, None, error=str(error))
         return
@@ -225,7 +225,7 @@ def _walk(folder: str) -> Iterator[str]:
 def _is_part(file: str) -> bool:
     """Return whether a file is a good configuration, goal or swimmer: a part of scenarios and none itself."""
     try:
-        place = top(file)
+        place = compose_file(file)
     except InputError:
         return False
     keys = {str(key.value) for key, _ in place.node.value} if isinstance(place.node.value, list) else set()

@@ -15,7 +15,10 @@ from purcell_cli.errors import InputError, ResultsError
 from purcell_cli.files.place import shortened
 
 _WAITING_EACH = 3
+"""Scenarios at the scheduler for each of its threads: one is solved, and two wait so that no thread idles."""
+
 _SECONDS_TO_CONNECT = 10
+"""How long a scheduler has to answer [s]: Dask's own default is 30, long to wait for an address with a slip in it."""
 
 
 def solve_there(

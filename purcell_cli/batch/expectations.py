@@ -19,6 +19,8 @@ ROUND_OFF = 1e-10
 
 _ANGLES = {"base_error_rad": "base", "limb1_error_rad": "limb 1", "limb2_error_rad": "limb 2"}
 _MOST_BYTES = 1 << 30
+"""Bytes of an earlier summary at most: a row has about 600, so this is more than a million scenarios."""
+
 
 Row = Mapping[str, Any]
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-import html
+import contextlib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
+from xml.sax.saxutils import XMLGenerator
+from xml.sax.xmlreader import AttributesImpl
 
 from purcell_cli.batch.results_folder import kept_file
 from purcell_cli.batch.solve_one import CRASHED
@@ -36,24 +39,34 @@ def write_report(rows: Iterable[Mapping[str, Any]], totals: Mapping[str, int], p
         "time": f"{seconds:.3f}",
     }
     with kept_file(path) as stream:
-        stream.write(
-            f'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites>\n<testsuite{_attributes(suite)}>\n'.encode()
-        )
-        stream.write(b"<properties/>\n")
-        for row in rows:
-            stream.write(_case(row).encode())
-        stream.write(b"<system-out/>\n<system-err/>\n</testsuite>\n</testsuites>\n")
+        xml = XMLGenerator(stream, "UTF-8", short_empty_elements=True)
+        xml.startDocument()
+        with _element(xml, "testsuites"), _element(xml, "testsuite", suite):
+            with _element(xml, "properties"):
+                pass
+            for row in rows:
+                _write_case(xml, row)
+            for name in ("system-out", "system-err"):
+                with _element(xml, name):
+                    pass
 
 
-def _case(row: Mapping[str, Any]) -> str:
+def _write_case(xml: XMLGenerator, row: Mapping[str, Any]) -> None:
     attributes = {"name": row["name"], "classname": _class(row["file"]), "time": f"{row['wall_time_s']:.3f}"}
-    begun = f"<testcase{_attributes(attributes)}"
-    if row["passed"]:
-        return f"{begun}/>\n"
-    kind = "error" if row["verdict"] == CRASHED else "failure"
-    about = {"message": "; ".join(row["reasons"]), "type": row["verdict"]}
-    text = _clean("\n".join(row["reasons"]))
-    return f"{begun}><{kind}{_attributes(about)}>{text}</{kind}></testcase>\n"
+    with _element(xml, "testcase", attributes):
+        if not row["passed"]:
+            about = {"message": "; ".join(row["reasons"]), "type": row["verdict"]}
+            with _element(xml, "error" if row["verdict"] == CRASHED else "failure", about):
+                xml.characters(_clean("\n".join(row["reasons"])))
+    xml.ignorableWhitespace("\n")
+
+
+@contextlib.contextmanager
+def _element(xml: XMLGenerator, name: str, attributes: Mapping[str, Any] = MappingProxyType({})) -> Iterator[None]:
+    """Write an element round what is written inside the context."""
+    xml.startElement(name, AttributesImpl({key: _clean(str(value)) for key, value in attributes.items()}))
+    yield
+    xml.endElement(name)
 
 
 def _class(file: str) -> str:
@@ -62,10 +75,6 @@ def _class(file: str) -> str:
     return ".".join(parts) or "scenario"
 
 
-def _attributes(values: Mapping[str, Any]) -> str:
-    return "".join(f' {name}="{_clean(str(value))}"' for name, value in values.items())
-
-
 def _clean(text: str) -> str:
-    """Return a text as XML writes it; characters that XML has no place for are replaced."""
-    return html.escape(_NOT_XML.sub("\N{REPLACEMENT CHARACTER}", text))
+    """Return a text without the characters that XML has no place for, which are replaced."""
+    return _NOT_XML.sub("\N{REPLACEMENT CHARACTER}", text)

@@ -1,4 +1,8 @@
-"""Worker processes on this machine. Each is told one scenario at a time, so it is known what a worker died of."""
+"""Worker processes on this machine. Each has one scenario at a time, so it is known what a worker died of.
+
+Not pebble or a Dask LocalCluster: most of what stands here (threads limited before numpy is imported, workers that end
+with the batch, an installation in which no worker starts) would stand beside them too.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +24,13 @@ from purcell_cli.batch.solve_one import CRASHED, Settings, solve, without_plan
 from purcell_cli.errors import ResultsError
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "POLARS_MAX_THREADS")
+"""Environment variables by which the libraries of a worker use one thread each."""
+
 _MOST_FALSE_STARTS = 3
+"""Workers that die before their first answer, one after the other, until the batch gives up.
+
+One such death may be the scenario's doing; with three of them, what is wrong is the installation."""
+
 _CONTEXT = multiprocessing.get_context("spawn")  # a fork would copy locks that other threads hold
 
 
@@ -69,7 +79,7 @@ def solve_here(cases: Iterator[Case], settings: Settings, folder: Path, jobs: in
             while len(busy) < jobs and (case := next(cases, None)) is not None:
                 worker = idle.pop() if idle and idle[-1].process.is_alive() else _started(settings, folder)
                 busy[worker.pipe] = worker
-                _tell(worker, case)
+                _send(worker, case)
             if not busy:
                 return
             for pipe in wait(list(busy)):
@@ -104,7 +114,7 @@ def _answer(worker: _Worker) -> Finished:
     return Finished(case, *answer)
 
 
-def _tell(worker: _Worker, case: Case) -> None:
+def _send(worker: _Worker, case: Case) -> None:
     """Give a worker a scenario; that it is dead is seen when its answer is waited for."""
     worker.case = case
     with contextlib.suppress(OSError):
@@ -148,8 +158,8 @@ def _serve(pipe: Connection, settings: Settings, folder: str) -> None:
     threading.Thread(target=_end_with_the_batch, daemon=True).start()
     with contextlib.suppress(EOFError, OSError):
         while True:
-            name, asked = pipe.recv()
-            solved = without_plan("error", asked) if isinstance(asked, str) else solve(asked, settings)
+            name, scenario = pipe.recv()
+            solved = without_plan("error", scenario) if isinstance(scenario, str) else solve(scenario, settings)
             try:
                 digests = write_files(Path(folder), name, solved.files)
             except ResultsError as error:

@@ -18,6 +18,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
+from filelock import BaseFileLock, FileLock, Timeout
+
 from purcell_cli.errors import InputError, ResultsError
 from purcell_cli.files.atomic_file import whole_file
 
@@ -92,7 +94,7 @@ class ResultsFolder:
             self._clean()
             self._journal = self._begun(resume)
         except OSError as error:
-            self._lock.close()
+            self._lock.release()
             raise ResultsError(f"{path / JOURNAL}: cannot be written ({error.strerror or error})") from error
 
     def __enter__(self) -> ResultsFolder:
@@ -106,7 +108,7 @@ class ResultsFolder:
         self._clean()
         with contextlib.suppress(OSError):
             self._journal.close()
-        self._lock.close()
+        self._lock.release()
 
     def _clean(self) -> None:
         """Remove what writers that were killed left half done."""
@@ -205,19 +207,16 @@ def _lines(file: Path) -> Iterator[dict[str, Any]]:
                 yield line
 
 
-def _locked(folder: Path) -> IO[bytes]:
-    """Return the open file whose lock keeps other batches out; the system frees it however the process ends."""
-    stream = (folder / LOCK).open("ab")
+def _locked(folder: Path) -> BaseFileLock:
+    """Return the lock that keeps other batches out; the system frees it however the process ends.
+
+    Raises:
+        InputError: Another batch has it.
+        OSError: The lock's file cannot be made.
+    """
+    lock = FileLock(folder / LOCK, blocking=False)
     try:
-        if os.name == "nt":
-            import msvcrt
-
-            getattr(msvcrt, "locking")(stream.fileno(), getattr(msvcrt, "LK_NBLCK"), 1)  # noqa: B009
-        else:
-            import fcntl
-
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        stream.close()
-        raise InputError(f"{folder}: wanted a folder of its own, found another batch at work in it") from error
-    return stream
+        lock.acquire()
+    except Timeout:
+        raise InputError(f"{folder}: wanted a folder of its own, found another batch at work in it") from None
+    return lock

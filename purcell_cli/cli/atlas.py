@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from purcell_cli.cli.reports import atlas as told
+from purcell_cli.cli.reports import atlas as reports
 from purcell_cli.errors import GaitError
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.gaits.atlas import Entry, entry, ratio_sweep, steps, sweep
@@ -19,7 +19,7 @@ Document = dict[str, Any]
 def _write(rows: Sequence[Mapping[str, Any]], out: Path | None) -> None:
     if out is not None:
         with whole_file(out) as file:
-            file.write(told.as_csv(rows))
+            file.write(reports.as_csv(rows))
 
 
 def atlas(gaits: Mapping[str, Gait], swimmer: Swimmer, out: Path | None) -> Document:
@@ -31,7 +31,7 @@ def atlas(gaits: Mapping[str, Gait], swimmer: Swimmer, out: Path | None) -> Docu
             entries.append(entry(gait, swimmer))
         except GaitError as error:
             left_out[gait.name] = str(error)
-    document = told.atlas_document(entries, left_out, swimmer, None if out is None else str(out))
+    document = reports.atlas_document(entries, left_out, swimmer, None if out is None else str(out))
     _write(document["gaits"], out)
     return document
 
@@ -39,7 +39,7 @@ def atlas(gaits: Mapping[str, Gait], swimmer: Swimmer, out: Path | None) -> Docu
 def amplitudes(gait: Gait, swimmer: Swimmer, text: str, out: Path | None) -> Document:
     """Sweep a gait's amplitude over A:B:STEP, and write the table as CSV where a file is named."""
     found = sweep(gait, swimmer, steps(text, "--sweep"))
-    document = told.sweep_document(found, swimmer, None if out is None else str(out))
+    document = reports.sweep_document(found, swimmer, None if out is None else str(out))
     _write(document["rows"], out)
     return document
 
@@ -47,6 +47,6 @@ def amplitudes(gait: Gait, swimmer: Swimmer, text: str, out: Path | None) -> Doc
 def ratios(gait: Gait, swimmer: Swimmer, amplitude: float | None, text: str, out: Path | None) -> Document:
     """Sweep the ratio of middle to outer link over A:B:STEP, and write the table as CSV where a file is named."""
     along, rows = ratio_sweep(gait, swimmer, amplitude, steps(text, "--link-ratio"))
-    document = told.ratio_document(gait, along, rows, swimmer, None if out is None else str(out))
+    document = reports.ratio_document(gait, along, rows, swimmer, None if out is None else str(out))
     _write(document["rows"], out)
     return document

@@ -19,7 +19,10 @@ if TYPE_CHECKING:
     from purcell_cli.batch.runner import Outcome
 
 PASSED, FAILED = 0, 1
+"""Exit codes: all scenarios came to what they must, or one did not."""
+
 _SECONDS_BETWEEN_LINES = 10.0
+"""How often a batch says on a pipe how far it is [s]: a night's log has some three thousand such lines."""
 
 
 def register(app: typer.Typer) -> None:

@@ -13,8 +13,14 @@ if TYPE_CHECKING:
     from purcell_cli.mechanics.swimmer import Swimmer
 
 _BENDS_DEG = (0, 2, 5, 15, 30, 45, 60, 75, 90, 105, 120)
+"""Bends of both limbs that the map shows [deg]: close together near 0, where the weakest direction changes most."""
+
 _ROLLS_DEG = (0, 45, 90, 135, 180)
+"""Rolls of limb 2's bend about the base against limb 1's that the map shows [deg]; beyond 180 they repeat."""
+
 _MAP_DEPTH = 3
+"""Depth of the map's brackets where none is asked for: at 2 the collinear shape
+reaches 4 of the 6 directions, at 3 every shape of the map reaches all."""
 
 
 def register(app: typer.Typer) -> None:

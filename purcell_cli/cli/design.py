@@ -44,7 +44,7 @@ def design(
     """Design a closed stroke that does most for its cost, and write it as a gait that purcell gait plays."""
     from purcell_cli.cli.reports import design
     from purcell_cli.files.atomic_file import writable
-    from purcell_cli.files.gait_export import write_gait
+    from purcell_cli.files.gait_file import write_gait
     from purcell_cli.gaits.design import design as search
     from purcell_cli.gaits.design_problem import Task
 
@@ -52,8 +52,8 @@ def design(
     task = Task(direction, maximize, body.max_bend_rad if max_bend is None else max_bend, planar, controls, moves)
     writable(out)
     name = re.sub(r"[^A-Za-z0-9._-]", "-", out.stem).lstrip(".")[:100] or "designed"
-    with bar("designing") as told:
-        found = search(body, task, name, starts, seed, lambda done, news: told(done, starts, f"best: {news}"))
+    with bar("designing") as report:
+        found = search(body, task, name, starts, seed, lambda done, news: report(done, starts, f"best: {news}"))
     write_gait(found.gait, out)
     document = design.design_document(found, body, str(out), interrupted=found.starts < starts)
     show(document, json, design.show_design)

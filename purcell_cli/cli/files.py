@@ -10,6 +10,8 @@ import typer
 from purcell_cli.cli.terminal import Json, show
 
 GOOD, BAD = 0, 2
+"""Exit codes: every document is good, or one is not."""
+
 _KINDS = ("start", "goal", "swimmer", "scenario", "gait", "plan")
 
 
@@ -29,10 +31,10 @@ def _known(kind: str) -> str:
     from purcell_cli.errors import UnknownNameError
 
     if kind not in _KINDS:
-        from purcell_cli.files.place import nearest
+        from purcell_cli.wording import nearest_hint
 
         raise UnknownNameError(
-            f"a kind of document is wanted ({', '.join(_KINDS)}){nearest(kind, _KINDS)}, found {kind!r}"
+            f"a kind of document is wanted ({', '.join(_KINDS)}){nearest_hint(kind, _KINDS)}, found {kind!r}"
         )
     return kind
 
@@ -92,8 +94,8 @@ def validate(
     def table(console: Any, document: dict[str, Any]) -> None:
         for checked in document["files"]:
             many = checked["scenarios"]
-            told = f"good, a {checked['kind']}" + (f" of {many} combinations" if many not in {None, 1} else "")
-            line = f"{checked['file']}: {told}" if checked["error"] is None else checked["error"]
+            text = f"good, a {checked['kind']}" + (f" of {many} combinations" if many not in {None, 1} else "")
+            line = f"{checked['file']}: {text}" if checked["error"] is None else checked["error"]
             console.print(line, soft_wrap=True, markup=False)
 
     document = {"schema": "purcell/validate/1", "verdict": "good" if good else "bad"}

@@ -57,7 +57,8 @@ def gait(
     from purcell_cli.files.atomic_file import writable
     from purcell_cli.files.builtin import stored_gaits
     from purcell_cli.files.trajectory_formats import chosen_format, write_trajectory
-    from purcell_cli.gaits.gait import find, realise
+    from purcell_cli.gaits.gait import find
+    from purcell_cli.gaits.pure_stroke import realise
     from purcell_cli.gaits.sampling import sample_stroke
     from purcell_cli.mechanics.configuration import Configuration
 

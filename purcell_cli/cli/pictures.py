@@ -107,7 +107,8 @@ def view(
 def _stroke_figures(name: str, amplitude: float | None, swimmer: Path | None, gaits: Path | None) -> dict[str, Any]:
     """Return a gait's pictures: its stroke in shape space, its poses, and one cycle against time."""
     from purcell_cli.files.builtin import stored_gaits
-    from purcell_cli.gaits.gait import find, realise
+    from purcell_cli.gaits.gait import find
+    from purcell_cli.gaits.pure_stroke import realise
     from purcell_cli.gaits.sampling import sample_stroke
     from purcell_cli.mechanics.configuration import Configuration
     from purcell_cli.motion.trajectory import as_table
@@ -120,11 +121,11 @@ def _stroke_figures(name: str, amplitude: float | None, swimmer: Path | None, ga
     stroke = realise(gait, body, amplitude)
     trajectory = sample_stroke(body, Configuration(), stroke, 1, _SMOOTH / body.joint_rate_rad_s)
     title = f"{gait.name}, amplitude {stroke.amplitude_rad:g} rad"
-    told = f"{title}; {net_displacement(body, trajectory)}"
+    text = f"{title}; {net_displacement(body, trajectory)}"
     return {
         "stroke": stroke_figure(body, trajectory, title),
         "poses": poses_figure(body, trajectory, title),
-        "time": time_figure(as_table(trajectory), told),
+        "time": time_figure(as_table(trajectory), text),
     }
 
 
@@ -138,5 +139,5 @@ def _show_figures(console: Any, document: dict[str, Any]) -> None:
 
 
 def _show_view(console: Any, document: dict[str, Any]) -> None:
-    told = f"{document['frames']} of {document['rows']} rows" if document["frames"] < document["rows"] else "all rows"
-    console.print(f"page in {document['page']}: {told}, {document['bytes'] / 1e6:.2f} MB", soft_wrap=True)
+    text = f"{document['frames']} of {document['rows']} rows" if document["frames"] < document["rows"] else "all rows"
+    console.print(f"page in {document['page']}: {text}, {document['bytes'] / 1e6:.2f} MB", soft_wrap=True)

@@ -13,7 +13,7 @@ from purcell_cli.cli.terminal import DONE, NOT_REACHED, GaitFolder, Json, Swimme
 from purcell_cli.cli.terminal import bar as _bar
 from purcell_cli.cli.terminal import busy as _busy
 from purcell_cli.cli.terminal import show as _show
-from purcell_cli.verification.certifier_process import witness
+from purcell_cli.verification.certifier_process import certifier
 
 if TYPE_CHECKING:
     from purcell_cli.solution import Solution
@@ -114,7 +114,7 @@ def plan(
     json: Json = False,
 ) -> int:
     """Plan a motion from a start to a goal configuration and write it as CSV."""
-    with witness() as certifying, _bar("planning") as progress:
+    with certifier() as certifying, _bar("planning") as progress:
         from purcell_cli.cli.reports.plan import plan_document
         from purcell_cli.files.atomic_file import whole_file, writable
         from purcell_cli.files.builtin import stored_gaits
@@ -162,7 +162,7 @@ def run(
     json: Json = False,
 ) -> int:
     """Play a plan again from its document: the same trajectory, checked anew."""
-    with witness() as certifying:
+    with certifier() as certifying:
         from purcell_cli.cli.reports.plan import plan_document
         from purcell_cli.files.atomic_file import writable
         from purcell_cli.files.plan_file import load_plan

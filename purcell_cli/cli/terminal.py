@@ -42,7 +42,7 @@ def show(document: dict[str, Any], json: bool, table: Callable[[Any, dict[str, A
 
 @contextlib.contextmanager
 def busy(message: str) -> Iterator[Callable[[str], None]]:
-    """Show on a terminal's stderr that work goes on; what is yielded is told how far."""
+    """Show on a terminal's stderr that work goes on; what is yielded takes how far it is."""
     if not sys.stderr.isatty():
         yield lambda _: None
         return
@@ -54,7 +54,7 @@ def busy(message: str) -> Iterator[Callable[[str], None]]:
 
 @contextlib.contextmanager
 def bar(message: str) -> Iterator[Callable[[int, int, str], None]]:
-    """Show a bar on a terminal's stderr; what is yielded is told how many are done, of how many, and the news."""
+    """Show a bar on a terminal's stderr; what is yielded takes how many are done, of how many, and the news."""
     if not sys.stderr.isatty():
         yield lambda _done, _total, _news: None
         return
@@ -65,7 +65,7 @@ def bar(message: str) -> Iterator[Callable[[int, int, str], None]]:
     columns = (TextColumn(message), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), news)
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task("", total=None)
-        yield lambda done, total, told: progress.update(task, completed=done, total=total, description=told)
+        yield lambda done, total, news: progress.update(task, completed=done, total=total, description=news)
 
 
 def swimmer_of(path: Path | None) -> Swimmer:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,11 +11,12 @@ from purcell_cli.errors import InputError, UnknownNameError
 from purcell_cli.files.gait_file import load_gait
 from purcell_cli.files.scenario_file import Scenario, load_scenario
 from purcell_cli.gaits.gait import Gait
+from purcell_cli.wording import nearest
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 
 
-def _folder(name: str) -> Path:
+def data_folder(name: str) -> Path:
     """Return a folder of data: inside the installed package, or beside it in a checkout."""
     installed = _PACKAGE / "data" / name
     return installed if installed.is_dir() else _PACKAGE.parent / name
@@ -36,7 +36,7 @@ def stored_gaits(own: Path | str | None = None) -> dict[str, Gait]:
 
 @functools.cache
 def _packaged_gaits() -> Mapping[str, Gait]:
-    return MappingProxyType(_gaits_in(_folder("gaits")))
+    return MappingProxyType(_gaits_in(data_folder("gaits")))
 
 
 def _gaits_in(folder: Path) -> dict[str, Gait]:
@@ -56,7 +56,7 @@ def _gaits_in(folder: Path) -> dict[str, Gait]:
 
 def stored_scenarios() -> dict[str, Path]:
     """Return the files of the stored scenarios by name."""
-    return {path.stem: path for path in sorted(_folder("scenarios").glob("*.yaml"))}
+    return {path.stem: path for path in sorted(data_folder("scenarios").glob("*.yaml"))}
 
 
 def find_scenario(name: str) -> Scenario:
@@ -70,8 +70,8 @@ def find_scenario(name: str) -> Scenario:
     if name in scenarios and not Path(name).is_file():
         return load_scenario(scenarios[name])
     if not Path(name).exists() and name != "-":
-        near = difflib.get_close_matches(name, scenarios, n=1, cutoff=0.4)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
+        near = nearest(name, scenarios, 0.4)
+        hint = f"; did you mean {near!r}?" if near else ""
         raise UnknownNameError(
             f"{name}: wanted a file, or a stored scenario ({', '.join(scenarios)}), found neither{hint}"
         )

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from purcell_cli.files.containers import Field, ListOf, Record
+from purcell_cli.files.containers import Field, ListOf, Record, only_value
 from purcell_cli.files.documents import Document, Made
-from purcell_cli.files.elements import Schema
+from purcell_cli.files.elements import Element
 from purcell_cli.files.place import Place
 from purcell_cli.files.scalars import Number
-from purcell_cli.files.yaml_source import T, load
+from purcell_cli.files.yaml_source import load
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, from_euler, from_matrix, from_quaternion
 from purcell_cli.mechanics.configuration import Configuration
@@ -24,7 +24,7 @@ _FARTHEST_M = 1e15
 """Coordinates go no farther than this, so that none can overflow."""
 
 
-def _rotation(length: int, item: Schema[Any], make: Callable[[Any], Array]) -> Schema[Array]:
+def _rotation(length: int, item: Element[Any], make: Callable[[Any], Array]) -> Element[Array]:
     """Return the element for a rotation made from a list of items."""
 
     def made(value: list[Any], _: Place) -> Array:
@@ -34,12 +34,7 @@ def _rotation(length: int, item: Schema[Any], make: Callable[[Any], Array]) -> S
     return Made(ListOf(item, length), made)
 
 
-def only(value: dict[str, T], _: Place) -> T:
-    """Return the value of the only key."""
-    return next(iter(value.values()))
-
-
-_ORIENTATION: Schema[Array] = Made(
+_ORIENTATION: Element[Array] = Made(
     Record(
         {
             "euler_deg": Field(_rotation(3, Number(), lambda e: from_euler(np.radians(e))), "[psi, theta, phi] [deg]"),
@@ -49,12 +44,10 @@ _ORIENTATION: Schema[Array] = Made(
         },
         exactly_one=True,
     ),
-    only,
+    only_value,
 )
 
-
 _COORDINATE = Number(at_least=-_FARTHEST_M, at_most=_FARTHEST_M)
-
 
 _BASE = Record(
     {
@@ -71,27 +64,20 @@ def _configuration(value: dict[str, Any], _: Place) -> Configuration:
     return Configuration(pose, np.stack([value.get("limb1", level), value.get("limb2", level)]))
 
 
-def _within(above: float, at_most: float) -> Number:
-    """Return the element for a number within a pair of `LIMITS`."""
-    return Number(above=above, at_most=at_most)
-
-
 CONFIGURATION_FIELDS = {
     "base": Field(_BASE, "the base link"),
     "limb1": Field(_ORIENTATION, "limb 1 in the base; left out, collinear"),
     "limb2": Field(_ORIENTATION, "limb 2 in the base; left out, collinear"),
 }
 
-
 CONFIGURATION = Document(
     "A configuration of the swimmer (start.yaml)", Made(Record(CONFIGURATION_FIELDS), _configuration)
 )
 
-
 _CORNER = ListOf(_COORDINATE, 3)
+"""A corner of a box: x, y and z [m]."""
 
-
-WORKSPACE: Schema[Workspace] = Made(
+WORKSPACE: Element[Workspace] = Made(
     Record(
         {
             "min": Field(_CORNER, "the corner of least x, y and z [m]", required=True),
@@ -101,7 +87,6 @@ WORKSPACE: Schema[Workspace] = Made(
     lambda value, _: Workspace(**value),
 )
 """The element for a box that the links stay in."""
-
 
 WORKSPACE_FIELD = {"workspace_m": Field(WORKSPACE, "a box that all three links stay in; left out, there is none")}
 

@@ -1,4 +1,4 @@
-"""Elements of a document's description that hold others: lists, records, maps."""
+"""Elements of a document's description that are made of others: lists, records, maps, and either of two."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from typing import Any, Generic
 
 import yaml
 
-from purcell_cli.files.elements import Schema, T, V
-from purcell_cli.files.place import Place, nearest, shortened
+from purcell_cli.files.elements import Element, OtherT, ValueT
+from purcell_cli.files.place import Place, kind, shortened
 from purcell_cli.files.scalars import Text
+from purcell_cli.wording import nearest_hint
 
 
 @dataclasses.dataclass(frozen=True)
-class ListOf(Schema[list[T]]):
+class ListOf(Element[list[ValueT]]):
     """A list.
 
     Attributes:
@@ -23,7 +24,7 @@ class ListOf(Schema[list[T]]):
         at_least: How many items at least.
     """
 
-    item: Schema[T]
+    item: Element[ValueT]
     length: int | None = None
     at_least: int = 0
 
@@ -34,7 +35,7 @@ class ListOf(Schema[list[T]]):
         count = f" of {self.length}" if self.length is not None else least
         return f"a list{count}, each {self.item.wanted}"
 
-    def read(self, place: Place) -> list[T]:
+    def read(self, place: Place) -> list[ValueT]:
         """Return the list at a place."""
         if not isinstance(place.node, yaml.SequenceNode):
             raise place.error(self.wanted)
@@ -52,7 +53,7 @@ class ListOf(Schema[list[T]]):
 
 
 @dataclasses.dataclass(frozen=True)
-class Pair(Schema[tuple[T, V]], Generic[T, V]):
+class Pair(Element[tuple[ValueT, OtherT]], Generic[ValueT, OtherT]):
     """A list of two, each with a meaning of its own.
 
     Attributes:
@@ -60,15 +61,15 @@ class Pair(Schema[tuple[T, V]], Generic[T, V]):
         second: What the second is.
     """
 
-    first: Schema[T]
-    second: Schema[V]
+    first: Element[ValueT]
+    second: Element[OtherT]
 
     @property
     def wanted(self) -> str:
         """What the element wants to find, in words."""
         return f"a list of {self.first.wanted}, and {self.second.wanted}"
 
-    def read(self, place: Place) -> tuple[T, V]:
+    def read(self, place: Place) -> tuple[ValueT, OtherT]:
         """Return the two values at a place."""
         if not isinstance(place.node, yaml.SequenceNode) or len(place.node.value) != 2:
             raise place.error(self.wanted)
@@ -86,13 +87,13 @@ class Field:
     """One key of a record.
 
     Attributes:
-        schema: What its value is.
+        element: What its value is.
         meaning: What it is for, in words.
         required: Whether it must be there.
         default: The value where it is left out, for the reader of the JSON Schema.
     """
 
-    schema: Schema[Any]
+    element: Element[Any]
     meaning: str = ""
     required: bool = False
     default: object = None
@@ -100,11 +101,11 @@ class Field:
     def json_schema(self) -> dict[str, object]:
         """Return the element as JSON Schema."""
         about = {"description": self.meaning or None, "default": self.default}
-        return {**self.schema.json_schema(), **{k: v for k, v in about.items() if v is not None}}
+        return {**self.element.json_schema(), **{k: v for k, v in about.items() if v is not None}}
 
 
 @dataclasses.dataclass(frozen=True)
-class Record(Schema[dict[str, Any]]):
+class Record(Element[dict[str, Any]]):
     """A mapping with known keys; keys left out are left out of the value.
 
     Attributes:
@@ -129,13 +130,13 @@ class Record(Schema[dict[str, Any]]):
             raise place.error(self.wanted, " and ".join(places) or "none of them")
         for name, field in self.fields.items():
             if field.required and name not in places:
-                raise place.below(name).error(field.schema.wanted, "no such key")
-        return {name: self.fields[name].schema.read(entry) for name, entry in places.items()}
+                raise place.below(name).error(field.element.wanted, "no such key")
+        return {name: self.fields[name].element.read(entry) for name, entry in places.items()}
 
     def _known(self, place: Place) -> Iterator[tuple[str, Place]]:
         for (name, entry), (key, _) in zip(place.entries(), place.node.value, strict=True):
             if name not in self.fields:
-                wanted = f"one of the keys {', '.join(self.fields)}{nearest(name, list(self.fields))}"
+                wanted = f"one of the keys {', '.join(self.fields)}{nearest_hint(name, self.fields)}"
                 raise dataclasses.replace(entry, node=key).error(wanted, f"the unknown key '{shortened(name)}'")
             yield name, entry
 
@@ -151,8 +152,13 @@ class Record(Schema[dict[str, Any]]):
         return {**out, "minProperties": 1, "maxProperties": 1} if self.exactly_one else out
 
 
+def only_value(value: Mapping[str, ValueT], _: Place) -> ValueT:
+    """Return the value of the one key that a record of `exactly_one` has."""
+    return next(iter(value.values()))
+
+
 @dataclasses.dataclass(frozen=True)
-class MapOf(Schema[dict[str, T]]):
+class MapOf(Element[dict[str, ValueT]]):
     """A mapping with free keys.
 
     Attributes:
@@ -161,14 +167,14 @@ class MapOf(Schema[dict[str, T]]):
     """
 
     key: Text
-    value: Schema[T]
+    value: Element[ValueT]
 
     @property
     def wanted(self) -> str:
         """What the element wants to find, in words."""
         return f"a mapping whose keys are each {self.key.wanted}"
 
-    def read(self, place: Place) -> dict[str, T]:
+    def read(self, place: Place) -> dict[str, ValueT]:
         """Return the mapping at a place."""
         if not isinstance(place.node, yaml.MappingNode):
             raise place.error(self.wanted)
@@ -185,3 +191,28 @@ class MapOf(Schema[dict[str, T]]):
             "propertyNames": {"pattern": f"^{self.key.pattern}$"},
             "additionalProperties": self.value.json_schema(),
         }
+
+
+@dataclasses.dataclass(frozen=True)
+class Either(Element[ValueT]):
+    """A scalar or a mapping, each with a meaning of its own."""
+
+    scalar: Element[ValueT]
+    mapping: Element[ValueT]
+
+    @property
+    def wanted(self) -> str:
+        """What the element wants to find, in words."""
+        return f"{self.scalar.wanted} or {self.mapping.wanted}"
+
+    def read(self, place: Place) -> ValueT:
+        """Return what the scalar or the mapping at a place means."""
+        if isinstance(place.node, yaml.MappingNode):
+            return self.mapping.read(place)
+        if isinstance(place.node, yaml.SequenceNode) or kind(place.node) == "null":
+            raise place.error(self.wanted)
+        return self.scalar.read(place)
+
+    def json_schema(self) -> dict[str, object]:
+        """Return the element as JSON Schema."""
+        return {"anyOf": [self.scalar.json_schema(), self.mapping.json_schema()]}

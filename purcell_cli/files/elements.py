@@ -2,7 +2,8 @@
 
 An element reads one node of a YAML document at a `Place` and returns a checked value. Whatever is
 wrong is an `InputError` that reads ``FILE:LINE: KEY: wanted ..., found ...``. Nodes are kept until
-the value is made, so that a later check (a matrix that is no rotation) still knows its line.
+the value is made, so that a later check (a matrix that is no rotation) still knows its line. Why this is
+not pydantic: docs/decisions.md.
 """
 
 from __future__ import annotations
@@ -12,12 +13,12 @@ from typing import Generic, TypeVar
 
 from purcell_cli.files.place import Place
 
-T = TypeVar("T")
-T_co = TypeVar("T_co", covariant=True)
-V = TypeVar("V")
+ValueT = TypeVar("ValueT")
+ValueT_co = TypeVar("ValueT_co", covariant=True)
+OtherT = TypeVar("OtherT")
 
 
-class Schema(abc.ABC, Generic[T_co]):
+class Element(abc.ABC, Generic[ValueT_co]):
     """One element of a document."""
 
     @property
@@ -26,7 +27,7 @@ class Schema(abc.ABC, Generic[T_co]):
         """What the element wants to find, in words."""
 
     @abc.abstractmethod
-    def read(self, place: Place) -> T_co:
+    def read(self, place: Place) -> ValueT_co:
         """Return the value at a place.
 
         Raises:

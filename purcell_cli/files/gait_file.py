@@ -1,83 +1,29 @@
-"""Gaits as YAML."""
+"""Gaits as YAML: what a gait file may say, and a gait written as one."""
 
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
-from purcell_cli.files.configuration_file import only
-from purcell_cli.files.containers import Field, ListOf, MapOf, Record
-from purcell_cli.files.documents import Document, Either, Made
-from purcell_cli.files.elements import Schema
-from purcell_cli.files.place import Place, kind, number
+from purcell_cli.files.atomic_file import whole_file
+from purcell_cli.files.containers import Either, Field, ListOf, MapOf, Record, only_value
+from purcell_cli.files.documents import Document, Made
+from purcell_cli.files.elements import Element
+from purcell_cli.files.linear_expression import LinearExpression
+from purcell_cli.files.place import Place
 from purcell_cli.files.scalars import NAME, Choice, Flag, Number, Text, Whole
 from purcell_cli.files.yaml_source import load
 from purcell_cli.gaits.gait import MOTIONS, Gait, Guess, Turn
 from purcell_cli.gaits.shape_curves import MOST_STEPS, Curve, Fourier, WayPoints, size_rad
+from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.primitives import CONTROL_NAMES, control_index
 
-_TERM = re.compile(
-    r"\s*(?P<sign>[-+])?\s*(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)?"
-    r"\s*(?P<times>\*)?\s*(?P<symbol>[a-z][0-9]*)?\s*"
-)
-
-
-_LONGEST_EXPRESSION = 200
-
-
 _SYMBOL = Text(r"[a-z][0-9]*", "a symbol (one lower-case letter, digits may follow)")
-
-
-class _Angle(Schema[Mapping[str, float]]):
-    """An angle linear in symbols, such as ``2 a - b + 0.1``; the value is {symbol: coefficient}."""
-
-    @property
-    def wanted(self) -> str:
-        """What the element wants to find, in words."""
-        return "an angle [rad] linear in symbols, such as -a, 2 a - b or 0.5"
-
-    def read(self, place: Place) -> dict[str, float]:
-        """Return the coefficients of the expression at a place."""
-        constant = number(place.node)
-        if constant is not None:
-            return {"": constant}
-        if kind(place.node) != "str" or len(place.node.value) > _LONGEST_EXPRESSION:
-            raise place.error(self.wanted)
-        out = linear_terms(place.node.value)
-        if out is None:
-            raise place.error(self.wanted)
-        return out
-
-    def json_schema(self) -> dict[str, object]:
-        """Return the element as JSON Schema."""
-        return {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^[-+*.0-9a-zE ]+$"}]}
-
-
-def linear_terms(expression: str) -> dict[str, float] | None:
-    """Return a linear expression as {symbol: coefficient}, '' for the constant; None if it is not linear."""
-    out: dict[str, float] = {}
-    position = 0
-    while position < len(expression) or not out:
-        term = _TERM.match(expression, position)
-        if term is None or not _is_term(term, first=position == 0):
-            return None
-        value = float(term["number"] or 1.0) * (-1.0 if term["sign"] == "-" else 1.0)
-        symbol = term["symbol"] or ""
-        out[symbol] = out.get(symbol, 0.0) + value
-        position = term.end()
-    return out if all(np.isfinite(value) for value in out.values()) else None
-
-
-def _is_term(term: re.Match[str], *, first: bool) -> bool:
-    """Return whether a match of `_TERM` says something, and a sign parts it from the term before."""
-    something = term["number"] or term["symbol"]
-    both = term["number"] and term["symbol"]
-    return bool(something and (first or term["sign"]) and (both or not term["times"]))
 
 
 def _turn(value: dict[str, Mapping[str, float]], _: Place) -> Turn:
@@ -85,10 +31,7 @@ def _turn(value: dict[str, Mapping[str, float]], _: Place) -> Turn:
     return Turn(control_index(control), coefficients)
 
 
-_ANGLE = _Angle()
-
-
-_TURNS = Made(Record({name: Field(_ANGLE) for name in CONTROL_NAMES}, exactly_one=True), _turn)
+_TURNS = Made(Record({name: Field(LinearExpression()) for name in CONTROL_NAMES}, exactly_one=True), _turn)
 
 
 def _guess(value: dict[str, Any], place: Place) -> Guess:
@@ -102,7 +45,7 @@ def _guess(value: dict[str, Any], place: Place) -> Guess:
     return Guess(tuple(amplitudes), tuple(values), value.get("sharpness_power", 0.0))
 
 
-_GUESS: Schema[Guess] = Either(
+_GUESS: Element[Guess] = Either(
     Made(Number(nonzero=True), lambda value, _: Guess((1.0,), (value,))),
     Made(
         Record(
@@ -116,7 +59,6 @@ _GUESS: Schema[Guess] = Either(
     ),
 )
 
-
 _AMPLITUDE = Record(
     {
         "symbol": Field(_SYMBOL, "the symbol of the amplitude", required=True),
@@ -126,8 +68,8 @@ _AMPLITUDE = Record(
     }
 )
 
-
 _AXES = ListOf(Number(), 3)
+"""A limb's rotation vector: roll, pitch and yaw [rad]."""
 
 
 def _series(value: dict[str, Any], place: Place) -> Fourier:
@@ -146,8 +88,7 @@ def _series(value: dict[str, Any], place: Place) -> Fourier:
 
 _HARMONICS = Record({name: Field(ListOf(Number(), at_least=1)) for name in CONTROL_NAMES})
 
-
-_CURVE: Schema[Curve] = Made(
+_CURVE: Element[Curve] = Made(
     Record(
         {
             "way_points": Field(
@@ -171,7 +112,7 @@ _CURVE: Schema[Curve] = Made(
         },
         exactly_one=True,
     ),
-    only,
+    only_value,
 )
 
 
@@ -197,7 +138,7 @@ def _gait(value: dict[str, Any], place: Place) -> Gait:
         return _curve_gait(value, place)
     for key in ("amplitude", "cycle"):
         if key not in value:
-            raise place.below(key).error(_GAIT_FIELDS[key].schema.wanted, "no such key")
+            raise place.below(key).error(_GAIT_FIELDS[key].element.wanted, "no such key")
     amplitude = value["amplitude"]
     free = value.get("free", {})
     if amplitude["symbol"] in free:
@@ -245,12 +186,11 @@ _GAIT_FIELDS = {
     "approach": Field(ListOf(_TURNS), "turns played once before the cycles and undone once after"),
     "cycle": Field(ListOf(_TURNS, at_least=1), "turns of one cycle; wanted where there is no curve"),
     "free": Field(
-        MapOf(_SYMBOL, Made(Record({"guess": Field(_GUESS, "where to start", required=True)}), only)),
+        MapOf(_SYMBOL, Made(Record({"guess": Field(_GUESS, "where to start", required=True)}), only_value)),
         "symbols to solve for",
     ),
     "curve": Field(_CURVE, "a closed curve of shapes, in place of amplitude, approach, cycle and free"),
 }
-
 
 GAIT = Document("A stored gait", Made(Record(_GAIT_FIELDS), _gait))
 
@@ -262,3 +202,62 @@ def load_gait(path: Path | str) -> Gait:
         InputError: The file says no gait.
     """
     return load(path, GAIT)
+
+
+def gait_text(gait: Gait) -> str:
+    """Return a gait as YAML, to full double precision."""
+    about: dict[str, Any] = {"name": gait.name}
+    if gait.also:
+        about["also"] = list(gait.also)
+    about |= {"summary": gait.summary, "moves": gait.moves}
+    if gait.source:
+        about["source"] = gait.source
+    out = yaml.safe_dump(about, sort_keys=False, width=1000, allow_unicode=True)
+    if gait.curve is not None:
+        return out + _flow_yaml({"curve": _curve_entry(gait.curve)})
+    amplitude = {"symbol": gait.symbol, "means": gait.means, "default_rad": gait.default_rad}
+    if gait.amplitude_is_displacement:
+        amplitude["is_displacement"] = True
+    parts: dict[str, Any] = {"amplitude": amplitude}
+    if gait.approach:
+        parts["approach"] = [_turn_entry(turn) for turn in gait.approach]
+    parts["cycle"] = [_turn_entry(turn) for turn in gait.cycle]
+    if gait.free:
+        parts["free"] = {symbol: {"guess": _guess_entry(guess)} for symbol, guess in gait.free.items()}
+    return out + _flow_yaml(parts)
+
+
+def write_gait(gait: Gait, path: Path | str) -> None:
+    """Write a gait as YAML; the file appears under its name when it is complete."""
+    with whole_file(Path(path)) as file:
+        file.write(gait_text(gait).encode())
+
+
+def _flow_yaml(parts: dict[str, Any]) -> str:
+    """Return YAML whose innermost lists and mappings stand on one line each."""
+    return yaml.safe_dump(parts, sort_keys=False, width=1000, default_flow_style=None)
+
+
+def _curve_entry(curve: Curve) -> dict[str, Any]:
+    if isinstance(curve, WayPoints):
+        return {"way_points": curve.vectors.reshape(-1, 2, 3).tolist()}
+    constant = {name: value for name, value in zip(CONTROL_NAMES, curve.constant.tolist(), strict=True) if value}
+    parts = {"constant": constant, "cosine": _harmonics_entry(curve.cosine), "sine": _harmonics_entry(curve.sine)}
+    return {"fourier": {**{k: v for k, v in parts.items() if v}, "steps": curve.steps}}
+
+
+def _harmonics_entry(coefficients: Array) -> dict[str, list[float]]:
+    return {name: column.tolist() for name, column in zip(CONTROL_NAMES, coefficients.T, strict=True) if np.any(column)}
+
+
+def _turn_entry(turn: Turn) -> dict[str, Any]:
+    terms = [f"{value!r} {symbol}".strip() for symbol, value in turn.coefficients.items()]
+    text = terms[0] + "".join(f" - {t[1:]}" if t.startswith("-") else f" + {t}" for t in terms[1:])
+    return {CONTROL_NAMES[turn.control]: text if any(turn.coefficients) else turn.coefficients[""]}
+
+
+def _guess_entry(guess: Guess) -> Any:
+    if guess.amplitude_rad == (1.0,) and not guess.sharpness_power:
+        return guess.value[0]
+    table = {"amplitude_rad": list(guess.amplitude_rad), "value": list(guess.value)}
+    return {**table, "sharpness_power": guess.sharpness_power}

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import yaml
@@ -13,14 +12,14 @@ from yaml.constructor import SafeConstructor
 
 from purcell_cli.errors import InputError
 
-_TAG = "tag:yaml.org,2002:"
+TAG = "tag:yaml.org,2002:"
+"""What the tags of YAML's own types begin with."""
 
+SCALAR_NAMES = {"bool": "the truth value", "int": "the number", "float": "the number", "timestamp": "the date"}
+"""What messages call a scalar that YAML reads as other than text, by its kind."""
 
 _LONGEST_NUMBER = 100
-
-
-_KINDS = {"bool": "the truth value", "int": "the number", "float": "the number", "timestamp": "the date"}
-
+"""Characters of a number at most: a double needs 24; to read 1:1:1:... of a mebibyte, base 60, takes a minute."""
 
 _CONSTRUCTOR = SafeConstructor()
 
@@ -31,27 +30,21 @@ def shortened(text: str, most: int = 60) -> str:
     return line if len(line) <= most else line[: most - 3] + "..."
 
 
-def joined(key: str, step: str | int) -> str:
+def key_path(key: str, step: str | int) -> str:
     """Return the path of an entry or item below the key path of its parent."""
     if isinstance(step, int):
         return f"{key}[{step}]"
     return f"{key}.{shortened(step, 40)}" if key else shortened(step, 40)
 
 
-def message(file: str, line: int, key: str, wanted: str, found: str) -> InputError:
+def input_error(file: str, line: int, key: str, wanted: str, found: str) -> InputError:
     """Return the error that every fault in a document is reported with."""
     return InputError(f"{file}:{line}: {key or 'the document'}: wanted {wanted}, found {found}")
 
 
-def nearest(name: str, choices: Sequence[str]) -> str:
-    """Return " (nearest: ...)" for the choice most like a name, or nothing if none is."""
-    close = difflib.get_close_matches(name[:100], choices, n=1)
-    return f" (nearest: {close[0]})" if close else ""
-
-
 def kind(node: yaml.Node) -> str:
     """Return the short name of a node's tag, such as 'str' or 'int'."""
-    return str(node.tag).removeprefix(_TAG)
+    return str(node.tag).removeprefix(TAG)
 
 
 def described(node: yaml.Node) -> str:
@@ -62,12 +55,12 @@ def described(node: yaml.Node) -> str:
         return "a mapping"
     if kind(node) == "null":
         return "nothing"
-    if kind(node) in _KINDS:
-        return f"{_KINDS[kind(node)]} {shortened(node.value) or repr('')}"
+    if kind(node) in SCALAR_NAMES:
+        return f"{SCALAR_NAMES[kind(node)]} {shortened(node.value) or repr('')}"
     return f"the text '{shortened(node.value)}'"
 
 
-def number(node: yaml.Node) -> float | None:
+def finite_number(node: yaml.Node) -> float | None:
     """Return the finite number that a node is, or None."""
     if not isinstance(node, yaml.ScalarNode) or kind(node) not in {"int", "float"} or len(node.value) > _LONGEST_NUMBER:
         return None
@@ -102,11 +95,11 @@ class Place:
 
     def error(self, wanted: str, found: str | None = None) -> InputError:
         """Return the error of a node that is not what is wanted."""
-        return message(self.file, self.line, self.key, wanted, found or described(self.node))
+        return input_error(self.file, self.line, self.key, wanted, found or described(self.node))
 
     def below(self, step: str | int, node: yaml.Node | None = None) -> Place:
         """Return the place of an entry or item; without a node it keeps the parent's line."""
-        return dataclasses.replace(self, key=joined(self.key, step), node=node or self.node)
+        return dataclasses.replace(self, key=key_path(self.key, step), node=node or self.node)
 
     def at(self, *steps: str | int) -> Place:
         """Return the place that keys and indices lead to; what is not there keeps the parent's line."""

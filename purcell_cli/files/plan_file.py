@@ -39,7 +39,12 @@ SCHEMA = "purcell/plan-document/1"
 """The name of the form that plan documents have."""
 
 _LARGEST_ANGLE_RAD = 10.0
+"""Largest turn of a joint in one primitive or move [rad]: more than a whole turn, which no plan needs in one go.
+
+The sine of a much larger angle, far outside [-pi, pi], would lose digits."""
+
 _MOST_CYCLES = 1_000_000_000
+"""Times that a stroke may be played at most: far above `MOST_ROWS`, which bounds the motion, and exact as a double."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -7,14 +7,16 @@ import re
 
 from yaml.constructor import SafeConstructor
 
-from purcell_cli.files.elements import Schema
-from purcell_cli.files.place import _KINDS, Place, described, kind, nearest, number
+from purcell_cli.files.elements import Element
+from purcell_cli.files.place import SCALAR_NAMES, Place, described, finite_number, kind
+from purcell_cli.wording import nearest_hint
 
 _UNPRINTABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]")
+"""Control characters and halves of characters, which no text of a document has."""
 
 
 @dataclasses.dataclass(frozen=True)
-class Number(Schema[float]):
+class Number(Element[float]):
     """A finite number.
 
     Attributes:
@@ -42,7 +44,7 @@ class Number(Schema[float]):
 
     def read(self, place: Place) -> float:
         """Return the number at a place."""
-        value = number(place.node)
+        value = finite_number(place.node)
         if value is None or not self._allows(value):
             raise place.error(self.wanted)
         return value
@@ -63,7 +65,7 @@ class Number(Schema[float]):
 
 
 @dataclasses.dataclass(frozen=True)
-class Whole(Schema[int]):
+class Whole(Element[int]):
     """A whole number.
 
     Attributes:
@@ -81,7 +83,7 @@ class Whole(Schema[int]):
 
     def read(self, place: Place) -> int:
         """Return the number at a place."""
-        value = number(place.node)
+        value = finite_number(place.node)
         if value is None or not value.is_integer() or not self.at_least <= value <= self.at_most:
             raise place.error(self.wanted)
         return int(value)
@@ -92,7 +94,7 @@ class Whole(Schema[int]):
 
 
 @dataclasses.dataclass(frozen=True)
-class Flag(Schema[bool]):
+class Flag(Element[bool]):
     """true or false."""
 
     @property
@@ -113,7 +115,7 @@ class Flag(Schema[bool]):
 
 
 @dataclasses.dataclass(frozen=True)
-class Text(Schema[str]):
+class Text(Element[str]):
     """A text that is not empty.
 
     Attributes:
@@ -132,7 +134,7 @@ class Text(Schema[str]):
     def read(self, place: Place) -> str:
         """Return the text at a place."""
         if kind(place.node) != "str":
-            quote = " (in quotes it is a text)" if kind(place.node) in _KINDS else ""
+            quote = " (in quotes it is a text)" if kind(place.node) in SCALAR_NAMES else ""
             raise place.error(self.wanted, described(place.node) + quote)
         text = str(place.node.value)
         if _UNPRINTABLE.search(text) or not re.fullmatch(self.pattern, text):
@@ -145,7 +147,7 @@ class Text(Schema[str]):
 
 
 @dataclasses.dataclass(frozen=True)
-class Choice(Schema[str]):
+class Choice(Element[str]):
     """One of a few words."""
 
     options: tuple[str, ...]
@@ -160,7 +162,7 @@ class Choice(Schema[str]):
         if kind(place.node) != "str":
             raise place.error(self.wanted)
         if place.node.value not in self.options:
-            raise place.error(self.wanted + nearest(place.node.value, self.options))
+            raise place.error(self.wanted + nearest_hint(place.node.value, self.options))
         return str(place.node.value)
 
     def json_schema(self) -> dict[str, object]:
@@ -172,3 +174,4 @@ NAME = Text(
     r"[A-Za-z0-9_-][A-Za-z0-9._-]{0,99}",
     "a name (at most 100 letters, digits, '-', '_' and '.', not starting with '.')",
 )
+"""A name that is a file's too: of characters that every file system takes, and short enough for an ending."""

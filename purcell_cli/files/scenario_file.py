@@ -9,32 +9,32 @@ from types import MappingProxyType
 from typing import Any
 
 from purcell_cli.files.configuration_file import CONFIGURATION, GOAL, WORKSPACE_FIELD, Goal
-from purcell_cli.files.containers import Field, Record
-from purcell_cli.files.documents import Document, Either, Made
-from purcell_cli.files.elements import Schema
+from purcell_cli.files.containers import Either, Field, Record
+from purcell_cli.files.documents import Document, Made
+from purcell_cli.files.elements import Element, ValueT
 from purcell_cli.files.gait_file import GAIT
 from purcell_cli.files.place import Place, shortened
 from purcell_cli.files.scalars import NAME, Choice, Number, Text
 from purcell_cli.files.sweep import SWEEP
 from purcell_cli.files.swimmer_file import SWIMMER
-from purcell_cli.files.yaml_source import T, UnreadableError, bytes_of, load, read
+from purcell_cli.files.yaml_source import UnreadableError, file_bytes, load, read_document
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.workspace import Workspace
 
 
-def _or_path(document: Document[T]) -> Schema[T]:
+def _inline_or_path(document: Document[ValueT]) -> Element[ValueT]:
     """Return the element for a document that stands inline or in a file of its own."""
 
-    def load(name: str, place: Place) -> T:
+    def read(name: str, place: Place) -> ValueT:
         path = place.folder / name
         try:
-            data = bytes_of(path)
+            data = file_bytes(path)
         except UnreadableError as error:
             raise place.error("the path of a readable file", f"{error} at '{shortened(str(path))}'") from error
-        return read(document, data, str(path), path.parent)
+        return read_document(document, data, str(path), path.parent)
 
-    return Either(Made(Text(meaning="the path of a file"), load), document.schema)
+    return Either(Made(Text(meaning="the path of a file"), read), document.element)
 
 
 VERDICTS = ("reached", "not reached", "not found within limits", "error")
@@ -93,7 +93,7 @@ def _expect(value: dict[str, Any], place: Place) -> Expect:
     return Expect(**value)
 
 
-EXPECT: Schema[Expect] = Made(
+EXPECT: Element[Expect] = Made(
     Record(
         {
             "verdict": Field(Choice(VERDICTS), "how it must end", default="reached"),
@@ -126,9 +126,9 @@ _SCENARIO = Document(
         Record(
             {
                 "name": Field(NAME, "its name", required=True),
-                "start": Field(_or_path(CONFIGURATION), "where it starts", required=True),
-                "goal": Field(_or_path(GOAL), "where it is to end", required=True),
-                "swimmer": Field(_or_path(SWIMMER), "who swims; left out, the paper's swimmer"),
+                "start": Field(_inline_or_path(CONFIGURATION), "where it starts", required=True),
+                "goal": Field(_inline_or_path(GOAL), "where it is to end", required=True),
+                "swimmer": Field(_inline_or_path(SWIMMER), "who swims; left out, the paper's swimmer"),
                 "expect": Field(EXPECT, "what it must come to"),
                 **WORKSPACE_FIELD,
                 "sweep": Field(SWEEP, "values for keys; purcell batch makes a scenario of each combination"),
@@ -138,8 +138,7 @@ _SCENARIO = Document(
     ),
 )
 
-
-SCHEMAS: Mapping[str, Schema[Any]] = MappingProxyType(
+SCHEMAS: Mapping[str, Element[Any]] = MappingProxyType(
     {"start": CONFIGURATION, "goal": GOAL, "swimmer": SWIMMER, "scenario": _SCENARIO, "gait": GAIT}
 )
 """Every kind of document by name."""

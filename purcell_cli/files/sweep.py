@@ -13,14 +13,20 @@ import numpy as np
 import yaml
 
 from purcell_cli.files.containers import Field, MapOf, Record
-from purcell_cli.files.elements import Schema
-from purcell_cli.files.place import Place, number, shortened
+from purcell_cli.files.elements import Element
+from purcell_cli.files.place import TAG, Place, finite_number, shortened
 from purcell_cli.files.scalars import Number, Text, Whole
 
 MOST_VARIANTS = 1_000_000
+"""Scenarios of a sweep at most: a slip in a count is refused at once, where to solve so many takes days."""
+
 _MOST_VALUES = 100_000
+"""Values of one key at most, where only their number stands in the file: their nodes take 20 MB."""
+
 _LONGEST_LABEL = 24
-_STR, _FLOAT, _MAP = (f"tag:yaml.org,2002:{name}" for name in ("str", "float", "map"))
+"""Characters that a value adds to a scenario's name at most: four swept keys fit into a name, which has 100."""
+
+_STR, _FLOAT, _MAP = (TAG + name for name in ("str", "float", "map"))
 
 _KEY = r"[a-z][a-z0-9_]*"
 _PATH = Text(
@@ -57,7 +63,7 @@ class _Axis:
         return [yaml.ScalarNode(_FLOAT, repr(x), self.node.start_mark, self.node.end_mark) for x in spaced]
 
 
-class _Values(Schema[_Axis]):
+class _Values(Element[_Axis]):
     """The values of one key: a list of anything, or evenly spaced numbers."""
 
     @property
@@ -191,7 +197,7 @@ def _labels(nodes: list[yaml.Node]) -> list[str]:
 def _label(node: yaml.Node, read: Any) -> str:
     if not isinstance(node, yaml.ScalarNode):
         return ""
-    value = number(node)
+    value = finite_number(node)
     return re.sub(r"[^A-Za-z0-9._-]", "_", str(node.value) if value is None else read(value))
 
 
@@ -201,5 +207,5 @@ def _plain(node: yaml.Node) -> Any:
         return [_plain(item) for item in node.value]
     if isinstance(node, yaml.MappingNode):
         return {shortened(str(key.value)): _plain(value) for key, value in node.value}
-    value = number(node)
+    value = finite_number(node)
     return shortened(node.value) if value is None else value

@@ -5,10 +5,10 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
-from purcell_cli.files.configuration_file import _within
 from purcell_cli.files.containers import Field, Record
 from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.place import Place
+from purcell_cli.files.scalars import Number
 from purcell_cli.files.yaml_source import load
 from purcell_cli.mechanics.swimmer import LIMITS, Swimmer
 
@@ -22,8 +22,9 @@ SWIMMER = Document(
     Made(
         Record(
             {
-                field.name: Field(_within(*LIMITS[field.name]), default=field.default)
+                field.name: Field(Number(above=above, at_most=at_most), default=field.default)
                 for field in dataclasses.fields(Swimmer)
+                for above, at_most in (LIMITS[field.name],)
             }
         ),
         _swimmer,

@@ -1,4 +1,4 @@
-"""Trajectories as files, in the column order of the contract; files are written whole or not at all."""
+"""Trajectories as CSV files, written whole or not at all: the form that purcell reads back bit for bit."""
 
 from __future__ import annotations
 
@@ -27,7 +27,10 @@ COLUMNS = (
 """The columns of a trajectory file, in order."""
 
 _ROWS_AT_ONCE = 65536
+"""Rows that are made into text together: 15 MB of numbers, however long the trajectory is."""
+
 _LARGEST_BYTES = 4 << 30
+"""Bytes of a trajectory that is read at most: they are some ten million rows, whose numbers take 2.5 GB of memory."""
 
 
 def polars() -> Any:
@@ -101,7 +104,7 @@ def read_csv(path: Path | str) -> Table:
     """Read a trajectory file.
 
     Raises:
-        InputError: The file is missing, or not in the contract's form.
+        InputError: The file is missing, or its header or a row is not that of a trajectory.
     """
     pl = polars()
     source = Path(path)

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import itertools
 from pathlib import Path
 
 from purcell_cli.errors import InputError
-from purcell_cli.files.elements import Schema
+from purcell_cli.files.elements import Element
 from purcell_cli.files.place import Place
 from purcell_cli.files.plan_file import PLAN
 from purcell_cli.files.scenario_file import SCHEMAS
 from purcell_cli.files.sweep import combinations, variants
-from purcell_cli.files.yaml_source import top
+from purcell_cli.files.yaml_source import compose_file
+from purcell_cli.wording import nearest
 
-KINDS: dict[str, Schema[object]] = {**SCHEMAS, "plan": PLAN}
+KINDS: dict[str, Element[object]] = {**SCHEMAS, "plan": PLAN}
 """Every kind of document by name."""
 
 MOST_CHECKED = 500
@@ -47,7 +47,7 @@ def check_file(path: Path | str, kind: str | None = None) -> Checked:
         kind: One of `KINDS`; where none is given, the one that its keys fit best.
     """
     try:
-        place = top(path, f"a document ({', '.join(KINDS)})")
+        place = compose_file(path, f"a document ({', '.join(KINDS)})")
         kind = kind or likely_kind(place)
         if kind != "scenario":
             KINDS[kind].read(place)
@@ -68,7 +68,7 @@ def likely_kind(place: Place) -> str:
     def likeness(kind: str) -> float:
         properties = KINDS[kind].json_schema()["properties"]
         known = list(properties) if isinstance(properties, dict) else []
-        near = (difflib.get_close_matches(key, known, n=1) for key in keys)
+        near = (nearest(key, known) for key in keys)
         return sum(1.0 if key in known else 0.5 * bool(close) for key, close in zip(keys, near, strict=True))
 
     return max(KINDS, key=likeness)

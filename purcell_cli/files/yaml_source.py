@@ -11,7 +11,7 @@ import stat
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import yaml
 from yaml.composer import Composer
@@ -19,21 +19,26 @@ from yaml.reader import Reader
 
 from purcell_cli.errors import InputError
 from purcell_cli.files.documents import Document
-from purcell_cli.files.place import Place, joined, kind, message, shortened
+from purcell_cli.files.elements import ValueT
+from purcell_cli.files.place import TAG, Place, input_error, key_path, kind, shortened
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """libyaml's parser is twenty times quicker; PyYAML's own is for where it is missing."""
 
-T = TypeVar("T")
-
 MOST_BYTES = 1 << 20
+"""Bytes of a YAML file at most: the longest stored one has 2 kB, `MOST_NODES` numbers to full precision 400 kB."""
+
 MOST_LEVELS = 20
+"""Levels of nesting at most: the stored ones have up to 6, and each takes several of Python's 1000 stack frames."""
+
 MOST_NODES = 20_000
+"""Values of a document at most, aliases expanded: the stored ones have up to 200, and a curve of
+1500 way points as many as this. They are composed in 0.15 s; ten times as many take ten times as long."""
 
 _CORE = {
-    yaml.ScalarEvent: {f"tag:yaml.org,2002:{name}" for name in ("str", "int", "float", "bool", "null")},
-    yaml.SequenceStartEvent: {"tag:yaml.org,2002:seq"},
-    yaml.MappingStartEvent: {"tag:yaml.org,2002:map"},
+    yaml.ScalarEvent: {TAG + name for name in ("str", "int", "float", "bool", "null")},
+    yaml.SequenceStartEvent: {TAG + "seq"},
+    yaml.MappingStartEvent: {TAG + "map"},
 }
 _EXPONENT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$")
 
@@ -42,7 +47,7 @@ class UnreadableError(Exception):
     """A file that cannot be read; the message says why."""
 
 
-def bytes_of(path: Path) -> bytes:
+def file_bytes(path: Path) -> bytes:
     """Return what a regular file holds, at most one byte more than is allowed."""
     try:
         mode = path.stat().st_mode
@@ -74,20 +79,20 @@ def _decoded(data: bytes, file: str) -> str:
         InputError: Too many bytes, not UTF-8, or control characters.
     """
     if len(data) > MOST_BYTES:
-        raise message(file, 1, "", f"at most {MOST_BYTES} bytes", "more")
+        raise input_error(file, 1, "", f"at most {MOST_BYTES} bytes", "more")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        raise message(file, line, "", "UTF-8", f"the byte 0x{data[error.start]:02x}") from error
+        raise input_error(file, line, "", "UTF-8", f"the byte 0x{data[error.start]:02x}") from error
     bad = Reader.NON_PRINTABLE.search(text)
     if bad:
         line = text.count("\n", 0, bad.start()) + 1
-        raise message(file, line, "", "printable characters", f"the character U+{ord(bad.group()):04X}")
+        raise input_error(file, line, "", "printable characters", f"the character U+{ord(bad.group()):04X}")
     return text
 
 
-class _Guard(Composer):
+class _GuardedComposer(Composer):
     """Composes nodes from events and refuses tags, depths and sizes that no document needs.
 
     Attributes:
@@ -119,8 +124,8 @@ class _Guard(Composer):
 
     def _key(self, parent: yaml.Node | None, index: Any) -> str:
         if isinstance(parent, yaml.SequenceNode):
-            return joined(self.keys[-1], index)
-        return joined(self.keys[-1], index.value) if isinstance(index, yaml.ScalarNode) else self.keys[-1]
+            return key_path(self.keys[-1], index)
+        return key_path(self.keys[-1], index.value) if isinstance(index, yaml.ScalarNode) else self.keys[-1]
 
     def _admit(self, event: Any) -> None:
         self.count += self._alias_size(event) if isinstance(event, yaml.AliasEvent) else 1
@@ -139,10 +144,10 @@ class _Guard(Composer):
         return self.sizes[target] if target is not None else 0
 
     def _error(self, event: Any, wanted: str, found: str) -> InputError:
-        return message(self.file, event.start_mark.line + 1, self.keys[-1], wanted, found)
+        return input_error(self.file, event.start_mark.line + 1, self.keys[-1], wanted, found)
 
 
-class _Nodes(_Guard, _Loader):  # type: ignore[misc]  # the base is known only when it runs
+class _GuardedLoader(_GuardedComposer, _Loader):  # type: ignore[misc]  # the base is known only when it runs
     """The guarded loader.
 
     Args:
@@ -152,10 +157,10 @@ class _Nodes(_Guard, _Loader):  # type: ignore[misc]  # the base is known only w
 
     def __init__(self, text: str, file: str) -> None:
         _Loader.__init__(self, text)
-        _Guard.__init__(self, file)
+        _GuardedComposer.__init__(self, file)
 
 
-_Nodes.add_implicit_resolver("tag:yaml.org,2002:float", _EXPONENT, list("-+.0123456789"))
+_GuardedLoader.add_implicit_resolver(TAG + "float", _EXPONENT, list("-+.0123456789"))
 
 
 def _composed(text: str, file: str) -> yaml.Node | None:
@@ -166,7 +171,7 @@ def _composed(text: str, file: str) -> yaml.Node | None:
     """
     keys = [""]
     try:
-        nodes = _Nodes(text, file)
+        nodes = _GuardedLoader(text, file)
         keys = nodes.keys
         root = nodes.get_single_node()
     except InputError:
@@ -176,39 +181,39 @@ def _composed(text: str, file: str) -> yaml.Node | None:
         fault = shortened(", ".join(filter(None, (error.context, error.problem))), 120)
         line = mark.line + 1 if mark else 1
         if "nesting depth" in str(error.problem):  # a limit of PyYAML's own, from 6.0.4 on, met before ours
-            raise message(file, line, keys[-1], f"at most {MOST_LEVELS} levels of nesting", "more") from error
-        raise message(file, line, keys[-1], "one YAML document", f"a fault ({fault})") from error
+            raise input_error(file, line, keys[-1], f"at most {MOST_LEVELS} levels of nesting", "more") from error
+        raise input_error(file, line, keys[-1], "one YAML document", f"a fault ({fault})") from error
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
-        raise message(file, 1, keys[-1], "one YAML document", "one that cannot be read") from error
+        raise input_error(file, 1, keys[-1], "one YAML document", "one that cannot be read") from error
     return None if root is None or (kind(root) == "null" and not root.value) else root
 
 
-def read(document: Document[T], data: bytes, name: str, folder: Path) -> T:
+def read_document(document: Document[ValueT], data: bytes, name: str, folder: Path) -> ValueT:
     """Return what the bytes of a file say."""
     defaults = "" if "required" in document.json_schema() else " ({} for the defaults)"
-    return document.read(_top(data, name, folder, document.wanted + defaults))
+    return document.read(_composed_place(data, name, folder, document.wanted + defaults))
 
 
-def _top(data: bytes, name: str, folder: Path, wanted: str) -> Place:
-    """Return the top of the document in the bytes of a file."""
+def _composed_place(data: bytes, name: str, folder: Path, wanted: str) -> Place:
+    """Return the place of the whole document in the bytes of a file."""
     file = shortened(name, 1000)
     root = _composed(_decoded(data, file), file)
     if root is None:
-        raise message(file, 1, "", wanted, "an empty file")
+        raise input_error(file, 1, "", wanted, "an empty file")
     return Place(file, root, "", folder)
 
 
-def load(path: Path | str, document: Document[T]) -> T:
+def load(path: Path | str, document: Document[ValueT]) -> ValueT:
     """Return what a file says of one kind of document; the path - is standard input.
 
     Raises:
         InputError: The file cannot be read, or does not say what is wanted.
     """
-    return read(document, *_contents(path))
+    return read_document(document, *_source(path))
 
 
-def top(path: Path | str, wanted: str = "a mapping") -> Place:
-    """Return the top of a YAML file, unread but composed and found harmless; the path - is standard input.
+def compose_file(path: Path | str, wanted: str = "a mapping") -> Place:
+    """Return the place of the whole document in a YAML file, not yet checked; the path - is standard input.
 
     Args:
         path: The file.
@@ -217,15 +222,15 @@ def top(path: Path | str, wanted: str = "a mapping") -> Place:
     Raises:
         InputError: The file cannot be read, or is no YAML document.
     """
-    return _top(*_contents(path), wanted)
+    return _composed_place(*_source(path), wanted)
 
 
-def _contents(path: Path | str) -> tuple[bytes, str, Path]:
+def _source(path: Path | str) -> tuple[bytes, str, Path]:
     """Return what a file holds, its name and the folder that paths in it start from."""
     stdin = str(path) == "-"
     name = "standard input" if stdin else str(path)
     try:
-        data = _standard_input() if stdin else bytes_of(Path(path))
+        data = _standard_input() if stdin else file_bytes(Path(path))
     except UnreadableError as error:
         raise InputError(f"{shortened(name, 1000)}: wanted a readable file, found {error}") from error
     return data, name, Path(path).parent

@@ -15,7 +15,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from purcell_cli.errors import GaitError, ParameterError
-from purcell_cli.gaits.gait import MOTIONS, Gait, Stroke, realise
+from purcell_cli.gaits.gait import MOTIONS, Gait, Stroke
+from purcell_cli.gaits.pure_stroke import realise
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler
 from purcell_cli.lie_brackets.leading_order import predicted

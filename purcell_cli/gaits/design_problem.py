@@ -29,10 +29,15 @@ AIMS = ("speed", "efficiency")
 """What a stroke can be made to have most of: displacement per joint travel, or per dissipation (see `atlas`)."""
 
 _YAW_PLANE, _PITCH_PLANE = 2, 1
+"""The index of the limb axis that bends turn about, in a plane."""
 _FRACTIONS = (0.25, 0.5, 0.75, 1.0)
 """Where on a move the bends of a spatial stroke are limited; in a plane its end is enough."""
 _DIFFERENCE_RAD = 1e-5
+"""By how much angles are changed for the slope of the effort [rad]: 1e-3 leaves a slope off by 4e-6,
+and from 1e-4 to 1e-7 it is off by less than 1e-7."""
+
 _E_X = np.array([1.0, 0.0, 0.0])
+"""The axis of a link in its own frame."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -21,6 +21,9 @@ from purcell_cli.mechanics.moves import MoveSequence
 MOST_STEPS = 4096
 """Moves that a Fourier series may be played as."""
 _COAXIAL = 1e-12
+"""Sine of the angle between parallel rotation vectors, and the length [rad] of one that counts as none: above rounding,
+and a thousandth of what a certificate tolerates."""
+
 _LONGEST_RAD = 3.0
 """A rotation vector may change so much in one move where its direction does: it could be no shortest way."""
 

@@ -23,8 +23,13 @@ TRUST = 0.1
 """A prediction is trusted where it is off by no more than this part of itself."""
 
 _LARGEST_RAD = 1.0
+"""The largest amplitude that a prediction is tried at [rad]: the default bend limit of a gait."""
+
 _PER_FACTOR_TWO = 4
+"""Amplitudes tried for each factor of two: the trusted amplitude is known to 19 %."""
+
 _SMALLEST_RAD = 2.0**-10
+"""The smallest amplitude that a prediction is tried at [rad]; one that fails there is trusted nowhere."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

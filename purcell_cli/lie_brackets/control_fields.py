@@ -28,6 +28,8 @@ from purcell_cli.mechanics.connection import rate_to_limb
 from purcell_cli.mechanics.swimmer import Swimmer
 
 ALL_CONTROLS = tuple(range(6))
+"""The controls of the swimmer in space: limb 1 x, y, z, limb 2 x, y, z."""
+
 YAW_CONTROLS = (2, 5)
 """The controls of the planar swimmer."""
 
@@ -35,8 +37,10 @@ _BERNOULLI = (1.0, 1.0 / 2.0, 1.0 / 12.0, 0.0, -1.0 / 720.0, 0.0, 1.0 / 30240.0)
 """Coefficients of t / (1 - exp(-t)): exp(x) exp(t u) = exp(x + t sum_n b_n hat(x)^n u), to first order in t."""
 
 _EXPONENTIAL = tuple(1.0 / float(np.prod(range(1, n + 1))) for n in range(len(_BERNOULLI)))
+"""Coefficients of exp(t), 1 / n!, as many as of the series above."""
 
 _E_X = np.array([1.0, 0.0, 0.0])
+"""The axis of a link in its own frame."""
 
 MOST_DEPTH = len(_BERNOULLI) - 1
 """The deepest brackets that there are coefficients for."""

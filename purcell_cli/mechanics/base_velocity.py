@@ -20,7 +20,11 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
 
 _E_X = np.array([1.0, 0.0, 0.0])[:, None, None]
+"""The axis of a link in its own frame. Shape (3, 1, 1)."""
+
 _SIDES = np.array([1.0, -1.0])[:, None]
+"""On which side of the base's middle limb 1 and limb 2 hang. Shape (2, 1)."""
+
 _FARTHEST = 1.0
 """Distances from the straight line count up to here [rad]: A(r) varies with the bends themselves."""
 

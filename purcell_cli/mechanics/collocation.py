@@ -14,7 +14,7 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.base_velocity import TwistModel
 
 _SPIN_SHARE = 0.25
-"""A limb's spin about its own axis counts for this much of a sweep in the length of steps."""
+"""What a spin of a limb about its own axis counts in the length of steps, as a share of a turn across that axis."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -24,7 +24,10 @@ COLLINEAR: Array = np.stack([np.eye(3), np.eye(3)])
 COLLINEAR.setflags(write=False)
 
 _E_X = np.array([1.0, 0.0, 0.0])
+"""The axis of a link in its own frame."""
+
 _SIDE = {1: 1.0, 2: -1.0}
+"""On which side of the base's middle each limb hangs."""
 
 
 def checked_shape(shape: ArrayLike) -> Array:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from purcell_cli.geometry.reproducible import arccos, inner
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.limb_circles import Sweeps
+from purcell_cli.motion.limb_circles import LimbCircles
 
 Rows = NDArray[np.int64]
 
@@ -30,10 +30,15 @@ TOLERANCE_L = 1e-9
 """The least distance is known to this, in units of L."""
 
 _PARTS = 4
+"""Into how many a stretch is cut where a smaller distance may be: 2 to 8 find the same one, with 5 to 10 evaluations a
+piece; the more, the fewer rounds."""
+
 _BATCH = 1 << 16
-"""Pieces looked at together: bounds the memory of a long motion."""
+"""Pieces of a motion that are searched together: bounds the memory of a long motion."""
 _MOST_STRETCHES = 1 << 17
-"""More stretches than these are not cut again; only limbs that keep their distance for long ask for so many."""
+"""Stretches at most: when there are more none is cut again, and the error is reported.
+
+Only limbs that keep the same distance for long need so many."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -166,8 +171,8 @@ def least_clearance(swimmer: Swimmer, shapes: Array, rates: Array, durations: Ar
     best = Clearance(np.inf, 0, 0.0, 0.0)
     for low in range(0, len(durations), _BATCH):
         part = slice(low, low + _BATCH)
-        sweeps = Sweeps.of(shapes[part], rates[part], durations[part])
-        found = _Search(swimmer, sweeps, np.zeros(len(sweeps), dtype=np.int64), best.distance_m)
+        circles = LimbCircles.of(shapes[part], rates[part], durations[part])
+        found = _Search(swimmer, circles, np.zeros(len(circles), dtype=np.int64), best.distance_m)
         error = max(best.error_m, found.error_m)
         if found.best[0] < best.distance_m:
             best = Clearance(float(found.best[0]), low + int(found.piece[0]), float(found.time[0]), error)
@@ -186,8 +191,8 @@ def clearances(
         durations: How long they last [s]. Shape (n,).
         enough_m: Where the distance is more than this, it is not looked for closely [m].
     """
-    sweeps = Sweeps.of(shapes, rates, durations)
-    found = _Search(swimmer, sweeps, np.arange(len(sweeps)), enough_m)
+    circles = LimbCircles.of(shapes, rates, durations)
+    found = _Search(swimmer, circles, np.arange(len(circles)), enough_m)
     return found.best, found.time
 
 
@@ -196,7 +201,7 @@ class _Search:
 
     Args:
         swimmer: The swimmer.
-        sweeps: The pieces.
+        circles: The pieces.
         group: The group of each piece, ascending from 0. Shape (n,).
         enough_m: Distances above this need not be found exactly [m].
 
@@ -207,28 +212,28 @@ class _Search:
         error_m: How much less the true least distances may be [m].
     """
 
-    def __init__(self, swimmer: Swimmer, sweeps: Sweeps, group: Rows, enough_m: float) -> None:
-        self.swimmer, self.sweeps, self.group, self.enough = swimmer, sweeps, group, enough_m
+    def __init__(self, swimmer: Swimmer, circles: LimbCircles, group: Rows, enough_m: float) -> None:
+        self.swimmer, self.circles, self.group, self.enough = swimmer, circles, group, enough_m
         count = int(group[-1]) + 1 if len(group) else 0
         self.best, self.time = np.full(count, np.inf), np.zeros(count)
         self.piece = np.zeros(count, dtype=np.int64)
         self.error_m = 0.0
         self._radii = 2.0 * radius_m(swimmer, swimmer.limb_half_length_m)
         full = 2.0 * swimmer.limb_half_length_m
-        self._speed = full * sweeps.speed.sum(axis=1)
-        self._pull = full * (sweeps.speed * sweeps.turn).sum(axis=1)
+        self._speed = full * circles.speed.sum(axis=1)
+        self._pull = full * (circles.speed * circles.turn).sum(axis=1)
         if count:
             self._run()
 
     def _run(self) -> None:
-        every = np.arange(len(self.sweeps))
+        every = np.arange(len(self.circles))
         begun = np.zeros(len(every))
-        first, last = self._distance(every, begun), self._distance(every, self.sweeps.duration)
+        first, last = self._distance(every, begun), self._distance(every, self.circles.duration)
         # While no limb bends more than a right angle the joints are nearest to each other.
-        folded = self.sweeps.largest_bends()[0] > 0.5 * np.pi
-        moving = np.any(folded, axis=1) & (self._speed * self.sweeps.duration > 0) & ~self._constant(folded)
+        folded = self.circles.largest_bends()[0] > 0.5 * np.pi
+        moving = np.any(folded, axis=1) & (self._speed * self.circles.duration > 0) & ~self._constant(folded)
         piece = every[moving]
-        start, length, low, high = begun[moving], self.sweeps.duration[moving], first[moving], last[moving]
+        start, length, low, high = begun[moving], self.circles.duration[moving], first[moving], last[moving]
         while len(piece):
             bound = self._bound(piece, length, low, high)
             open_ = self._missing(piece, bound) > TOLERANCE_L * self.swimmer.length_m
@@ -252,17 +257,17 @@ class _Search:
         It does if all of the resting limb lies behind the plane through that joint, across the moving
         limb's axis: both ends of the resting limb do.
         """
-        full, sweeps = 2.0 * self.swimmer.limb_half_length_m, self.sweeps
-        begun = sweeps.centre + sweeps.cosine
+        full, circles = 2.0 * self.swimmer.limb_half_length_m, self.circles
+        begun = circles.centre + circles.cosine
         end = full * begun[:, ::-1]
         end[..., 0] += 2.0 * self.swimmer.base_half_length_m
-        behind = ~folded & (sweeps.least_along(end) >= 0.0)
-        rests = (sweeps.speed == 0.0)[:, ::-1]
+        behind = ~folded & (circles.least_along(end) >= 0.0)
+        rests = (circles.speed == 0.0)[:, ::-1]
         return np.asarray(np.any(behind & rests, axis=1))
 
     def _distance(self, piece: Rows, time: Array) -> Array:
         """Return distances at times, and keep the least. Shape (m,)."""
-        found = limb_distance(self.swimmer, self.sweeps.at(piece, time))
+        found = limb_distance(self.swimmer, self.circles.at(piece, time))
         if len(found):
             order = np.lexsort((found, self.group[piece]))
             groups, first = np.unique(self.group[piece[order]], return_index=True)

@@ -1,4 +1,4 @@
-"""How the limbs' axes sweep while both limbs turn at constant rates, and how far they bend.
+"""The circles that the limbs' axes run along while both limbs turn at constant rates, and how far they bend.
 
 A limb that turns at a constant rate in its own frame turns about an axis that is fixed in the base
 frame, u = A omega. So its own axis a = A e_x runs along a circle about u, of which all is known in
@@ -22,7 +22,7 @@ def bends(axes: Array) -> Array:
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Sweeps:
+class LimbCircles:
     """The circles that both limbs' axes run along on pieces of constant rates.
 
     At time t of a piece an axis is centre + cos(turn t) cosine + sin(turn t) sine.
@@ -42,8 +42,8 @@ class Sweeps:
     duration: Array
 
     @classmethod
-    def of(cls, shapes: Array, rates: Array, durations: Array) -> Sweeps:
-        """Return the sweeps of pieces.
+    def of(cls, shapes: Array, rates: Array, durations: Array) -> LimbCircles:
+        """Return the circles of pieces.
 
         Args:
             shapes: Shapes at the pieces' beginnings. Shape (n, 2, 3, 3).
@@ -67,7 +67,7 @@ class Sweeps:
 
     @property
     def speed(self) -> Array:
-        """How fast the limbs' axes sweep; a limb that only rolls does not [rad/s]. Shape (n, 2)."""
+        """How fast the limbs' axes move; that of a limb that only rolls rests [rad/s]. Shape (n, 2)."""
         return np.asarray(self.turn * np.sqrt(inner(self.sine, self.sine)))
 
     def least_along(self, direction: Array) -> Array:

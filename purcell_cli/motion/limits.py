@@ -23,7 +23,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, Pieces
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
 from purcell_cli.motion.clearance import Clearance, least_clearance, limb_distance
-from purcell_cli.motion.limb_circles import Sweeps, bends
+from purcell_cli.motion.limb_circles import LimbCircles, bends
 from purcell_cli.motion.workspace import ENDS, WALLS, Excess, Workspace, largest_excess
 from purcell_cli.motion.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
 
@@ -175,7 +175,7 @@ def _bends(
     swimmer: Swimmer, pieces: _Pieces
 ) -> tuple[tuple[float | None, float | None, float | None], list[Violation]]:
     """Return the largest bend in each phase, and the greatest excess in each."""
-    bend, time = Sweeps.of(pieces.shapes, pieces.rates, pieces.durations).largest_bends()
+    bend, time = LimbCircles.of(pieces.shapes, pieces.rates, pieces.durations).largest_bends()
     largest: list[float | None] = [None, None, None]
     broken: list[Violation] = []
     for phase, own in ((1, pieces.shapes[0]), (2, None), (3, pieces.shapes[-1])):

@@ -26,7 +26,7 @@ from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import radius_m
-from purcell_cli.motion.limb_circles import Sweeps
+from purcell_cli.motion.limb_circles import LimbCircles
 
 Rows = NDArray[np.int64]
 
@@ -34,8 +34,10 @@ TOLERANCE_L = 1e-5
 """How far a motion leaves its box is known to this, in units of L, or to a hundredth if that is more."""
 
 _FINE = Accuracy(stages=4, step=0.4)
+"""How the base's motion within a piece is computed: to some 1e-8 L, a thousandth of `TOLERANCE_L`."""
+
 _MOST_STRETCHES = 1 << 16
-"""More stretches than these are not cut again."""
+"""Stretches at most: when there are more none is cut again, and the error is reported."""
 
 ENDS = ("joint of limb 1", "joint of limb 2", "end of limb 1", "end of limb 2")
 """The points that the links' extent is measured by."""
@@ -101,11 +103,11 @@ def link_ends(swimmer: Swimmer, poses: Array, axes: Array) -> Array:
     return np.asarray(matmul(points, np.swapaxes(poses[:, :3, :3], -1, -2)) + poses[:, None, :3, 3])
 
 
-def end_speeds(swimmer: Swimmer, sweeps: Sweeps) -> Array:
+def end_speeds(swimmer: Swimmer, circles: LimbCircles) -> Array:
     """Return what the speeds of joints and of limbs' ends in the world cannot exceed [m/s]. Shape (n, 2)."""
     b, l = swimmer.base_half_length_m, swimmer.limb_half_length_m
-    spin = sweeps.turn * np.sqrt(inner(sweeps.centre, sweeps.centre))
-    held = 8.0 / 3.0 * l * l * l * sweeps.speed**2
+    spin = circles.turn * np.sqrt(inner(circles.centre, circles.centre))
+    held = 8.0 / 3.0 * l * l * l * circles.speed**2
     held += 2.0 * l * swimmer.spin_drag(l) / swimmer.lateral_drag() * spin**2
     power = 2.0 * swimmer.drag_ratio * held.sum(axis=1)
     return np.asarray(np.sqrt(power[:, None] / np.array([max(b, l), l])))
@@ -129,7 +131,7 @@ def largest_excess(
     """
     path = _Path(swimmer, np.asarray(shapes), np.asarray(rates), np.asarray(durations, dtype=np.float64))
     box = _Box(swimmer, workspace)
-    speeds = np.repeat(end_speeds(swimmer, path.sweeps), 2, axis=1)[..., None]
+    speeds = np.repeat(end_speeds(swimmer, path.circles), 2, axis=1)[..., None]
     most = np.max(speeds, axis=(1, 2), initial=0.0)
     row, part, depth = np.arange(len(poses)), np.zeros(len(poses), dtype=np.int64), 0
     moves, axes = path.ahead(piece, part, depth, 1.0)
@@ -165,7 +167,7 @@ class _Path:
 
     def __init__(self, swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) -> None:
         self.swimmer, self.shapes, self.rates, self.durations = swimmer, shapes, rates, durations
-        self.sweeps = Sweeps.of(shapes, rates, durations)
+        self.circles = LimbCircles.of(shapes, rates, durations)
 
     def ahead(self, piece: Rows, part: Rows, depth: int, share: float) -> tuple[Array, Array]:
         """Return the displacement from the beginning of parts, and the limbs' axes there.
@@ -183,7 +185,7 @@ class _Path:
         twist[..., 3:] = self.rates[one].reshape(-1, 2, 3) * begun[:, None, None]
         shapes = matmul(self.shapes[one], se3.exp(twist)[..., :3, :3])
         moves = piece_displacements(self.swimmer, shapes, self.rates[one], share * length, _FINE)
-        return moves[which], self.sweeps.at(one, begun + share * length)[which]
+        return moves[which], self.circles.at(one, begun + share * length)[which]
 
 
 class _Box:

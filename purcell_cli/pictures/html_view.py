@@ -77,9 +77,9 @@ def page(table: Table, swimmer: Swimmer, title: str) -> str:
         "unit": unit,
         "unit_name": unit_name,
     }
-    told = json.dumps(data, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
     template = (resources.files("purcell_cli.pictures") / "view.html").read_text(encoding="utf-8")
-    return template.replace("@DATA@", told)
+    return template.replace("@DATA@", text)
 
 
 def write_page(table: Table, swimmer: Swimmer, title: str, path: Path) -> int:

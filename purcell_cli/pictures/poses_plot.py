@@ -16,6 +16,8 @@ from purcell_cli.motion.trajectory import Trajectory
 from purcell_cli.pictures.style import BLACK, BLUE, GREY, ORANGE, control_legs, styled
 
 _IN_A_ROW = 5
+"""Poses side by side: on a page's width their labels of 8 points still stand apart."""
+
 _MOST = 20
 """Where controls switch more often, poses are drawn at even times."""
 _LINKS = (ORANGE, BLACK, BLUE)

@@ -22,14 +22,22 @@ from purcell_cli.motion.trajectory import Trajectory
 from purcell_cli.pictures.style import BLACK, BLUE, GREY, ORANGE, control_legs, styled
 
 _GRID = 121
+"""Points of the curvature along each axis: the colours show no steps at the size of the picture."""
+
 _STRAIGHT = 1e-9
 """A bend that is none [rad]."""
 _MOST_NUMBERS = 16
+"""Moves that are numbered at most: the numbers of more cover one another."""
+
 _TOWARDS: Array = np.array([0.80, -0.42, 0.43]) / np.linalg.norm([0.80, -0.42, 0.43])
 """Where the sphere is looked at from, in base coordinates: from ahead, the limbs' axes towards the reader."""
 _RIGHT: Array = np.array([0.42, 0.80, 0.0]) / np.hypot(0.42, 0.80)
+"""What is to the right in the picture of the sphere, in base coordinates: across `_TOWARDS` and level."""
+
 _VIEW: Array = np.stack([_RIGHT, np.cross(_TOWARDS, _RIGHT)])
 _HALO = [withStroke(linewidth=3.2, foreground="white")]
+"""White along a path's sides [points], so that it stands out of the colours below it."""
+
 _LIMBS = ((BLUE, "limb 1"), (ORANGE, "limb 2"))
 
 

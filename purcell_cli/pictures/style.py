@@ -23,9 +23,7 @@ except ImportError:
 FORMATS = ("png", "svg", "pdf")
 """The formats of a picture, by the file's ending."""
 
-
 BLUE, ORANGE, GREEN, PINK, BLACK, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#222222", "#666666"
-
 
 _STYLE: Any = {
     "axes.edgecolor": GREY,
@@ -46,6 +44,7 @@ _STYLE: Any = {
     "savefig.dpi": 150,
     "svg.hashsalt": "purcell",
 }
+"""Settings of matplotlib for every picture: sizes in points; the salt gives a picture the same bytes each time."""
 
 
 def picture_format(path: Path) -> str:

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from purcell_cli.errors import GaitError
-from purcell_cli.gaits import gait as stored
+from purcell_cli.gaits import pure_stroke
 from purcell_cli.gaits.gait import MOTIONS, Gait, Stroke
 from purcell_cli.geometry.reproducible import arctan2_of, hypot_of, matmul, sin_cos_of
 from purcell_cli.geometry.rotations import Array, about_axis
@@ -67,7 +67,7 @@ class StrokeBook:
         amplitude = _ROLL_STEP_RAD if gait.amplitude_is_displacement else self.bend
         while True:
             try:
-                stroke = stored.realise(gait, self.swimmer, amplitude, _ALMOST_PURE)
+                stroke = pure_stroke.realise(gait, self.swimmer, amplitude, _ALMOST_PURE)
             except GaitError:
                 if amplitude < _SMALLEST_RAD:
                     raise
@@ -120,7 +120,7 @@ class StrokeBook:
         order = 2.0 if gait.moves == "x" else 3.0
         near = largest.amplitude_rad * (amount / reach) ** (1.0 / order)
         try:
-            stroke = stored.realise_displacement(gait, self.swimmer, amount, near)
+            stroke = pure_stroke.realise_displacement(gait, self.swimmer, amount, near)
         except GaitError:
             return None
         return stroke if stroke.bend_rad() <= self.swimmer.max_bend_rad * _BEND_SLACK else None

@@ -47,10 +47,14 @@ class _Care:
 _USUAL, _MORE = _Care(1e-12, 1e-13, 1.0), _Care(1e-13, 1e-14, 0.6)
 """More care is taken of long repetitions, whose errors grow with their square."""
 _LONG = 10
-"""A motion of so many times more stretches than distinct ones is a long repetition."""
+"""A motion with more than this many times as many stretches as distinct ones is a long repetition."""
 _SAME_SHAPE_DIGITS = 11
+"""Decimal places to which two shapes are the same, as quaternions, and their stretch is integrated once.
+
+A hundredth of the tolerances. With 13, rounding makes a thousand cycles of a curve seven times as many stretches."""
+
 _COARSE_RAD = 0.2
-"""Longest pieces when it is looked how near the straight line they come [rad]."""
+"""Longest pieces whose distance from the straight line is measured, at both ends [rad]."""
 _PIECE_RAD, _PIECE = 0.05, 0.09
 """Longest pieces: an angle, and a part of the distance from the straight line, where A(r) is sharp.
 

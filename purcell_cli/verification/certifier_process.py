@@ -1,4 +1,4 @@
-"""A witness: a process beside this one that certifies its plan, and gets ready for that while the plan is made.
+"""The certifier process: it certifies the plan of this one, and imports what that needs while the plan is made.
 
 scipy's integrators take about as long to import as a plan takes to make. So a command that ends in a
 certificate first of all starts another process, which imports them on another core.
@@ -21,7 +21,7 @@ _SERVE = "import sys; sys.path[:] = {path!r}; from purcell_cli.verification.cert
 
 
 @contextlib.contextmanager
-def witness() -> Iterator[Callable[..., Certificate]]:
+def certifier() -> Iterator[Callable[..., Certificate]]:
     """Start a process that certifies, and end it.
 
     Yields:
@@ -42,8 +42,8 @@ def serve() -> None:
     """Certify the one motion that is asked for on stdin."""
     import scipy.integrate  # noqa: F401  # this is what takes so long
 
-    asked = pickle.load(sys.stdin.buffer)  # noqa: S301  # from the process that started this one
-    pickle.dump(_here(*asked), sys.stdout.buffer)
+    motion = pickle.load(sys.stdin.buffer)  # noqa: S301  # from the process that started this one
+    pickle.dump(_here(*motion), sys.stdout.buffer)
 
 
 def _started() -> subprocess.Popen[bytes] | None:
@@ -59,18 +59,18 @@ def _started() -> subprocess.Popen[bytes] | None:
         return None
 
 
-def _here(*asked: Any) -> Certificate:
+def _here(*motion: Any) -> Certificate:
     from purcell_cli.verification.certificate import certify
 
-    return certify(*asked)
+    return certify(*motion)
 
 
-def _there(process: subprocess.Popen[bytes], *asked: Any) -> Certificate:
-    """Have a motion certified by a process; if that fails it is done here, where a fault is told in full."""
+def _there(process: subprocess.Popen[bytes], *motion: Any) -> Certificate:
+    """Have a motion certified by a process; if that fails it is done here, where a fault is reported in full."""
     try:
         to, answer = cast(IO[bytes], process.stdin), cast(IO[bytes], process.stdout)
-        pickle.dump(asked, to)
+        pickle.dump(motion, to)
         to.flush()
         return cast("Certificate", pickle.load(answer))  # noqa: S301  # from a process of this program
     except (OSError, EOFError, pickle.PickleError):
-        return _here(*asked)
+        return _here(*motion)

@@ -15,6 +15,8 @@ from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.verification.certificate import Certificate, Rows, judged, replay
 
 _RATE_SLACK = 1e-9
+"""By which part of itself the joint rate may be exceeded: above the rounding of a rate that is written and read,
+and below what anybody would call faster."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

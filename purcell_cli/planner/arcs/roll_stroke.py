@@ -10,7 +10,8 @@ import math
 
 import numpy as np
 
-from purcell_cli.gaits.gait import Gait, guessed
+from purcell_cli.gaits.gait import Gait
+from purcell_cli.gaits.pure_stroke import guessed
 from purcell_cli.geometry.reproducible import arctan2
 from purcell_cli.geometry.rotations import Array, wrapped
 from purcell_cli.mechanics.connection import COLLINEAR

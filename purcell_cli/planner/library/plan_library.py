@@ -28,7 +28,7 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING, run_displacements
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.limb_circles import Sweeps
+from purcell_cli.motion.limb_circles import LimbCircles
 
 PRICES = np.array([204.0, 566.0, 566.0, 4.0, 374.0, 374.0])
 """About the square of the joint travel that each part of a small displacement takes [rad^2 per L or rad]."""
@@ -102,7 +102,7 @@ class WordBook:
         once = run_displacements(swimmer, pieces, counts, np.ones(len(words), np.int64), SEARCHING)
         self._does = se3.log(se3.normalised(once)) * PRICES
         self._size = norm(self._does)
-        bends = Sweeps.of(*pieces).largest_bends()[0].max(axis=1)
+        bends = LimbCircles.of(*pieces).largest_bends()[0].max(axis=1)
         self._bend = np.maximum.reduceat(bends, np.cumsum([0, *counts[:-1]]))
         self._travel = np.array([w.joint_travel_rad for w in words])
 

@@ -22,7 +22,7 @@ from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
-from purcell_cli.motion.limb_circles import Sweeps, bends
+from purcell_cli.motion.limb_circles import LimbCircles, bends
 from purcell_cli.planner.limbs.straightening import BEND_SLACK_RAD, ROUGH, Straightenings
 
 _SIDES_RAD = (-1.6, -0.8, 0.8, 1.6)
@@ -104,6 +104,8 @@ def _squares(swimmer: Swimmer, shape: Array) -> list[PrimitiveSequence]:
         turns = [(3 * limb + axis, angle) for axis in (1, 2) for angle in _SIDES_RAD]
         each = [PrimitiveSequence.of([turn]) for turn in turns]
         at = np.tile(shape, (len(turns), 1, 1, 1))
-        sweeps = Sweeps.of(at, np.concatenate([s.rates() for s in each]), np.concatenate([s.duration for s in each]))
+        sweeps = LimbCircles.of(
+            at, np.concatenate([s.rates() for s in each]), np.concatenate([s.duration for s in each])
+        )
         arms.append([t for t, b in zip(turns, sweeps.largest_bends()[0][:, limb], strict=True) if b <= limits[limb]])
     return [PrimitiveSequence.of([(i, a), (j, b), (i, -a), (j, -b)]) for i, a in arms[0] for j, b in arms[1]]

@@ -24,7 +24,7 @@ from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
-from purcell_cli.motion.limb_circles import Sweeps, bends
+from purcell_cli.motion.limb_circles import LimbCircles, bends
 from purcell_cli.planner.limbs.turns import Ways, turns_to
 
 ROUGH = Accuracy(stages=3, step=1.2, settled=1e-7)
@@ -185,7 +185,7 @@ def _played(
 def _within(swimmer: Swimmer, shape: Array, limbs: Sequence[Ways]) -> tuple[Ways, Ways]:
     """Return the ways that bend a limb no further than it is, or than the limit; the first if there are none."""
     pieces = [np.concatenate(c) for c in zip(*(_turning(w, shape, i) for i, w in enumerate(limbs)), strict=True)]
-    bend = Sweeps.of(pieces[0], pieces[1], pieces[2]).largest_bends()[0].reshape(-1, 3, 2).max(axis=1)
+    bend = LimbCircles.of(pieces[0], pieces[1], pieces[2]).largest_bends()[0].reshape(-1, 3, 2).max(axis=1)
     kept, low = [], 0
     for i, ways in enumerate(limbs):
         limit = max(swimmer.max_bend_rad, float(bends(shape[i, :, 0]))) + BEND_SLACK_RAD

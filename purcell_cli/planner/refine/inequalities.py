@@ -15,7 +15,7 @@ from purcell_cli.geometry.reproducible import arctan2, cos, inner, sin
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.clearance import clearances, distance_slope, limb_distance
-from purcell_cli.motion.limb_circles import Sweeps
+from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.planner.refine.shooting import Equations
 
 _WATCHED = 0.35
@@ -105,7 +105,7 @@ def clearance_rows(
     apart, time = clearances(equations.swimmer, *pieces, enough)
     near = np.flatnonzero(apart - least[watched] < _NEAR_L)
     at_end = time[near] >= pieces[2][near]
-    axes = Sweeps.of(*pieces).at(near, time[near])
+    axes = LimbCircles.of(*pieces).at(near, time[near])
     torque = cross(axes, distance_slope(equations.swimmer, axes))
     lever = inner(shapes[row, limb, :, axis], torque[:, limb])
     acts = row[None, :] < (watched[near] + at_end)[:, None]

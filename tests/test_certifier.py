@@ -31,7 +31,7 @@ print("scipy.integrate" in sys.modules)
 
 @pytest.fixture
 def started(monkeypatch: pytest.MonkeyPatch) -> list[subprocess.Popen[bytes]]:
-    """Have witnesses started though this process has imported everything, and collect them."""
+    """Have certifiers started though this process has imported everything, and collect them."""
     processes: list[subprocess.Popen[bytes]] = []
     begin = certifier_process._started
 
@@ -55,7 +55,7 @@ def _asked(certifying: Callable[..., Certificate], *, off_m: float = 0.0) -> Cer
 
 
 def test_it_finds_what_is_found_here(started: list[subprocess.Popen[bytes]]) -> None:
-    with certifier_process.witness() as certifying:
+    with certifier_process.certifier() as certifying:
         there = _asked(certifying)
     assert there == _asked(certify)
     assert there.reached
@@ -63,7 +63,7 @@ def test_it_finds_what_is_found_here(started: list[subprocess.Popen[bytes]]) -> 
 
 
 def test_a_motion_that_misses_is_not_certified_there_either(started: list[subprocess.Popen[bytes]]) -> None:
-    with certifier_process.witness() as certifying:
+    with certifier_process.certifier() as certifying:
         there = _asked(certifying, off_m=1e-6)
     assert not there.reached
     assert np.isclose(there.deviation.position_m, 1e-6, rtol=1e-3)
@@ -74,13 +74,13 @@ def test_where_it_fails_the_certificate_is_made_here(
     started: list[subprocess.Popen[bytes]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(certifier_process, "_SERVE", "raise SystemExit(1)")
-    with certifier_process.witness() as certifying:
+    with certifier_process.certifier() as certifying:
         assert _asked(certifying) == _asked(certify)
     assert started[0].returncode == 1
 
 
 def test_it_ends_with_the_command_that_does_not_ask_it(started: list[subprocess.Popen[bytes]]) -> None:
-    with pytest.raises(KeyboardInterrupt), certifier_process.witness():
+    with pytest.raises(KeyboardInterrupt), certifier_process.certifier():
         raise KeyboardInterrupt
     assert started[0].returncode is not None
 
