@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers import assert_close, is_close
 
 from purcell_cli import Configuration, Swimmer, plan
 from purcell_cli.geometry import se3
@@ -13,7 +14,6 @@ from purcell_cli.mechanics.lift import flow
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.limb_circles import Sweeps
 from purcell_cli.planner.library.plan_library import WordBook, image, stored_words, symmetries, word_book
-from tests.helpers import assert_close, is_close
 
 BODY = Swimmer().scaled()
 WORD = PrimitiveSequence.of(
