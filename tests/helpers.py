@@ -5,8 +5,10 @@ from __future__ import annotations
 import csv
 import functools
 import math
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from types import FrameType
 
 import numpy as np
 import pytest
@@ -138,6 +140,23 @@ def nearest(swimmer: Swimmer, sequence: PrimitiveSequence, start: Array) -> floa
     parts = np.maximum(np.ceil(sequence.duration / 0.02), 1.0).astype(np.int64)
     fine = PrimitiveSequence(np.repeat(sequence.control, parts), np.repeat(sequence.angle / parts, parts))
     return float(np.min(limb_distance(swimmer, fine.shapes(start)[..., 0])))
+
+
+def calls(action: Callable[[], object]) -> int:
+    """Return how many Python functions an action calls: its work, whatever else the machine does."""
+    count = 0
+
+    def counted(_frame: FrameType, event: str, _argument: object) -> None:
+        nonlocal count
+        count += event == "call"
+
+    before = sys.getprofile()
+    sys.setprofile(counted)
+    try:
+        action()
+    finally:
+        sys.setprofile(before)
+    return count
 
 
 def assert_slope(rows: Callable[[Array], tuple[Array, Array]], at: Array, tolerance: float, step: float = 1e-6) -> None:

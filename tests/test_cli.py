@@ -1,4 +1,4 @@
-"""The command line keeps its contract: exit codes, one JSON document, nothing written on bad input."""
+"""The command line keeps its promises: exit codes, one JSON document, nothing written on bad input."""
 
 from __future__ import annotations
 

@@ -7,13 +7,12 @@ import math
 import re
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from helpers import Run, random_rotations, random_swimmer, runner
+from helpers import Run, calls, random_rotations, random_swimmer, runner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -76,18 +75,25 @@ def numbers(plan: Plan) -> list[Array]:
 # --- What is written reads back ------------------------------------------------------------------------------------
 
 
-def test_a_plan_reads_back_bit_for_bit_and_quickly(tmp_path: Path) -> None:
+def test_a_plan_reads_back_bit_for_bit(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
-    for k in range(10):
+    for _ in range(10):
         made = random_plan(rng, 1000)
         limits = Limits(0.1 / 7.0, Workspace((-0.1 / 3.0, -1e-9, -2.0), (0.1 / 3.0, 1e9, 2.0)))
         write_plan(PlanDocument(made, 0.1 / 3.0, limits), tmp_path / "plan.json")
-        started = time.perf_counter()
         found = load_plan(tmp_path / "plan.json")
-        assert time.perf_counter() - started < 1.0, k
         assert (found.plan.swimmer, found.dt_s, found.limits) == (made.swimmer, 0.1 / 3.0, limits)
         assert [b.gait for b in found.plan.blocks] == [b.gait for b in made.blocks]
         assert [n.tobytes() for n in numbers(found.plan)] == [n.tobytes() for n in numbers(made)]
+
+
+def test_the_work_of_reading_a_plan_grows_as_the_plan_does(tmp_path: Path) -> None:
+    work = []
+    for count in (500, 1000, 2000):
+        write_plan(PlanDocument(random_plan(np.random.default_rng(0), count), 0.05), tmp_path / "plan.json")
+        work.append(calls(lambda: load_plan(tmp_path / "plan.json")))
+    assert work[2] - work[1] <= 2.2 * (work[1] - work[0])
+    assert work[2] < 200 * 2000
 
 
 def test_a_plan_document_is_json(tmp_path: Path) -> None:
@@ -234,9 +240,9 @@ def test_a_bad_document_is_one_clear_message_and_nothing_is_written(run: Any, tm
     content, message = BAD[kind]
     text = content if isinstance(content, str | bytes) else json.dumps(content)
     (tmp_path / "plan.json").write_bytes(text if isinstance(text, bytes) else text.encode())
-    started = time.perf_counter()
-    code, out, err = run("run", "plan.json", "--out", "again.csv")
-    assert time.perf_counter() - started < 2.0
+    told: list[tuple[int, str, str]] = []
+    assert calls(lambda: told.append(run("run", "plan.json", "--out", "again.csv"))) < 2_000_000
+    ((code, out, err),) = told
     assert (code, out) == (MISUSE, "")
     assert message in err
     assert err.startswith("purcell run: plan.json:")

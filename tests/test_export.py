@@ -1,4 +1,4 @@
-"""The trajectory CSV keeps its contract to the letter, and files are written whole or not at all."""
+"""The trajectory CSV keeps its documented form to the letter, and files are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def good(tmp_path: Path) -> Path:
 # --- The form ------------------------------------------------------------------------------------------------------
 
 
-def test_the_header_is_the_contracts_to_the_letter(good: Path) -> None:
+def test_the_header_names_the_columns_in_their_order(good: Path) -> None:
     assert good.read_bytes().startswith(HEADER.encode() + b"\n")
 
 

@@ -82,7 +82,7 @@ def test_a_file_is_the_same_bytes_each_time(tmp_path: Path, form: str) -> None:
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a", "b"]
 
 
-def test_csv_is_the_contracts_csv(tmp_path: Path) -> None:
+def test_csv_is_what_write_csv_writes(tmp_path: Path) -> None:
     write_trajectory(stroke(), tmp_path / "a.csv")
     write_csv(stroke(), tmp_path / "b.csv")
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()

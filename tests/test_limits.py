@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
 import pytest
-from helpers import assert_close, random_rotations, random_shapes
+from helpers import assert_close, calls, random_rotations, random_shapes
 
-from purcell_cli import Configuration, Swimmer, load_scenario, plan, stored_scenarios
+from purcell_cli import Configuration, Swimmer, plan
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.mechanics.connection import COLLINEAR
@@ -92,14 +91,16 @@ def test_a_plan_outside_its_workspace_is_not_found_within_limits() -> None:
     assert roomy.verdict == "reached"
 
 
-@pytest.mark.parametrize("name", stored_scenarios())
-def test_a_stored_scenario_keeps_its_limits_and_is_checked_at_once(name: str) -> None:
-    scenario = load_scenario(stored_scenarios()[name])
-    solution = plan(scenario.start, scenario.goal, scenario.swimmer)
-    assert solution.limits.kept
-    started = time.perf_counter()
-    check(scenario.swimmer, scenario.start, solution.plan.blocks)
-    assert time.perf_counter() - started < 0.1
+def test_to_check_a_motion_takes_no_more_work_however_often_its_loops_repeat() -> None:
+    """One cycle of each tells of all; the foil, the same cycles one by one, takes more."""
+    loop = PrimitiveSequence.of([("limb1 yaw", 1.0), ("limb2 yaw", 1.0), ("limb1 yaw", -1.0), ("limb2 yaw", -1.0)])
+
+    def work(*cycles: int) -> int:
+        return calls(lambda: check(Swimmer(), Configuration(), [Block(2, "any", loop, n) for n in cycles]))
+
+    work(2)  # what is made once
+    assert work(10_000) == work(10)
+    assert work(*[1] * 20) > work(20)
 
 
 @pytest.mark.parametrize("seed", range(15))

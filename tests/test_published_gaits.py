@@ -166,7 +166,7 @@ def test_every_printed_sequence_is_in_the_table() -> None:
 
 
 def test_printed_sequences_do_not_do_what_they_are_called() -> None:
-    """MODEL.md section 3: y and z mainly rotate, psi and theta translate, x drifts in y."""
+    """The paper's lines in its own frames: y and z mainly rotate, psi and theta translate, x drifts in y."""
     done = {name: wanted for name, amplitude, wanted in PRINTED if amplitude == 1.0}
     assert abs(done["y"][3]) > 10 * abs(done["y"][1])
     assert abs(done["z"][4]) > 10 * abs(done["z"][2])

@@ -1,4 +1,4 @@
-"""Trajectories as files, in the column order of the contract; files are written whole or not at all."""
+"""Trajectories as CSV files, their columns in the order of `COLUMNS`; files are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def read_csv(path: Path | str) -> Table:
     """Read a trajectory file.
 
     Raises:
-        InputError: The file is missing, or not in the contract's form.
+        InputError: The file is missing, or not of the form that `write_csv` writes.
     """
     pl = polars()
     source = Path(path)
