@@ -6,9 +6,10 @@ import csv
 import functools
 import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -140,6 +141,11 @@ def nearest(swimmer: Swimmer, sequence: PrimitiveSequence, start: Array) -> floa
     parts = np.maximum(np.ceil(sequence.duration / 0.02), 1.0).astype(np.int64)
     fine = PrimitiveSequence(np.repeat(sequence.control, parts), np.repeat(sequence.angle / parts, parts))
     return float(np.min(limb_distance(swimmer, fine.shapes(start)[..., 0])))
+
+
+def mostly_slow(values: Iterable[Any], quick: int) -> list[Any]:
+    """Return parameters of a test, all but the first few marked as slow."""
+    return [pytest.param(v, marks=[pytest.mark.slow] if k >= quick else []) for k, v in enumerate(values)]
 
 
 def calls(action: Callable[[], object]) -> int:

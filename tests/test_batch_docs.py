@@ -29,6 +29,7 @@ def options(command: str) -> set[str]:
     }
 
 
+@pytest.mark.slow
 def test_every_command_and_option_that_is_shown_exists() -> None:
     shown = re.findall(r"purcell (batch|validate|schema|init|plan|run) ?([^`|\n]*)", PAGE + WORKFLOW)
     assert {command for command, _ in shown} >= {"batch", "validate", "schema", "init"}

@@ -66,6 +66,7 @@ def kill_at_random(scenarios: Path, out: Path, seed: int, told: list[str]) -> No
             told.append(f"done again: {known}")
 
 
+@pytest.mark.slow
 def test_a_batch_killed_at_twenty_random_moments_ends_with_the_same_bytes(tmp_path: Path) -> None:
     scenarios = written(tmp_path / "s", MANY)
     told: list[str] = []
@@ -90,6 +91,7 @@ def test_a_batch_killed_at_twenty_random_moments_ends_with_the_same_bytes(tmp_pa
     assert two == undisturbed
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_costs_its_scenario_alone_and_resume_makes_up_for_it(tmp_path: Path) -> None:
     cases = find_cases([str(written(tmp_path / "s", [roll("slow", 9), *(still(f"s{k}", k + 1) for k in range(4))]))])
     told: list[str] = []
@@ -115,6 +117,7 @@ def test_a_worker_that_is_killed_costs_its_scenario_alone_and_resume_makes_up_fo
     assert results(tmp_path / "out") == results(tmp_path / "undisturbed")
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_the_batch_with_a_clear_message_and_what_is_finished_is_kept(tmp_path: Path) -> None:
     scenarios = written(tmp_path / "s", [*(still(f"s{k}", k + 1) for k in range(3)), roll("large", 9)])
 
@@ -136,6 +139,7 @@ def test_a_full_disk_ends_the_batch_with_a_clear_message_and_what_is_finished_is
     assert run_batch(cases, SETTINGS, Options(folder, resume=True)).solved == 1
 
 
+@pytest.mark.slow
 def test_a_folder_that_cannot_be_made_is_a_clear_message(tmp_path: Path) -> None:
     scenarios = written(tmp_path / "s", [still("a", 1)])
     (tmp_path / "file").write_text("")
@@ -165,6 +169,7 @@ def under_way(folder: Path) -> subprocess.Popen[str]:
     return batch
 
 
+@pytest.mark.slow
 def test_an_interrupt_says_how_far_the_batch_came_and_leaves_no_process(tmp_path: Path) -> None:
     batch = under_way(tmp_path)
     os.killpg(batch.pid, signal.SIGINT)
@@ -175,6 +180,7 @@ def test_an_interrupt_says_how_far_the_batch_came_and_leaves_no_process(tmp_path
     assert_gone(batch.pid)
 
 
+@pytest.mark.slow
 def test_workers_end_when_their_batch_is_killed(tmp_path: Path) -> None:
     batch = under_way(tmp_path)
     batch.kill()

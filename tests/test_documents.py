@@ -36,7 +36,7 @@ def document(**changes: Any) -> dict[str, Any]:
     block = {"phase": 2, "gait": "square", "amplitude_rad": 1.0, "cycles": 3, "primitives": SQUARE}
     return {
         "schema": SCHEMA,
-        "purcell": "0.1.0",
+        "purcell": "1.2.3",
         "swimmer": {},
         "start": {},
         "goal": {},
@@ -75,6 +75,7 @@ def numbers(plan: Plan) -> list[Array]:
 # --- What is written reads back ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_plan_reads_back_bit_for_bit(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     for _ in range(10):
@@ -106,6 +107,7 @@ def test_a_plan_document_is_json(tmp_path: Path) -> None:
     assert set(PLAN.json_schema()["properties"]) == {*read, "workspace_m"}  # type: ignore[call-overload]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nearby", "far", "unequal-links", "bent-goal"])
 def test_a_plan_plays_the_same_file_again(tmp_path: Path, name: str) -> None:
     scenario = load_scenario(stored_scenarios()[name])
@@ -139,6 +141,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     return runner(capsys)
 
 
+@pytest.mark.slow
 def test_run_plays_what_plan_wrote_and_says_the_same(run: Any, tmp_path: Path) -> None:
     code, planned, err = run("plan", "nearby", "--plan-out", "plan.json", "--dt", "0.03", "--out", "first.csv")
     assert (code, err) == (DONE, "")
@@ -153,6 +156,7 @@ def test_run_plays_what_plan_wrote_and_says_the_same(run: Any, tmp_path: Path) -
     assert documents[0] == documents[1]
 
 
+@pytest.mark.slow
 def test_run_works_from_another_folder_as_a_process_of_its_own(run: Any, tmp_path: Path) -> None:
     assert run("plan", "along-x", "--plan-out", "plan.json")[0] == DONE
     (tmp_path / "elsewhere").mkdir()
@@ -164,6 +168,7 @@ def test_run_works_from_another_folder_as_a_process_of_its_own(run: Any, tmp_pat
     assert (tmp_path / "elsewhere" / "trajectory.csv").read_bytes() == (tmp_path / "trajectory.csv").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_plan_that_does_not_reach_its_goal_is_no_success(run: Any, tmp_path: Path) -> None:
     assert run("plan", "along-x", "--plan-out", "plan.json")[0] == DONE
     read = json.loads((tmp_path / "plan.json").read_text())
@@ -175,6 +180,7 @@ def test_a_plan_that_does_not_reach_its_goal_is_no_success(run: Any, tmp_path: P
     assert math.isclose(told["verified_error"]["position_m"], 1e-6, rel_tol=1e-3)
 
 
+@pytest.mark.slow
 def test_a_full_disk_leaves_neither_file(run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise InputError("swim.csv: cannot be written (No space left on device)")
@@ -253,6 +259,7 @@ def test_a_bad_document_is_one_clear_message_and_nothing_is_written(run: Any, tm
     assert [p.name for p in tmp_path.iterdir()] == ["plan.json"]
 
 
+@pytest.mark.slow
 @settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_document_with_a_stretch_of_other_characters_reads_or_is_refused(tmp_path: Path, data: st.DataObject) -> None:

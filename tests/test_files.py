@@ -175,6 +175,7 @@ def test_an_orientation_has_exactly_one_form(tmp_path: Path, text: str, found: s
     assert_fault(tmp_path, f"base:\n  orientation: {text}", 2, "base.orientation", "exactly one", found)
 
 
+@pytest.mark.slow
 @given(numbers=st.lists(st.floats(-1e15, 1e15), min_size=3, max_size=3))
 @example(numbers=[1e-3, 5e-324, -1e15])
 @reuse_folder
@@ -290,6 +291,7 @@ def test_a_tag_that_does_not_suit_its_value_is_refused(tmp_path: Path, text: str
 LAUGHS = "a0: &a0 [1, 1, 1]\n" + "".join(f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]\n" for k in range(1, 12))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "wanted"),
     [
@@ -425,6 +427,7 @@ def test_any_bytes_are_read_or_refused(tmp_path: Path, data: bytes) -> None:
         assert not message or re.match(re.escape(str(path)) + r":\d+: .*: wanted .*, found .*", message)
 
 
+@pytest.mark.slow
 @given(data=st.data())
 @settings(parent=reuse_folder, max_examples=300)
 def test_a_damaged_file_is_read_or_refused(tmp_path: Path, data: st.DataObject) -> None:

@@ -97,6 +97,7 @@ def test_the_format_is_named_or_told_by_the_ending() -> None:
         chosen_format("hdf", None)
 
 
+@pytest.mark.slow
 def test_plan_run_and_gait_write_the_format_that_is_asked_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -78,6 +78,7 @@ def test_the_table_is_whole() -> None:
     assert np.count_nonzero(np.abs(PUBLISHED_THETA) > 0.01) == 97
 
 
+@pytest.mark.slow
 def test_net_rotation_is_the_published_one(computed: Array) -> None:
     """theta of every gait, to the 2e-5 rad that theirs is interpolated to."""
     assert_close(computed[:, 0], PUBLISHED_THETA, 2e-5)
@@ -89,6 +90,7 @@ def test_net_translation_is_the_published_one(computed: Array) -> None:
     assert_close((computed[:, 1] / wanted)[CENTRED], np.ones(5), 1e-3)
 
 
+@pytest.mark.slow
 def test_cost_is_the_published_one() -> None:
     """The integral of sqrt(power) to 2e-3, by the trapezoid rule; limb 2 counted the other way is the foil."""
     t = np.arange(256) / 256

@@ -67,6 +67,7 @@ def test_no_command_is_shown_unplayed() -> None:
     assert {c.split()[1] for c in shown} >= {"plan", "gait", "verify"}
 
 
+@pytest.mark.slow
 def test_transcripts_are_true() -> None:
     played = [pair for page in readme.PAGES for pair in readme.all_played(page.read_text(encoding="utf-8"))]
     wrong = [line for block, true in played for line in _differences(block.body, true)]
@@ -88,6 +89,7 @@ def test_a_transcript_differs_by_more_than_round_off(found: str, alike: bool) ->
     assert (not _differences("x 0.0114, off by 5.1e-12 L", found)) == alike
 
 
+@pytest.mark.slow
 def test_the_program_prints_what_its_comments_say(tmp_path: Path) -> None:
     program = _only("library")
     done = readme.python(["-c", program], tmp_path)

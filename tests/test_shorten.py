@@ -29,6 +29,7 @@ KNOWN = {
 """Position [m], Euler angles [deg], bend limit [rad] and the best joint travel known [rad]."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KNOWN)
 def test_plans_meet_the_best_known_joint_travel(name: str) -> None:
     """Within 1.5 %; the quick plan, the foil, is longer where strokes can be joined."""
@@ -119,6 +120,7 @@ def test_rectangles_close_whatever_their_sides() -> None:
     assert_close(loop.sequence.shapes(COLLINEAR)[-1], COLLINEAR, 1e-15)
 
 
+@pytest.mark.slow
 def test_a_motion_with_bent_limbs_becomes_shorter_and_keeps_its_limits() -> None:
     swimmer = Swimmer()
     start = Configuration.from_angles(limb1_euler_deg=(120.0, 0.0, 30.0), limb2_euler_deg=(-110.0, 20.0, 0.0))
@@ -134,9 +136,10 @@ def test_a_motion_with_bent_limbs_becomes_shorter_and_keeps_its_limits() -> None
     assert all(v.excess < 1e-4 for v in report.violations)
 
 
+@pytest.mark.slow
 def test_a_small_displacement_in_all_directions_takes_a_word_that_no_hand_would_write() -> None:
-    """(0.1, 0.05, 0.02) L and 5 degrees of yaw, pitch and roll: best known 8.72 rad."""
+    """(0.1, 0.05, 0.02) L and 5 degrees of yaw, pitch and roll: best known 8.72 rad; to look longer is no worse."""
     goal = Configuration.from_angles([0.01, 0.005, 0.002], [5.0, 5.0, 5.0])
-    found = plan(Configuration(), goal, Swimmer(max_bend_rad=1.5), effort="thorough")
+    found, known = (plan(Configuration(), goal, Swimmer(max_bend_rad=1.5), effort=e) for e in ("thorough", "standard"))
     assert found.verdict == "reached"
-    assert found.joint_travel_rad <= 1.03 * 8.72
+    assert found.joint_travel_rad <= min(1.03 * 8.72, known.joint_travel_rad)
