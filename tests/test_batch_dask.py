@@ -16,6 +16,7 @@ import pytest
 from batches import process, results, roll, still, written
 
 pytest.importorskip("distributed")
+pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="a worker is killed as POSIX does it")
 
 SCENARIOS = [still("first", 1), *(roll(f"r{k}", k + 1) for k in range(10)), "name: bad\nstart: 1\ngoal: {}"]
 

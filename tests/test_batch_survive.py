@@ -7,7 +7,6 @@ import json
 import multiprocessing
 import os
 import random
-import resource
 import signal
 import subprocess
 import threading
@@ -23,6 +22,8 @@ from purcell_cli.batch.results_folder import JOURNAL, ResultsFolder, write_files
 from purcell_cli.batch.runner import Options, Outcome, run_batch
 from purcell_cli.batch.solve_one import Settings
 from purcell_cli.errors import ResultsError
+
+resource = pytest.importorskip("resource", reason="kills and limits are those of POSIX")
 
 KILLS = 10
 SETTINGS = Settings(effort="quick")

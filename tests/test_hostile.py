@@ -367,17 +367,19 @@ def _socket(path: Path) -> None:
         server.bind(path.name)
 
 
+_pipe: Callable[[Path], object] = getattr(os, "mkfifo", Path.touch)
+
 ODDITIES: dict[str, tuple[Callable[[Path], object], list[str]]] = {
     "a file of 100 MB": (_hundred_megabytes, ["plan", "bad", "goal.yaml"]),
     "a plan of 100 MB": (_hundred_megabytes, ["run", "bad"]),
     "a folder": (Path.mkdir, ["plan", "start.yaml", "bad", "--json"]),
     "a loop of links": (_loop, ["plan", "start.yaml", "goal.yaml", "--swimmer", "bad"]),
     "a socket": (_socket, ["plan", "bad", "goal.yaml"]),
-    "a pipe that nobody writes to": (os.mkfifo, ["plan", "start.yaml", "bad"]),
-    "a pipe as a scenario": (os.mkfifo, ["plan", "bad", "--json"]),
+    "a pipe that nobody writes to": (_pipe, ["plan", "start.yaml", "bad"]),
+    "a pipe as a scenario": (_pipe, ["plan", "bad", "--json"]),
     "a device without end": (lambda p: p.symlink_to("/dev/zero"), ["run", "bad"]),
     "a trajectory without end": (lambda p: p.symlink_to("/dev/zero"), ["verify", "bad", "start.yaml", "goal.yaml"]),
-    "a pipe to write to": (os.mkfifo, ["plan", "start.yaml", "goal.yaml", "--out", "bad"]),
+    "a pipe to write to": (_pipe, ["plan", "start.yaml", "goal.yaml", "--out", "bad"]),
     "nesting without end": (lambda p: p.write_text("[" * 1_000_000), ["plan", "bad", "goal.yaml"]),
     "a bomb of aliases": (
         lambda p: p.write_text("\n".join(["a0: &a0 x", *(f"a{k}: &a{k} [{f'*a{k - 1},' * 9}]" for k in range(1, 40))])),
