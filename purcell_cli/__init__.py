@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from purcell_cli.solution import plan
     from purcell_cli.verification.certificate import certify
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _HOMES = {
     "Configuration": "mechanics.configuration",

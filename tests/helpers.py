@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import csv
+import functools
 import math
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from types import FrameType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,10 +17,14 @@ from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
 from purcell_cli.cli.app import _run
+from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis, from_quaternion, hat
 from purcell_cli.mechanics.connection import COLLINEAR, connection
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.blocks import Block, block_displacements
+from purcell_cli.motion.clearance import limb_distance
+from purcell_cli.motion.limb_circles import LimbCircles
 
 Run = Callable[..., tuple[int, str, str]]
 """Runs a command in this process: exit code, stdout, stderr."""
@@ -110,6 +118,64 @@ def in_lengths(swimmer: Swimmer, pose: Array) -> Array:
     out = pose.copy()
     out[..., :3, 3] /= swimmer.length_m
     return out
+
+
+def missed(wanted: Array, found: Array) -> float:
+    """Return the largest component of the twist between displacements [L, rad]. Shapes (..., 4, 4)."""
+    return float(np.max(np.abs(se3.log(se3.normalised(se3.inverse(wanted) @ found)))))
+
+
+def flown(swimmer: Swimmer, blocks: Sequence[Block]) -> Array:
+    """Return what strokes do on the exact flow, from the collinear shape. Shape (4, 4)."""
+    return functools.reduce(np.matmul, block_displacements(swimmer, blocks, COLLINEAR), np.eye(4))
+
+
+def largest_bends(sequence: PrimitiveSequence, start: Array = COLLINEAR) -> Array:
+    """Return the largest bend of each limb on a way [rad]. Shape (2,)."""
+    sweeps = LimbCircles.of(sequence.shapes(start)[:-1], sequence.rates(), sequence.duration)
+    return np.asarray(sweeps.largest_bends()[0].max(axis=0))
+
+
+def nearest(swimmer: Swimmer, sequence: PrimitiveSequence, start: Array) -> float:
+    """Return how near the limbs come on a way, by samples every 0.02 rad and so a little too far [m]."""
+    parts = np.maximum(np.ceil(sequence.duration / 0.02), 1.0).astype(np.int64)
+    fine = PrimitiveSequence(np.repeat(sequence.control, parts), np.repeat(sequence.angle / parts, parts))
+    return float(np.min(limb_distance(swimmer, fine.shapes(start)[..., 0])))
+
+
+def mostly_slow(values: Iterable[Any], quick: int) -> list[Any]:
+    """Return parameters of a test, all but the first few marked as slow."""
+    return [pytest.param(v, marks=[pytest.mark.slow] if k >= quick else []) for k, v in enumerate(values)]
+
+
+def calls(action: Callable[[], object]) -> int:
+    """Return how many Python functions an action calls: its work, whatever else the machine does."""
+    count = 0
+
+    def counted(_frame: FrameType, event: str, _argument: object) -> None:
+        nonlocal count
+        count += event == "call"
+
+    before = sys.getprofile()
+    sys.setprofile(counted)
+    try:
+        action()
+    finally:
+        sys.setprofile(before)
+    return count
+
+
+def assert_slope(rows: Callable[[Array], tuple[Array, Array]], at: Array, tolerance: float, step: float = 1e-6) -> None:
+    """Assert that rows have the derivative they say, by central differences.
+
+    Args:
+        rows: Returns values, shape (m,), and derivatives, shape (m, n).
+        at: Where. Shape (n,).
+        tolerance: Of each derivative.
+        step: Of the differences.
+    """
+    differences = [(rows(at + d)[0] - rows(at - d)[0]) / (2.0 * step) for d in step * np.eye(len(at))]
+    assert_close(rows(at)[1], np.transpose(differences), tolerance)
 
 
 def dop853_rates(

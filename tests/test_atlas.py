@@ -122,6 +122,7 @@ def test_steps_that_are_none_are_refused(text: str) -> None:
     assert_close(steps("0.1:0.3:0.1", "--sweep"), [0.1, 0.2, 0.3], 1e-15)
 
 
+@pytest.mark.slow
 def test_the_command_shows_and_writes_the_atlas(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "atlas.csv"
     assert _run(["gait", "--all", "--json", "--out", str(file)]) == 0
@@ -138,6 +139,7 @@ def test_the_command_shows_and_writes_the_atlas(tmp_path: Path, capsys: pytest.C
     assert "max-displacement" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_the_command_shows_sweeps_and_refuses_two_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "sweep.csv"
     assert _run(["gait", "x-motion", "--sweep", "1.4:1.6:0.2", "--json", "--out", str(file)]) == 0

@@ -56,6 +56,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     return runner(capsys, "batch", *QUICK)
 
 
+@pytest.mark.slow
 def test_each_scenario_is_judged_and_a_failing_one_stops_no_other(run: Run, tmp_path: Path) -> None:
     written(tmp_path / "scenarios", MIXED)
     code, out, err = run("scenarios", "--jobs", "2", "--junit", "report.xml", "--parquet", "--json")
@@ -106,6 +107,7 @@ def test_each_scenario_is_judged_and_a_failing_one_stops_no_other(run: Run, tmp_
     assert not schema.validate(report), "the schema sees what is missing"
 
 
+@pytest.mark.slow
 def test_bytes_are_the_same_from_run_to_run_and_for_any_number_of_workers(run: Run, tmp_path: Path) -> None:
     written(tmp_path / "s", [roll("a", 9), still("b", 10), roll("c", 3), still("d", 20)])
     assert run("s", "--out", "one", "--jobs", "1")[0] == 0
@@ -118,6 +120,7 @@ def test_bytes_are_the_same_from_run_to_run_and_for_any_number_of_workers(run: R
     assert {p.name for p in (tmp_path / "three").glob("[!.]*")} == {"a.json", "b.json", "summary.csv", "summary.json"}
 
 
+@pytest.mark.slow
 def test_a_finished_batch_is_not_done_again_and_a_changed_scenario_is(run: Run, tmp_path: Path) -> None:
     folder = written(tmp_path / "s", [roll("a", 9), still("b", 10)])
     assert run("s", "--json")[0] == 0
@@ -132,6 +135,7 @@ def test_a_finished_batch_is_not_done_again_and_a_changed_scenario_is(run: Run, 
     assert results(tmp_path / "purcell-results")["b.json"] != before["b.json"]
 
 
+@pytest.mark.slow
 def test_a_regression_against_an_earlier_run_fails_and_is_named(run: Run, tmp_path: Path) -> None:
     written(tmp_path / "s", [roll("a", 9), roll("b", 3), still("c", 3)])
     assert run("s")[0] == 0
@@ -179,6 +183,7 @@ def test_misuse_is_refused_and_no_results_are_written(
     assert not list(tmp_path.glob("purcell-results/[!.]*"))
 
 
+@pytest.mark.slow
 def test_two_batches_cannot_write_into_one_folder(run: Run, tmp_path: Path) -> None:
     written(tmp_path / "s", [still("a", 1)])
     with ResultsFolder(tmp_path / "purcell-results"):

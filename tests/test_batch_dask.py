@@ -16,6 +16,7 @@ import pytest
 from batches import process, results, roll, still, written
 
 pytest.importorskip("distributed")
+pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="a worker is killed as POSIX does it")
 
 SCENARIOS = [still("first", 1), *(roll(f"r{k}", k + 1) for k in range(10)), "name: bad\nstart: 1\ngoal: {}"]
 
@@ -49,6 +50,7 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]
             each.wait()
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_the_same_bytes_even_when_a_worker_is_killed_half_way(
     tmp_path: Path, cluster: tuple[str, list[subprocess.Popen[bytes]]]
 ) -> None:
@@ -69,6 +71,7 @@ def test_a_cluster_gives_the_same_bytes_even_when_a_worker_is_killed_half_way(
     assert results(tmp_path / "there") == results(tmp_path / "here")
 
 
+@pytest.mark.slow
 def test_an_address_where_nothing_answers_is_a_clear_message(tmp_path: Path) -> None:
     scenarios = written(tmp_path / "s", [still("a", 1)])
     batch = process(str(scenarios), "--dask", "tcp://127.0.0.1:9", cwd=tmp_path)

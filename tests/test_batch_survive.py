@@ -7,7 +7,6 @@ import json
 import multiprocessing
 import os
 import random
-import resource
 import signal
 import subprocess
 import threading
@@ -23,6 +22,8 @@ from purcell_cli.batch.results_folder import JOURNAL, ResultsFolder, write_files
 from purcell_cli.batch.runner import Options, Outcome, run_batch
 from purcell_cli.batch.solve_one import Settings
 from purcell_cli.errors import ResultsError
+
+resource = pytest.importorskip("resource", reason="kills and limits are those of POSIX")
 
 KILLS = 10
 SETTINGS = Settings(effort="quick")
@@ -66,6 +67,7 @@ def kill_at_random(scenarios: Path, out: Path, seed: int, told: list[str]) -> No
             told.append(f"done again: {known}")
 
 
+@pytest.mark.slow
 def test_a_batch_killed_at_twenty_random_moments_ends_with_the_same_bytes(tmp_path: Path) -> None:
     scenarios = written(tmp_path / "s", MANY)
     told: list[str] = []
@@ -90,6 +92,7 @@ def test_a_batch_killed_at_twenty_random_moments_ends_with_the_same_bytes(tmp_pa
     assert two == undisturbed
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_costs_its_scenario_alone_and_resume_makes_up_for_it(tmp_path: Path) -> None:
     cases = find_cases([str(written(tmp_path / "s", [roll("slow", 9), *(still(f"s{k}", k + 1) for k in range(4))]))])
     told: list[str] = []
@@ -115,6 +118,7 @@ def test_a_worker_that_is_killed_costs_its_scenario_alone_and_resume_makes_up_fo
     assert results(tmp_path / "out") == results(tmp_path / "undisturbed")
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_the_batch_with_a_clear_message_and_what_is_finished_is_kept(tmp_path: Path) -> None:
     scenarios = written(tmp_path / "s", [*(still(f"s{k}", k + 1) for k in range(3)), roll("large", 9)])
 
@@ -136,6 +140,7 @@ def test_a_full_disk_ends_the_batch_with_a_clear_message_and_what_is_finished_is
     assert run_batch(cases, SETTINGS, Options(folder, resume=True)).solved == 1
 
 
+@pytest.mark.slow
 def test_a_folder_that_cannot_be_made_is_a_clear_message(tmp_path: Path) -> None:
     scenarios = written(tmp_path / "s", [still("a", 1)])
     (tmp_path / "file").write_text("")
@@ -165,6 +170,7 @@ def under_way(folder: Path) -> subprocess.Popen[str]:
     return batch
 
 
+@pytest.mark.slow
 def test_an_interrupt_says_how_far_the_batch_came_and_leaves_no_process(tmp_path: Path) -> None:
     batch = under_way(tmp_path)
     os.killpg(batch.pid, signal.SIGINT)
@@ -175,6 +181,7 @@ def test_an_interrupt_says_how_far_the_batch_came_and_leaves_no_process(tmp_path
     assert_gone(batch.pid)
 
 
+@pytest.mark.slow
 def test_workers_end_when_their_batch_is_killed(tmp_path: Path) -> None:
     batch = under_way(tmp_path)
     batch.kill()

@@ -54,6 +54,7 @@ def _asked(certifying: Callable[..., Certificate], *, off_m: float = 0.0) -> Cer
     return certifying(*motion, *schedule(solution.plan.swimmer, solution.plan.blocks))
 
 
+@pytest.mark.slow
 def test_it_finds_what_is_found_here(started: list[subprocess.Popen[bytes]]) -> None:
     with certifier_process.certifier() as certifying:
         there = _asked(certifying)
@@ -62,6 +63,7 @@ def test_it_finds_what_is_found_here(started: list[subprocess.Popen[bytes]]) -> 
     assert [p.poll() is None for p in started] == [False]
 
 
+@pytest.mark.slow
 def test_a_motion_that_misses_is_not_certified_there_either(started: list[subprocess.Popen[bytes]]) -> None:
     with certifier_process.certifier() as certifying:
         there = _asked(certifying, off_m=1e-6)
@@ -85,6 +87,7 @@ def test_it_ends_with_the_command_that_does_not_ask_it(started: list[subprocess.
     assert started[0].returncode is not None
 
 
+@pytest.mark.slow
 def test_a_command_imports_no_integrators_and_has_its_plan_certified(tmp_path: Any) -> None:
     done = subprocess.run(
         [sys.executable, "-c", _COMMAND, str(tmp_path / "a.csv")], capture_output=True, encoding="utf-8", check=True

@@ -90,6 +90,7 @@ def test_validate_names_file_line_key_and_what_was_meant(
     assert (good["kind"], good["error"]) == ("swimmer", None), "a bad file does not stop the others"
 
 
+@pytest.mark.slow
 def test_all_stored_documents_are_good_by_their_own_kind_and_by_their_json_schema(run: Run) -> None:
     gaits, scenarios = sorted(data_folder("gaits").glob("*.yaml")), list(stored_scenarios().values())
     code, out, _ = run("validate", *map(str, [*gaits, *scenarios]), "--json")
@@ -156,6 +157,7 @@ def test_the_shell_completes_commands_options_and_kinds(words: str, wanted: set[
     assert set(done.stdout.split()) == wanted
 
 
+@pytest.mark.slow
 def test_a_scenario_can_come_from_standard_input(tmp_path: Path) -> None:
     text = "name: a\nstart: {limb1: {euler_deg: [1, 0, 0]}}\ngoal: {limb1: {euler_deg: [1, 0, 0]}}\n"
     main = "import sys; from purcell_cli.cli.app import main; main()"

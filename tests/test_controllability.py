@@ -194,6 +194,7 @@ def test_misuse_is_told(capsys: pytest.CaptureFixture[str], arguments: list[str]
     assert message in err
 
 
+@pytest.mark.slow
 def test_the_map_is_shown_and_drawn(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     pictures = [tmp_path / name for name in ("a.svg", "b.svg")]
@@ -206,10 +207,11 @@ def test_the_map_is_shown_and_drawn(capsys: pytest.CaptureFixture[str], tmp_path
     assert b"<svg" in pictures[0].read_bytes()
 
 
+@pytest.mark.slow
 def test_the_map_needs_no_matplotlib(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in [m for m in sys.modules if m.startswith(("matplotlib", "purcell_cli.pictures"))]:
+        monkeypatch.delitem(sys.modules, module)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    for module in ("purcell_cli.pictures.time_plot", "purcell_cli.pictures.weakness_map"):
-        monkeypatch.delitem(sys.modules, module, raising=False)
     code, out, _ = played(capsys, "--map", "--depth", "2")
     assert code == 0
     assert "weakest: " in out

@@ -222,6 +222,7 @@ def high_precision_brackets(swimmer: Swimmer, shape: np.ndarray) -> tuple[np.nda
 THIN = Swimmer(1.0, 1.0, slenderness=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("swimmer", "shape"),
     [(UNIT, COLLINEAR), (UNIT, shape_of(11)), (THIN, bent(0.01, 0.02))],

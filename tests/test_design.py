@@ -28,6 +28,7 @@ from purcell_cli.motion.limb_circles import LimbCircles
 SQUARE = Task("x", "speed", 2.5, planar=True, controls="primitive", moves=4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "task",
     [
@@ -51,6 +52,7 @@ def test_every_slope_agrees_with_differences_of_its_values(task: Task) -> None:
             assert_close(getattr(values, f"{name}_slope")[..., k], found, 1e-7)
 
 
+@pytest.mark.slow
 def test_a_square_of_single_joints_is_found_that_beats_the_centred_one() -> None:
     found = design(UNIT, SQUARE, starts=3)
     assert found.ratio >= 0.0460
@@ -64,6 +66,7 @@ def test_a_square_of_single_joints_is_found_that_beats_the_centred_one() -> None
     assert gait_text(design(UNIT, SQUARE, starts=3).gait) == gait_text(found.gait)
 
 
+@pytest.mark.slow
 def test_all_joints_at_once_go_farther_than_the_bar_per_joint_travel() -> None:
     found = design(UNIT, Task("x", "speed", 2.5, moves=12), starts=1)
     assert found.ratio >= 0.0490
@@ -73,6 +76,7 @@ def test_all_joints_at_once_go_farther_than_the_bar_per_joint_travel() -> None:
     assert np.max(np.abs(found.entry.displacement[1:])) < 1e-10
 
 
+@pytest.mark.slow
 def test_a_spatial_turn_has_one_axis_and_keeps_its_bends_at_every_instant() -> None:
     found = design(UNIT, Task("yaw", "speed", 1.0, planar=False, moves=4), starts=1, seed=2)
     stroke = realise(found.gait, UNIT)
@@ -87,6 +91,7 @@ def test_a_spatial_turn_has_one_axis_and_keeps_its_bends_at_every_instant() -> N
     assert stroke.closure_rad() < 1e-9
 
 
+@pytest.mark.slow
 def test_efficiency_is_what_efficiency_asks_for() -> None:
     fast, lean = (design(UNIT, Task("x", aim, 1.0, moves=6), starts=1) for aim in ("speed", "efficiency"))
     assert lean.entry.efficiency > fast.entry.efficiency
@@ -137,6 +142,7 @@ def fields(gait: Gait) -> dict[str, object]:
     return {**out, "curve": None if gait.curve is None else gait.curve.corners.tolist()}
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_gait_that_the_other_commands_play(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

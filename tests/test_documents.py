@@ -7,13 +7,12 @@ import math
 import re
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from helpers import Run, random_rotations, random_swimmer, runner
+from helpers import Run, calls, random_rotations, random_swimmer, runner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -37,7 +36,7 @@ def document(**changes: Any) -> dict[str, Any]:
     block = {"phase": 2, "gait": "square", "amplitude_rad": 1.0, "cycles": 3, "primitives": SQUARE}
     return {
         "schema": SCHEMA,
-        "purcell": "0.1.0",
+        "purcell": "1.2.3",
         "swimmer": {},
         "start": {},
         "goal": {},
@@ -76,18 +75,26 @@ def numbers(plan: Plan) -> list[Array]:
 # --- What is written reads back ------------------------------------------------------------------------------------
 
 
-def test_a_plan_reads_back_bit_for_bit_and_quickly(tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_a_plan_reads_back_bit_for_bit(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
-    for k in range(10):
+    for _ in range(10):
         made = random_plan(rng, 1000)
         limits = Limits(0.1 / 7.0, Workspace((-0.1 / 3.0, -1e-9, -2.0), (0.1 / 3.0, 1e9, 2.0)))
         write_plan(PlanDocument(made, 0.1 / 3.0, limits), tmp_path / "plan.json")
-        started = time.perf_counter()
         found = load_plan(tmp_path / "plan.json")
-        assert time.perf_counter() - started < 1.0, k
         assert (found.plan.swimmer, found.dt_s, found.limits) == (made.swimmer, 0.1 / 3.0, limits)
         assert [b.gait for b in found.plan.blocks] == [b.gait for b in made.blocks]
         assert [n.tobytes() for n in numbers(found.plan)] == [n.tobytes() for n in numbers(made)]
+
+
+def test_the_work_of_reading_a_plan_grows_as_the_plan_does(tmp_path: Path) -> None:
+    work = []
+    for count in (500, 1000, 2000):
+        write_plan(PlanDocument(random_plan(np.random.default_rng(0), count), 0.05), tmp_path / "plan.json")
+        work.append(calls(lambda: load_plan(tmp_path / "plan.json")))
+    assert work[2] - work[1] <= 2.2 * (work[1] - work[0])
+    assert work[2] < 200 * 2000
 
 
 def test_a_plan_document_is_json(tmp_path: Path) -> None:
@@ -100,6 +107,7 @@ def test_a_plan_document_is_json(tmp_path: Path) -> None:
     assert set(PLAN.json_schema()["properties"]) == {*read, "workspace_m"}  # type: ignore[call-overload]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nearby", "far", "unequal-links", "bent-goal"])
 def test_a_plan_plays_the_same_file_again(tmp_path: Path, name: str) -> None:
     scenario = load_scenario(stored_scenarios()[name])
@@ -133,6 +141,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     return runner(capsys)
 
 
+@pytest.mark.slow
 def test_run_plays_what_plan_wrote_and_says_the_same(run: Any, tmp_path: Path) -> None:
     code, planned, err = run("plan", "nearby", "--plan-out", "plan.json", "--dt", "0.03", "--out", "first.csv")
     assert (code, err) == (DONE, "")
@@ -147,6 +156,7 @@ def test_run_plays_what_plan_wrote_and_says_the_same(run: Any, tmp_path: Path) -
     assert documents[0] == documents[1]
 
 
+@pytest.mark.slow
 def test_run_works_from_another_folder_as_a_process_of_its_own(run: Any, tmp_path: Path) -> None:
     assert run("plan", "along-x", "--plan-out", "plan.json")[0] == DONE
     (tmp_path / "elsewhere").mkdir()
@@ -158,6 +168,7 @@ def test_run_works_from_another_folder_as_a_process_of_its_own(run: Any, tmp_pat
     assert (tmp_path / "elsewhere" / "trajectory.csv").read_bytes() == (tmp_path / "trajectory.csv").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_plan_that_does_not_reach_its_goal_is_no_success(run: Any, tmp_path: Path) -> None:
     assert run("plan", "along-x", "--plan-out", "plan.json")[0] == DONE
     read = json.loads((tmp_path / "plan.json").read_text())
@@ -169,6 +180,7 @@ def test_a_plan_that_does_not_reach_its_goal_is_no_success(run: Any, tmp_path: P
     assert math.isclose(told["verified_error"]["position_m"], 1e-6, rel_tol=1e-3)
 
 
+@pytest.mark.slow
 def test_a_full_disk_leaves_neither_file(run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise InputError("swim.csv: cannot be written (No space left on device)")
@@ -234,9 +246,9 @@ def test_a_bad_document_is_one_clear_message_and_nothing_is_written(run: Any, tm
     content, message = BAD[kind]
     text = content if isinstance(content, str | bytes) else json.dumps(content)
     (tmp_path / "plan.json").write_bytes(text if isinstance(text, bytes) else text.encode())
-    started = time.perf_counter()
-    code, out, err = run("run", "plan.json", "--out", "again.csv")
-    assert time.perf_counter() - started < 2.0
+    told: list[tuple[int, str, str]] = []
+    assert calls(lambda: told.append(run("run", "plan.json", "--out", "again.csv"))) < 2_000_000
+    ((code, out, err),) = told
     assert (code, out) == (MISUSE, "")
     assert message in err
     assert err.startswith("purcell run: plan.json:")
@@ -247,6 +259,7 @@ def test_a_bad_document_is_one_clear_message_and_nothing_is_written(run: Any, tm
     assert [p.name for p in tmp_path.iterdir()] == ["plan.json"]
 
 
+@pytest.mark.slow
 @settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_document_with_a_stretch_of_other_characters_reads_or_is_refused(tmp_path: Path, data: st.DataObject) -> None:

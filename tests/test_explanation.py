@@ -68,6 +68,7 @@ def told(made: Solution, found: Explanation) -> dict[str, Any]:
 # --- What is left after a stroke ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nearby", "bent-goal", "far"])
 def test_what_is_missing_leads_to_where_phase_two_must_end(name: str) -> None:
     """From the rows of the trajectory: the pose after a stroke, moved by what is missing, is where it must lead."""
@@ -84,6 +85,7 @@ def test_what_is_missing_leads_to_where_phase_two_must_end(name: str) -> None:
     assert found.strokes[0].missing[:3, 3].any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nearby", "far"])
 def test_the_strokes_are_those_of_the_plans_table(name: str) -> None:
     document = plan_document(solution(name), None)
@@ -238,6 +240,7 @@ def test_structures_are_shown_only_where_they_are_known() -> None:
     assert "and 4 that cost more" in text
 
 
+@pytest.mark.slow
 def test_the_commands_explain_when_asked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,4 +1,4 @@
-"""The trajectory CSV keeps its contract to the letter, and files are written whole or not at all."""
+"""The trajectory CSV keeps its documented form to the letter, and files are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def good(tmp_path: Path) -> Path:
 # --- The form ------------------------------------------------------------------------------------------------------
 
 
-def test_the_header_is_the_contracts_to_the_letter(good: Path) -> None:
+def test_the_header_names_the_columns_in_their_order(good: Path) -> None:
     assert good.read_bytes().startswith(HEADER.encode() + b"\n")
 
 
@@ -158,6 +158,7 @@ def test_every_number_written_is_the_number_read_back(good: Path) -> None:
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(values=st.lists(st.tuples(FINITE, FINITE, FINITE, FINITE), min_size=1, max_size=8))
 def test_any_double_comes_back_to_the_last_bit(tmp_path: Path, values: list[tuple[float, ...]]) -> None:
@@ -171,6 +172,7 @@ def test_any_double_comes_back_to_the_last_bit(tmp_path: Path, values: list[tupl
     assert not np.any(np.signbit(found[:, 1:]) & (found[:, 1:] == 0.0)), "a zero is written without a sign"
 
 
+@pytest.mark.slow
 def test_a_file_longer_than_one_batch_has_one_header_and_every_row(tmp_path: Path) -> None:
     trajectory = turning(140_001, 40.0)
     path = written(tmp_path, trajectory)
@@ -230,6 +232,7 @@ def test_euler_angles_and_quaternions_say_the_same_orientations(tmp_path: Path) 
         assert not is_close(Rotation.from_euler("zyx", table.euler_rad[:, k]).as_matrix(), wanted, 1e-3)
 
 
+@pytest.mark.slow
 def test_the_controls_of_the_file_alone_replay_the_motion(good: Path) -> None:
     """By the plain equations of motion; controls that hold until their own row, not from it, are the foil."""
     rows = rows_of(good)

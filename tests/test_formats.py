@@ -82,7 +82,7 @@ def test_a_file_is_the_same_bytes_each_time(tmp_path: Path, form: str) -> None:
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a", "b"]
 
 
-def test_csv_is_the_contracts_csv(tmp_path: Path) -> None:
+def test_csv_is_what_write_csv_writes(tmp_path: Path) -> None:
     write_trajectory(stroke(), tmp_path / "a.csv")
     write_csv(stroke(), tmp_path / "b.csv")
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
@@ -97,6 +97,7 @@ def test_the_format_is_named_or_told_by_the_ending() -> None:
         chosen_format("hdf", None)
 
 
+@pytest.mark.slow
 def test_plan_run_and_gait_write_the_format_that_is_asked_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

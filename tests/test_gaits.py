@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers import assert_close, dop853_flow, in_lengths, is_close, random_swimmer, read_table
+from helpers import assert_close, dop853_flow, in_lengths, is_close, mostly_slow, random_swimmer, read_table
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -105,7 +105,7 @@ def is_pure(name: str, swimmer: Swimmer, stroke: Stroke) -> bool:
 # --- Pure strokes --------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", mostly_slow(range(5), 1))
 @pytest.mark.parametrize("name", NAMED)
 def test_a_gait_moves_along_its_own_axis_alone_and_closes(name: str, seed: int) -> None:
     swimmer = swimmer_of(seed)
@@ -171,6 +171,7 @@ def test_the_plain_equations_of_motion_find_a_gait_pure_too(name: str) -> None:
     assert others <= PURE
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(name=st.sampled_from(NAMED), amplitude=st.floats(0.01, math.pi))
 def test_at_any_amplitude_a_gait_is_pure_or_says_that_it_cannot_be(name: str, amplitude: float) -> None:
@@ -181,6 +182,7 @@ def test_at_any_amplitude_a_gait_is_pure_or_says_that_it_cannot_be(name: str, am
     assert is_pure(name, PAPERS, stroke)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limb", [0.2, 0.3])
 def test_a_thin_swimmer_with_long_limbs_has_an_x_rotation_at_its_default_amplitude(limb: float) -> None:
     """Newton's method must find it from the stored guesses: it exists, a little way from them."""
@@ -210,6 +212,7 @@ def test_a_pitch_gait_is_the_yaw_gait_rolled_by_a_quarter_turn(planar: str, roll
         assert_close(found[0], found[1], 1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 4])
 def test_x_rotation_rolls_by_exactly_its_amplitude(seed: int) -> None:
     swimmer = swimmer_of(seed)
@@ -412,6 +415,7 @@ def test_a_folder_of_gaits_that_is_none_is_refused(tmp_path: Path) -> None:
             stored_gaits(path)
 
 
+@pytest.mark.slow
 def test_a_gait_whose_free_angles_have_no_solution_says_so(tmp_path: Path) -> None:
     (tmp_path / "hopeless.yaml").write_text(NO_SOLUTION)
     gait = load_gait(tmp_path / "hopeless.yaml")

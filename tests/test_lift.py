@@ -334,7 +334,7 @@ def test_work_is_the_integral_of_the_power() -> None:
 
 
 def test_opposite_rolls_move_nothing_at_the_collinear_shape() -> None:
-    """The null direction of MODEL.md section 3: opposite rolls; same-sign rolls (the foil) turn the base."""
+    """The null direction, against the paper: opposite rolls; same-sign rolls (the foil) turn the base."""
     both = np.array([[1.0, 0, 0, -1.0, 0, 0]])
     assert_close(flow_of_rates(UNIT, both, [1.3])[1][-1], ONE, 1e-15, 4.0)
     assert_close(flow(UNIT, of([(ROLL_1, 0.9), (ROLL_2, -0.9)])), ONE, 1e-15, 4.0)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
 import pytest
-from helpers import assert_close, random_rotations, random_shapes
+from helpers import assert_close, calls, mostly_slow, random_rotations, random_shapes
 
-from purcell_cli import Configuration, Swimmer, load_scenario, plan, stored_scenarios
+from purcell_cli import Configuration, Swimmer, plan
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.mechanics.connection import COLLINEAR
@@ -82,6 +81,7 @@ def test_a_start_or_goal_in_collision_is_refused_and_one_that_just_keeps_its_cle
         plan(Configuration(), Configuration(), clearance_m=0.196001)
 
 
+@pytest.mark.slow
 def test_a_plan_outside_its_workspace_is_not_found_within_limits() -> None:
     goal = Configuration.from_angles((0.02, 0.0, 0.0))
     found = plan(Configuration(), goal, workspace=Workspace((-0.5, -0.01, -0.01), (0.5, 0.01, 0.01)))
@@ -92,17 +92,19 @@ def test_a_plan_outside_its_workspace_is_not_found_within_limits() -> None:
     assert roomy.verdict == "reached"
 
 
-@pytest.mark.parametrize("name", stored_scenarios())
-def test_a_stored_scenario_keeps_its_limits_and_is_checked_at_once(name: str) -> None:
-    scenario = load_scenario(stored_scenarios()[name])
-    solution = plan(scenario.start, scenario.goal, scenario.swimmer)
-    assert solution.limits.kept
-    started = time.perf_counter()
-    check(scenario.swimmer, scenario.start, solution.plan.blocks)
-    assert time.perf_counter() - started < 0.1
+def test_to_check_a_motion_takes_no_more_work_however_often_its_loops_repeat() -> None:
+    """One cycle of each tells of all; the foil, the same cycles one by one, takes more."""
+    loop = PrimitiveSequence.of([("limb1 yaw", 1.0), ("limb2 yaw", 1.0), ("limb1 yaw", -1.0), ("limb2 yaw", -1.0)])
+
+    def work(*cycles: int) -> int:
+        return calls(lambda: check(Swimmer(), Configuration(), [Block(2, "any", loop, n) for n in cycles]))
+
+    work(2)  # what is made once
+    assert work(10_000) == work(10)
+    assert work(*[1] * 20) > work(20)
 
 
-@pytest.mark.parametrize("seed", range(15))
+@pytest.mark.parametrize("seed", mostly_slow(range(15), 2))
 def test_limbs_are_straightened_without_touching_and_without_bending_further(seed: int) -> None:
     """Long limbs at random orientations, which some of the shortest ways would bring together."""
     swimmer = Swimmer(limb_half_length_m=0.2, slenderness=0.05).scaled()
@@ -126,7 +128,7 @@ def test_limbs_are_straightened_without_touching_and_without_bending_further(see
     assert len(distinct) == len(more[0].order)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", mostly_slow(range(6), 1))
 def test_detours_lead_back_move_the_base_as_they_say_and_keep_the_limits(seed: int) -> None:
     swimmer = Swimmer(slenderness=0.03).scaled()
     shape = random_shapes(np.random.default_rng([7, seed]))

@@ -12,7 +12,6 @@ from helpers import (
     dop853_rates,
     in_lengths,
     is_close,
-    random_rotations,
     random_sequence,
     random_shapes,
     random_swimmer,
@@ -26,7 +25,6 @@ from purcell_cli.mechanics.lift import flow, flow_of_rates, work
 from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian, flow_and_jacobian_of_moves
 from purcell_cli.mechanics.moves import MoveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.planner.refine.shooting_moves import most_bent
 
 
 def random_moves(rng: np.random.Generator, count: int, largest: float = 1.0) -> MoveSequence:
@@ -180,18 +178,6 @@ def test_the_left_jacobian_is_the_derivative_of_the_rotation() -> None:
 
 
 # --- Bends ---------------------------------------------------------------------------------------------------------
-
-
-def test_the_largest_bend_of_a_move_is_that_of_many_instants() -> None:
-    """With the beginning, within what a thousand instants can tell; the ends alone (the foil) miss some."""
-    rng = np.random.default_rng(40)
-    axes, turn = random_rotations(rng, 50)[:, :, 0], rng.uniform(-2.5, 2.5, (50, 3))
-    part, there = most_bent(axes, turn)
-    instants = np.linspace(0.0, 1.0, 1001)[:, None, None]
-    all_axes = (se3.rotation(instants * turn) @ axes[:, :, None])[..., 0]
-    assert_close(np.minimum(there[:, 0], axes[:, 0]), all_axes[..., 0].min(axis=0), 5e-6)
-    assert_close((se3.rotation(part[:, None] * turn) @ axes[:, :, None])[..., 0], there, 1e-15)
-    assert not is_close(np.minimum(all_axes[-1, :, 0], axes[:, 0]), all_axes[..., 0].min(axis=0), 1e-2)
 
 
 # --- Sequences -----------------------------------------------------------------------------------------------------

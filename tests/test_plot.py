@@ -46,6 +46,7 @@ def cycle(name: str) -> Trajectory:
     return sample_stroke(PAPER, Configuration(), realise(stored_gaits()[name], PAPER), 1, 0.02)
 
 
+@pytest.mark.slow
 def test_motions_are_drawn_against_time_in_degrees_and_millimetres() -> None:
     table = planned()
     figure = time_figure(table, "a plan")
@@ -89,6 +90,7 @@ def test_lengths_have_a_unit_of_their_size(largest: float, wanted: tuple[float, 
     assert length_unit(largest) == wanted
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "plane"), [("y-motion", PLANES[0]), ("z-rotation", PLANES[0]), ("z-motion", PLANES[1])]
 )
@@ -120,6 +122,7 @@ def corners(name: str) -> np.ndarray:
     return np.cumsum(turned, axis=0)
 
 
+@pytest.mark.slow
 def test_a_smooth_stroke_has_eight_arrows_and_ten_poses() -> None:
     """A circle in the shape plane, of a hundred moves; a square has an arrow and a number a leg."""
     angle = np.linspace(0.0, 2.0 * np.pi, 101)
@@ -178,6 +181,7 @@ def test_poses_are_those_where_controls_switch() -> None:
         assert is_close(cells[2].get_lines()[-1].get_xydata()[1], tip, 1e-9) == same
 
 
+@pytest.mark.slow
 def test_a_picture_is_the_same_bytes_each_time_and_has_no_date(tmp_path: Path) -> None:
     for ending in ("svg", "png", "pdf"):
         for name in ("a", "b"):
@@ -195,6 +199,7 @@ def test_another_ending_is_refused(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_plot_draws_trajectories_and_gaits_and_figures_the_papers_motions(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -249,6 +254,7 @@ def test_what_cannot_be_drawn_is_refused_and_nothing_is_written(
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
 
+@pytest.mark.slow
 def test_without_matplotlib_the_message_says_what_to_install(tmp_path: Path) -> None:
     program = "import sys; sys.modules['matplotlib'] = None\nfrom purcell_cli.cli.app import main; main()"
     done = subprocess.run(

@@ -78,6 +78,7 @@ def test_the_table_is_whole() -> None:
     assert np.count_nonzero(np.abs(PUBLISHED_THETA) > 0.01) == 97
 
 
+@pytest.mark.slow
 def test_net_rotation_is_the_published_one(computed: Array) -> None:
     """theta of every gait, to the 2e-5 rad that theirs is interpolated to."""
     assert_close(computed[:, 0], PUBLISHED_THETA, 2e-5)
@@ -89,6 +90,7 @@ def test_net_translation_is_the_published_one(computed: Array) -> None:
     assert_close((computed[:, 1] / wanted)[CENTRED], np.ones(5), 1e-3)
 
 
+@pytest.mark.slow
 def test_cost_is_the_published_one() -> None:
     """The integral of sqrt(power) to 2e-3, by the trapezoid rule; limb 2 counted the other way is the foil."""
     t = np.arange(256) / 256
@@ -166,7 +168,7 @@ def test_every_printed_sequence_is_in_the_table() -> None:
 
 
 def test_printed_sequences_do_not_do_what_they_are_called() -> None:
-    """MODEL.md section 3: y and z mainly rotate, psi and theta translate, x drifts in y."""
+    """The paper's lines in its own frames: y and z mainly rotate, psi and theta translate, x drifts in y."""
     done = {name: wanted for name, amplitude, wanted in PRINTED if amplitude == 1.0}
     assert abs(done["y"][3]) > 10 * abs(done["y"][1])
     assert abs(done["z"][4]) > 10 * abs(done["z"][2])

@@ -70,6 +70,7 @@ def test_every_command_and_option_that_is_shown_exists() -> None:
     assert "--clearence" not in known["plan"]
 
 
+@pytest.mark.slow
 def test_transcripts_are_true() -> None:
     wrong = [
         line
@@ -98,6 +99,7 @@ def test_a_transcript_differs_by_more_than_round_off(found: str, alike: bool) ->
 PROGRAMS = [(page, block.body) for page, found in BLOCKS.items() for block in found if block.kind == "library"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("page", "program"), PROGRAMS)
 def test_programs_print_what_their_comments_say(page: str, program: str, tmp_path: Path) -> None:
     done = update.python(["-W", "error", "-c", program], tmp_path)

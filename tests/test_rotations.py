@@ -105,6 +105,7 @@ def test_roll_is_zero_at_gimbal_lock() -> None:
     assert_close(found, [[0.1, STRAIGHT_UP, 0.0], [0.7, -STRAIGHT_UP, 0.0]], 1e-14)
 
 
+@pytest.mark.slow
 @given(st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1))
 @example((0.0, 1.0, 0.0, 0.0))
 @example((0.0, 0.0, -1.0, 0.0))

@@ -98,6 +98,7 @@ values = st.recursive(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("element", ELEMENTS)
 @given(value=values)
 def test_an_element_reads_just_what_its_json_schema_allows(element: Element[Any], value: Any) -> None:
@@ -155,6 +156,7 @@ def test_a_place_that_is_not_there_keeps_its_parents_line() -> None:
     assert (place.at("b", "c").line, place.at("b", "c").key) == (1, "b.c")
 
 
+@pytest.mark.slow
 @given(text=st.text(), most=st.integers(3, 80))
 def test_a_shortened_text_is_one_printable_line(text: str, most: int) -> None:
     found = shortened(text, most)

@@ -34,6 +34,7 @@ def replayed(made: Solution, parameter: str, change: float) -> tuple[float, floa
     return float(np.linalg.norm(second[:3, 3] - first[:3, 3])), float(turned)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nearby", "far", "slender", "unequal-links", "bent-start"])
 def test_a_sensitivity_is_what_an_independent_replay_finds(name: str) -> None:
     made = solution(name)
@@ -51,6 +52,7 @@ def test_a_sensitivity_is_what_an_independent_replay_finds(name: str) -> None:
     assert not is_close(found[0].position_m, found[1].position_m, 1e-3, found[0].position_m)
 
 
+@pytest.mark.slow
 def test_what_is_not_looked_at_moves_nothing() -> None:
     """Every parameter of a swimmer is looked at, but for those that the path does not depend on."""
     free = {"viscosity_pa_s": 1.01, "max_bend_rad": 1.01}

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
-from helpers import UNIT, assert_close, is_close, random_sequence, random_shapes
+from helpers import assert_close, is_close
 
 from purcell_cli import Configuration, Swimmer, plan
-from purcell_cli.geometry import se3
-from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.configuration import displacement_between
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
-from purcell_cli.motion.clearance import least_clearance
-from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.motion.limits import check
-from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, least_cosines, least_distances
 from purcell_cli.planner.refine.minimum_travel import Pace, merged, offered, shorten
 from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refine.stretches import Stretch, stretches_of
@@ -36,6 +29,7 @@ KNOWN = {
 """Position [m], Euler angles [deg], bend limit [rad] and the best joint travel known [rad]."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KNOWN)
 def test_plans_meet_the_best_known_joint_travel(name: str) -> None:
     """Within 1.5 %; the quick plan, the foil, is longer where strokes can be joined."""
@@ -126,76 +120,7 @@ def test_rectangles_close_whatever_their_sides() -> None:
     assert_close(loop.sequence.shapes(COLLINEAR)[-1], COLLINEAR, 1e-15)
 
 
-def alone(sequence: PrimitiveSequence, phase: int, start: Array, goal: Array) -> Equations:
-    """Return the equations of one stretch in one phase."""
-    parts = [Stretch(phase, (("a", 0.0, len(sequence)),), sequence)]
-    return Equations(Swimmer().scaled(), parts, start, goal, np.eye(4))
-
-
-def assert_slope(rows: Callable[[Array], tuple[Array, Array]], angle: Array, tolerance: float) -> None:
-    """Assert that rows have the derivative they say."""
-    derivative = rows(angle)[1]
-    for k, step in enumerate(1e-6 * np.eye(len(angle))):
-        assert_close(derivative[:, k], (rows(angle + step)[0] - rows(angle - step)[0]) / 2e-6, tolerance)
-
-
-def test_the_room_below_the_bend_limit_has_the_derivative_it_says() -> None:
-    sequence = PrimitiveSequence.of([("limb1 yaw", 0.6), ("limb1 roll", 0.4), ("limb1 pitch", 0.5), ("limb2 yaw", 0.9)])
-    equations = alone(sequence, 2, COLLINEAR, COLLINEAR)
-    least = least_cosines(equations.phase, COLLINEAR, COLLINEAR, 0.9)
-
-    def room(angle: Array) -> tuple[Array, Array]:
-        sequence = equations.sequence_at(angle)
-        return bend_rows(equations, sequence, sequence.shapes(COLLINEAR), least)
-
-    assert len(room(sequence.angle)[0]) == 3
-    assert_slope(room, sequence.angle, 1e-8)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_the_room_below_the_bend_limit_is_that_at_every_instant_on_large_turns_too(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    sequence, start = random_sequence(rng, 8, 5.0), random_shapes(rng)
-    equations = alone(sequence, 1, start, COLLINEAR)
-    least = np.full((8, 2), 0.5)
-
-    def room(angle: Array) -> tuple[Array, Array]:
-        sequence = equations.sequence_at(angle)
-        return bend_rows(equations, sequence, sequence.shapes(start), least)
-
-    sweeps = LimbCircles.of(sequence.shapes(start)[:-1], sequence.rates(), sequence.duration)
-    bend = sweeps.largest_bends()[0][np.arange(8), sequence.control // 3]
-    watched = (sequence.control % 3 != 0) & (np.cos(bend) - 0.5 < 0.35)
-    ends = sequence.shapes(start)[np.arange(1, 9), sequence.control // 3, 0, 0]
-    begins = sequence.shapes(start)[np.arange(8), sequence.control // 3, 0, 0]
-    later = np.cos(bend) < begins - 1e-9  # where a primitive is most bent as it begins, the one before tells
-    known = np.where(later, np.cos(bend), ends)[watched] - 0.5
-    assert_close(room(sequence.angle)[0], known, 1e-12)
-    assert np.any(np.cos(bend)[watched] < ends[watched] - 0.1)
-    assert_slope(room, sequence.angle, 1e-7)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_the_room_between_the_limbs_is_that_of_the_clearance_and_has_the_derivative_it_says(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    start = np.stack([about_axis(2, 2.0), about_axis(2, -2.0)]) @ se3.rotation(0.03 * rng.normal(size=(2, 3)))
-    sequence = random_sequence(rng, 6, 0.1)
-    equations = alone(sequence, 1, start, COLLINEAR)
-    least = least_distances(equations, 0.1)
-
-    def room(angle: Array) -> tuple[Array, Array]:
-        sequence = equations.sequence_at(angle)
-        return clearance_rows(equations, sequence, sequence.shapes(start), least)
-
-    shapes = sequence.shapes(start)
-    found = room(sequence.angle)[0]
-    assert len(found)
-    apart = least_clearance(UNIT, shapes[:-1], sequence.rates(), sequence.duration).distance_m
-    assert apart > 0.0  # where limbs cross, their distance has no derivative
-    assert_close(np.min(found), apart - least[0], 1e-8)
-    assert_slope(room, sequence.angle, 2e-4)  # the least distance is known to 1e-9
-
-
+@pytest.mark.slow
 def test_a_motion_with_bent_limbs_becomes_shorter_and_keeps_its_limits() -> None:
     swimmer = Swimmer()
     start = Configuration.from_angles(limb1_euler_deg=(120.0, 0.0, 30.0), limb2_euler_deg=(-110.0, 20.0, 0.0))
@@ -211,9 +136,10 @@ def test_a_motion_with_bent_limbs_becomes_shorter_and_keeps_its_limits() -> None
     assert all(v.excess < 1e-4 for v in report.violations)
 
 
+@pytest.mark.slow
 def test_a_small_displacement_in_all_directions_takes_a_word_that_no_hand_would_write() -> None:
-    """(0.1, 0.05, 0.02) L and 5 degrees of yaw, pitch and roll: best known 8.72 rad."""
+    """(0.1, 0.05, 0.02) L and 5 degrees of yaw, pitch and roll: best known 8.72 rad; to look longer is no worse."""
     goal = Configuration.from_angles([0.01, 0.005, 0.002], [5.0, 5.0, 5.0])
-    found = plan(Configuration(), goal, Swimmer(max_bend_rad=1.5), effort="thorough")
+    found, known = (plan(Configuration(), goal, Swimmer(max_bend_rad=1.5), effort=e) for e in ("thorough", "standard"))
     assert found.verdict == "reached"
-    assert found.joint_travel_rad <= 1.03 * 8.72
+    assert found.joint_travel_rad <= min(1.03 * 8.72, known.joint_travel_rad)

@@ -8,22 +8,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers import UNIT, assert_close, is_close, random_shapes
+from helpers import assert_close
 
 from purcell_cli import Configuration, Swimmer, plan, read_csv, write_csv
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.files.builtin import find_scenario
 from purcell_cli.files.plan_file import PlanDocument, load_plan
-from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import angle_between
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.mechanics.lift import EXACT, flow
-from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.limits import Limits, check
-from purcell_cli.planner.refine.octagonal_loops import corners, cycle, lasts, octagons, twist, yaws
-from purcell_cli.planner.refine.shooting_moves import Course, Leg
 from purcell_cli.planner.refine.simultaneous import quickened
 from purcell_cli.solution import Solution, carried_out
 from purcell_cli.verification.verify import verify
@@ -38,6 +33,14 @@ QUERIES = {
     "other links": (Configuration(), BENT, Swimmer(0.1, 0.05, slenderness=0.005, drag_ratio=1.7)),
     "an arc": (Configuration(), Configuration.from_angles((0.4, 0.3, 0), (60, 0, 0)), Swimmer()),
 }
+
+
+def planned(name: str) -> list[pytest.MarkDecorator]:
+    """Return the marks of a test on one query: all of them run in one process, which plans it once."""
+    return [pytest.mark.slow, pytest.mark.xdist_group(f"simultaneous {name}")]
+
+
+EVERY = [pytest.param(name, marks=planned(name)) for name in QUERIES]
 
 
 @functools.cache
@@ -57,7 +60,7 @@ def far(bend: float) -> Solution:
 # --- Plans ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", QUERIES)
+@pytest.mark.parametrize("name", EVERY)
 def test_quick_plans_arrive_exactly_in_less_time(name: str) -> None:
     """The independent replay meets the goal to 1e-9; the plan by primitives takes at least a fifth longer."""
     found, plain = solved(name), solved(name, "primitive")
@@ -67,7 +70,7 @@ def test_quick_plans_arrive_exactly_in_less_time(name: str) -> None:
     assert math.isclose(found.trajectory.time_s[-1], found.duration_s, rel_tol=1e-12)
 
 
-@pytest.mark.parametrize("name", QUERIES)
+@pytest.mark.parametrize("name", EVERY)
 def test_no_joint_turns_faster_than_it_can(name: str) -> None:
     found = solved(name)
     rate = found.plan.swimmer.joint_rate_rad_s
@@ -78,7 +81,7 @@ def test_no_joint_turns_faster_than_it_can(name: str) -> None:
     assert np.max(np.count_nonzero(found.trajectory.rate_rad_s, axis=1)) > 1
 
 
-@pytest.mark.parametrize("name", QUERIES)
+@pytest.mark.parametrize("name", EVERY)
 def test_no_limb_bends_too_far_in_phase_two(name: str) -> None:
     """At any instant; the phases meet at the collinear shape."""
     solution = solved(name)
@@ -92,6 +95,7 @@ def test_no_limb_bends_too_far_in_phase_two(name: str) -> None:
             assert np.max(angle_between(shapes[k], COLLINEAR)) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("bend", "speed"), [(1.0, 0.083), (1.6, 0.104)])
 def test_far_plans_cruise_with_all_joints(bend: float, speed: float) -> None:
     """Units of L per second over the whole way; planar loops of one joint a limb (the foil) make 0.0769 at most."""
@@ -102,6 +106,8 @@ def test_far_plans_cruise_with_all_joints(bend: float, speed: float) -> None:
     assert len(found.plan.blocks) < 20
 
 
+@pytest.mark.slow
+@pytest.mark.xdist_group("simultaneous bent limbs")
 def test_the_file_of_a_quick_plan_replays_it(tmp_path: Path) -> None:
     """`verify` finds no fault; with one rate a little off (the foil) it does."""
     start, goal, swimmer = QUERIES["bent limbs"]
@@ -112,6 +118,8 @@ def test_the_file_of_a_quick_plan_replays_it(tmp_path: Path) -> None:
     assert verify(table, start, goal, swimmer, 1e-9, 1e-9).faults != ()
 
 
+@pytest.mark.slow
+@pytest.mark.xdist_group("simultaneous bent limbs")
 def test_the_document_of_a_quick_plan_makes_the_same_trajectory(tmp_path: Path) -> None:
     solution = solved("bent limbs")
     (tmp_path / "plan.json").write_text(PlanDocument(solution.plan, 0.05).as_text())
@@ -121,10 +129,12 @@ def test_the_document_of_a_quick_plan_makes_the_same_trajectory(tmp_path: Path) 
     assert_close(again.trajectory.pose, solution.trajectory.pose, 0.0)
 
 
+@pytest.mark.slow
+@pytest.mark.xdist_group("simultaneous fast joints")
 def test_planning_twice_makes_the_same_plan() -> None:
-    start, goal, swimmer = QUERIES["near"]
+    start, goal, swimmer = QUERIES["fast joints"]
     again = plan(start, goal, swimmer, controls="simultaneous")
-    assert_close(again.trajectory.rate_rad_s, solved("near").trajectory.rate_rad_s, 0.0)
+    assert_close(again.trajectory.rate_rad_s, solved("fast joints").trajectory.rate_rad_s, 0.0)
 
 
 def test_a_goal_already_reached_needs_no_moves() -> None:
@@ -132,11 +142,13 @@ def test_a_goal_already_reached_needs_no_moves() -> None:
     assert (found.verdict, found.duration_s, found.plan.blocks) == ("reached", 0.0, ())
 
 
+@pytest.mark.slow
+@pytest.mark.xdist_group("simultaneous fast joints")
 def test_a_quick_plan_that_breaks_a_limit_is_not_taken() -> None:
     """Limbs wanted further apart than they ever come: the plan by primitives stays; without the limit it does not."""
-    made = solved("near", "primitive").plan
+    made = solved("fast joints", "primitive").plan
     assert quickened(made, Limits(clearance_m=1.0)) is made
-    assert quickened(made).blocks is not made.blocks
+    assert solved("fast joints").plan.duration_s < made.duration_s
 
 
 def test_unknown_controls_are_refused() -> None:
@@ -144,8 +156,9 @@ def test_unknown_controls_are_refused() -> None:
         plan(Configuration(), Configuration(), controls="both")
 
 
+@pytest.mark.slow
 def test_a_stored_scenario_is_quicker_by_far() -> None:
-    """`nearby` in less than a third of the time of its plan by primitives."""
+    """`nearby` in less than half the time of its plan by primitives."""
     scenario = find_scenario("nearby")
     quick, plain = (
         plan(scenario.start, scenario.goal, scenario.swimmer, controls=c) for c in ("simultaneous", "primitive")
@@ -154,79 +167,7 @@ def test_a_stored_scenario_is_quicker_by_far() -> None:
     assert 2.0 * quick.duration_s < plain.duration_s
 
 
-# --- Octagons ------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("bend", "speed", "square"), [(1.0, 0.0610, 0.0451), (1.6, 0.0766, 0.0460)])
-def test_a_cut_square_cruises_half_as_fast_again(bend: float, speed: float, square: float) -> None:
-    """In units of L per second at one radian per second, without turning; the best square within the bend is slower."""
-    loops = octagons(Swimmer(max_bend_rad=bend).scaled())
-    corner = corners(loops.half[0], 0.0, (loops.cuts[0, 0], loops.cuts[0, 1]))
-    made = twist(UNIT, corner)
-    assert np.linalg.norm(made[:3]) / lasts(corner) >= speed > 1.3 * square
-    assert_close(made[2:], np.zeros(4), 1e-12)
-    assert np.max(np.abs(corner)) <= bend + 1e-12
-
-
-def test_an_octagon_closes_and_off_centre_turns() -> None:
-    corner = corners(0.7, 0.3, (0.4, 0.25))
-    sides = MoveSequence.of_turns(yaws(cycle(corner)))
-    assert_close(sides.shapes(COLLINEAR)[-1], COLLINEAR, 1e-15)
-    assert abs(twist(UNIT, corner)[5]) > 1e-2
-    assert_close(twist(UNIT, corners(0.7, -0.3, (0.4, 0.25)))[5], -twist(UNIT, corner)[5], 1e-6)
-
-
-@pytest.mark.parametrize(("advance", "turn"), [(0.2, 0.0), (-0.2, 0.0), (0.2, 0.02), (0.2, -0.02), (-0.2, 0.02)])
-def test_a_loop_like_another_swims_its_arc(advance: float, turn: float) -> None:
-    """As many cycles as are said advance and turn as much, to a few per cent, forwards and backwards."""
-    corner, each = octagons(UNIT.scaled()).like(advance, turn)
-    made = each * twist(UNIT, corner)
-    assert_close(made[[0, 5]], [advance, turn], 0.04 * abs(advance))
-
-
-# --- The equations -------------------------------------------------------------------------------------------------
-
-
-def test_the_equations_of_a_course_have_the_derivative_they_say() -> None:
-    """Central differences at the arrival, a repeated loop and bends among them; the foil: the loop played once."""
-    rng = np.random.default_rng(3)
-    start, goal = random_shapes(rng), random_shapes(rng)
-    half = np.array([[0.5, 0.3], [-0.4, 0.2]])
-    sides = yaws(np.concatenate([half, -half]))
-    tie = np.zeros((4, 6, 4))
-    for k, (i, sign) in enumerate([(0, 1.0), (1, 1.0), (0, -1.0), (1, -1.0)]):
-        tie[k, 2, 2 * i], tie[k, 5, 2 * i + 1] = sign, sign
-    there = as_turn(start)
-    legs = [Leg(1, "in", there), Leg(2, "loop", sides, 4, tie.reshape(24, 4)), Leg(3, "out", -as_turn(goal))]
-    played = MoveSequence.of_turns(np.concatenate([there, np.tile(sides, (4, 1)), -as_turn(goal)]))
-    swimmer = Swimmer(max_bend_rad=0.6).scaled()
-    wanted = flow(swimmer, played, start)
-    course = Course(swimmer, legs, start, goal, wanted, EXACT)
-    unknown = course.unknown
-    values = course.at(unknown)
-    assert len(unknown) == 16
-    assert values.size < 1e-12
-    assert course.tail == 10
-    h = 1e-6
-    slopes, rooms = [], []
-    for step in h * np.eye(16):
-        up, down = course.at(unknown + step), course.at(unknown - step)
-        slopes.append((up.residual - down.residual) / (2 * h))
-        rooms.append((up.room - down.room) / (2 * h))
-    free = [k for k in range(16) if not 6 <= k < 10]
-    assert_close(values.derivative[:, 6:10], np.array(slopes).T[:, 6:10], 1e-7)
-    assert_close(values.derivative[:6, 10:], np.array(slopes).T[:6, 10:], 1e-7)
-    assert_close(values.derivative[6:, free], np.array(slopes).T[6:, free], 1e-7)
-    assert len(values.room) > 0
-    assert_close(values.room_derivative, np.array(rooms).T, 1e-7)
-    once = Course(swimmer, [legs[0], Leg(2, "loop", sides, 1, legs[1].tie), legs[2]], start, goal, wanted, EXACT)
-    assert not is_close(once.at(unknown).derivative[:6, 6:10], values.derivative[:6, 6:10], 1e-2)
-
-
-def as_turn(shape: np.ndarray) -> np.ndarray:
-    """Return the one move that straightens both limbs from a shape. Shape (1, 6)."""
-    return -np.concatenate([se3.log(se3.pose(limb, np.zeros(3)))[3:] for limb in shape])[None]
-
-
+@pytest.mark.slow
+@pytest.mark.xdist_group("simultaneous fast joints")
 def test_primitive_plans_are_left_as_they_are() -> None:
-    assert all(isinstance(b.sequence, PrimitiveSequence) for b in solved("near", "primitive").plan.blocks)
+    assert all(isinstance(b.sequence, PrimitiveSequence) for b in solved("fast joints", "primitive").plan.blocks)

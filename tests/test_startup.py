@@ -30,6 +30,7 @@ def _loaded(*arguments: str) -> set[str]:
     return set(names.split())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -48,6 +49,7 @@ def test_help_and_version_import_nothing_slow(arguments: list[str]) -> None:
     assert _loaded(*arguments) & SLOW == set()
 
 
+@pytest.mark.slow
 def test_a_command_that_reads_gaits_is_seen_to_import_them() -> None:
     assert _loaded("gait", "--list") >= {"numpy", "yaml"}
 

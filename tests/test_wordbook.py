@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers import assert_close, is_close
 
 from purcell_cli import Configuration, Swimmer, plan
 from purcell_cli.geometry import se3
@@ -13,7 +14,6 @@ from purcell_cli.mechanics.lift import flow
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.planner.library.plan_library import WordBook, image, stored_words, symmetries, word_book
-from tests.helpers import assert_close, is_close
 
 BODY = Swimmer().scaled()
 WORD = PrimitiveSequence.of(
@@ -88,6 +88,7 @@ def test_a_book_is_made_once_for_a_swimmer() -> None:
     assert word_book(BODY) is not word_book(Swimmer(slenderness=0.03).scaled())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("position", "angles", "limit", "most"),
     [
@@ -107,6 +108,7 @@ def test_small_displacements_take_little_joint_travel(
     assert found.limits.largest_bend_rad[1] <= limit
 
 
+@pytest.mark.slow
 def test_other_swimmers_and_bent_limbs_use_the_book_too() -> None:
     limbs = (30.0, 10.0, 0.0), (-20.0, 0.0, 40.0)
     start = Configuration.from_angles([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], *limbs)

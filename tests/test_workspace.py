@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from helpers import assert_close, random_shapes, random_swimmer
+from helpers import assert_close, mostly_slow, random_shapes, random_swimmer
 
 from purcell_cli import Configuration, Swimmer, load_scenario, plan, stored_scenarios
 from purcell_cli.errors import ParameterError
@@ -44,7 +44,7 @@ def corner(values: Array) -> tuple[float, float, float]:
     return x, y, z
 
 
-@pytest.mark.parametrize("name", ["nearby", "yaw"])
+@pytest.mark.parametrize("name", mostly_slow(["yaw", "nearby"], 1))
 @pytest.mark.parametrize("wall", range(6))
 def test_how_far_a_plan_leaves_its_box_is_found_at_any_wall(name: str, wall: int) -> None:
     """A wall pushed in by a millimetre, out by a micrometre more than the rows tell, and far out."""

@@ -1,25 +1,18 @@
-"""Loops in a table and chains of them: against the flow, against differences, and within their limits."""
+"""Chains of rolls and loops: against the flow, against differences, and within their limits."""
 
 from __future__ import annotations
 
 import dataclasses
-import functools
-import math
 
 import numpy as np
 import pytest
-from helpers import assert_close, is_close
+from helpers import assert_close, flown, is_close, missed
 
 from purcell_cli import Swimmer
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.rotations import about_axis
-from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.motion.blocks import Block, block_displacements, starting_shapes
 from purcell_cli.planner.arcs.chain import Chains, linked
 from purcell_cli.planner.arcs.loop_family import fan
-from purcell_cli.planner.arcs.loop_fit import fitted
-from purcell_cli.planner.arcs.loops import loops, stroke
 from purcell_cli.planner.arcs.roll_stroke import crank
 
 SWIMMERS = {
@@ -35,56 +28,6 @@ def chains(swimmer: Swimmer, only: int = -1) -> Chains:
     fans = tuple(fan(swimmer, "travel", across) for across in (True, False))
     turning = crank(stored_gaits()["x-rotation"], swimmer)
     return linked(turning, fans, ARCS, np.array([0.7, -0.4]), np.array([only, only]))
-
-
-def flown(swimmer: Swimmer, blocks: list[Block]) -> np.ndarray:
-    """Return what strokes do on the true flow."""
-    return functools.reduce(np.matmul, block_displacements(swimmer, blocks, COLLINEAR))
-
-
-def missed(wanted: np.ndarray, found: np.ndarray) -> float:
-    """Return the largest component of the twist between displacements."""
-    return float(np.max(np.abs(se3.log(se3.normalised(se3.inverse(wanted) @ found)))))
-
-
-@pytest.mark.parametrize("across", [False, True])
-@pytest.mark.parametrize("name", SWIMMERS)
-def test_the_table_of_loops_says_what_the_flow_does(name: str, across: bool) -> None:
-    swimmer, table = SWIMMERS[name], loops(SWIMMERS[name], "travel", across)
-    rng = np.random.default_rng(1)
-    bend = rng.uniform(table.least_rad, table.most_rad, 12)
-    aside = rng.uniform(table.least_aside, table.most_aside, 12)
-    found, (cycle_cost, ways_cost) = table.at(bend, aside), table.costs(bend, aside)
-    for k, (beat, offset) in enumerate(zip(*table.sides(bend, aside), strict=True)):
-        there, loop, back = (Block(2, "", s) for s in stroke(float(beat), float(offset), across))
-        for cycles in (0, 1, 3):
-            twists = cycles * found.cycle[0, k], found.ways[0, k]
-            once = dataclasses.replace(loop, cycles=max(cycles, 1))
-            true = flown(swimmer, [there, *([once] if cycles else []), back])
-            assert missed(se3.exp(twists[0]) @ se3.exp(twists[1]), true) < 1e-4
-        assert cycle_cost[k] == pytest.approx(loop.joint_travel_rad, abs=1e-12)
-        assert ways_cost[k] == pytest.approx(there.joint_travel_rad + back.joint_travel_rad, abs=1e-12)
-        assert math.acos(math.cos(beat) * math.cos(offset)) <= table.most_rad + 1e-9 or not across
-    assert_close(table.place(*table.sides(bend, aside))[0], bend, 1e-12)
-
-
-def test_loops_bent_aside_across_their_plane_turn_by_a_quarter_more() -> None:
-    """0.737 degrees a rad is the best of squares in the plane; MODEL.md has 0.7 for it."""
-    in_plane, across = (math.degrees(fan(SWIMMERS["the paper's"], "travel", a).tight) for a in (False, True))
-    assert in_plane == pytest.approx(0.737, abs=2e-3)
-    assert across == pytest.approx(0.907, abs=2e-3)
-
-
-@pytest.mark.parametrize("across", [False, True])
-def test_fitted_loops_advance_and_turn_as_asked(across: bool) -> None:
-    turning = fan(SWIMMERS["the paper's"], "travel", across)
-    advance, turn = np.array([3.0, 2.5, 10.0]), np.array([0.5, 0.2, 0.3])
-    found = fitted(turning, advance, turn)
-    once = turning.loops.at(found.bend, found.aside)
-    twist = found.cycles[:, None] * once.cycle[0] + once.ways[0]
-    assert_close(np.abs(twist[:, 0]), advance, 0.02)
-    assert_close(np.hypot(twist[:, 4], twist[:, 5]), turn, 0.02)
-    assert np.all(found.cost >= turning.cost(advance, turn) - 0.5)
 
 
 @pytest.mark.parametrize("only", [-1, 0, 1])
@@ -148,16 +91,3 @@ def test_longer_chains_have_more_cycles_where_loops_are_full() -> None:
     farther[:, :3, 3] *= 1.05
     short = 1.0 - 1.0 / 1.05
     assert np.array_equal(many.longer(farther).cycles, np.ceil((1.0 + short) * many.cycles))
-
-
-@pytest.mark.parametrize("name", SWIMMERS)
-def test_cranks_roll_as_asked_and_leave_the_limbs_collinear(name: str) -> None:
-    turning = crank(stored_gaits()["x-rotation"], SWIMMERS[name])
-    for angle in (-3.0, -0.31, 0.004, 0.05, 0.9, 1.45, 2.2):
-        blocks = turning.blocks(angle)
-        assert missed(se3.pose(about_axis(0, angle), np.zeros(3)), flown(SWIMMERS[name], blocks)) < 2e-3
-        assert_close(starting_shapes(blocks, COLLINEAR)[-1], COLLINEAR, 1e-7)
-        assert turning.travel(np.array(angle)) == pytest.approx(
-            sum(b.joint_travel_rad for b in blocks), rel=5e-3, abs=2e-3
-        )
-    assert turning.blocks(1e-6) == []

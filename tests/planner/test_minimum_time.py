@@ -1,0 +1,91 @@
+"""Quicker motions: Newton steps converge by the square, linear programs save time, and the arrival is exact after."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+from helpers import assert_close, is_close, slope
+
+from purcell_cli import Swimmer
+from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import SEARCHING, flow
+from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.motion.blocks import Block
+from purcell_cli.motion.limits import check
+from purcell_cli.planner.refine.minimum_time import hastened, newton_step, settled
+from purcell_cli.planner.refine.shooting_moves import Course, Leg
+
+BODY = Swimmer(max_bend_rad=0.7).scaled()
+STEPS = [("limb1 yaw", 0.5), ("limb2 yaw", 0.6), ("limb1 pitch", 0.3), ("limb1 yaw", -0.4), ("limb2 yaw", -0.5)]
+STEPS += [("limb2 pitch", -0.2), ("limb1 roll", 0.2), ("limb2 roll", -0.3)]
+
+
+@functools.cache
+def begun() -> Course:
+    """Return a motion by one joint at a time from the collinear shape, which arrives at the shape that it makes."""
+    turn = MoveSequence.of_controls(PrimitiveSequence.of(STEPS)).turn
+    moves = MoveSequence.of_turns(turn)
+    goal = moves.shapes(COLLINEAR)[-1]
+    return Course(BODY, [Leg(2, "a", turn)], COLLINEAR, goal, flow(BODY, moves), SEARCHING)
+
+
+@functools.cache
+def quick() -> Course:
+    return hastened(begun())
+
+
+@functools.cache
+def exact() -> tuple[Course, float]:
+    return settled(quick())
+
+
+def test_newton_steps_leave_the_square_of_what_was_missing() -> None:
+    """The same steps the other way, the foil, leave twice as much as there was."""
+    course, rng = begun(), np.random.default_rng(0)
+    change = rng.normal(size=len(course.unknown))
+    sizes, left, away = np.array([5e-5, 1e-4, 2e-4]), [], []
+    for size in sizes:
+        unknown = course.unknown + size * change
+        here = course.at(unknown)
+        left.append(course.at(unknown + newton_step(here)).size)
+        away.append(course.at(unknown - newton_step(here)).size / here.size)
+    assert abs(slope(sizes, left) - 2.0) < 0.15
+    assert_close(away, np.full(3, 2.0), 0.1)
+
+
+def test_a_newton_step_leaves_alone_what_comes_before_its_first_unknown() -> None:
+    unknown = begun().unknown + 1e-3
+    here = begun().at(unknown)
+    step = newton_step(here, first=12)
+    assert_close(step[:12], np.zeros(12), 0.0)
+    assert begun().at(unknown + step).size < 0.1 * here.size
+    assert np.max(np.abs(newton_step(here, reach=1e-5))) == pytest.approx(1e-5)
+
+
+def test_all_joints_at_once_are_quicker() -> None:
+    """By more than a third; and it almost arrives."""
+    assert quick().duration < 0.67 * begun().duration
+    assert quick().at(quick().unknown).size < 1e-3
+    assert np.max(np.count_nonzero(np.abs(quick().legs[0].turn) > 1e-3, axis=1)) >= 2
+
+
+def test_a_settled_motion_arrives_exactly() -> None:
+    """Played on the exact flow; before it settles, the foil, it misses by more than rounding."""
+    course, off = exact()
+    moves = MoveSequence.of_turns(course.legs[0].turn)
+    assert off < 1e-11
+    assert_close(flow(BODY, moves), begun().displacement, 1e-10)
+    assert_close(moves.shapes(COLLINEAR)[-1], begun().goal, 1e-10)
+    assert not is_close(flow(BODY, MoveSequence.of_turns(quick().legs[0].turn)), begun().displacement, 1e-10)
+    assert course.duration < 0.67 * begun().duration
+
+
+def test_no_limb_bends_further_than_the_limit_at_any_instant() -> None:
+    """Where one does, which the quickest way with a higher limit, the foil, wants."""
+    found = check(BODY, Configuration(), [Block(2, "a", MoveSequence.of_turns(exact()[0].legs[0].turn))])
+    assert found.largest_bend_rad[1] is not None
+    assert found.largest_bend_rad[1] <= BODY.max_bend_rad + 1e-6
