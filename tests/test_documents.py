@@ -88,6 +88,7 @@ def test_a_plan_reads_back_bit_for_bit(tmp_path: Path) -> None:
         assert [n.tobytes() for n in numbers(found.plan)] == [n.tobytes() for n in numbers(made)]
 
 
+@pytest.mark.slow
 def test_the_work_of_reading_a_plan_grows_as_the_plan_does(tmp_path: Path) -> None:
     work = []
     for count in (500, 1000, 2000):

@@ -222,12 +222,12 @@ def assert_lawful(solution: Solution, query: Query) -> None:
 # --- Goals of every kind -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", mostly_slow(QUERIES, 8))
+@pytest.mark.parametrize("name", mostly_slow(QUERIES, 4))
 def test_a_goal_of_every_kind_is_reached_by_primitives_in_three_phases(name: str) -> None:
     assert_lawful(solved(name), QUERIES[name])
 
 
-@pytest.mark.parametrize("seed", mostly_slow(range(100), 6))
+@pytest.mark.parametrize("seed", mostly_slow(range(100), 4))
 def test_a_random_goal_of_a_random_swimmer_is_reached_by_primitives_in_three_phases(seed: int) -> None:
     query = random_query(seed)
     assert_lawful(plan(*query, dt_s=DT), query)
@@ -477,6 +477,7 @@ def test_scaling_all_lengths_scales_the_path(scale: float) -> None:
         assert differ(plan(larger(BENT), larger(NEAR), Swimmer(), dt_s=DT), bent())
 
 
+@pytest.mark.slow
 def test_energies_are_of_every_block_and_never_negative() -> None:
     for solution in itertools.chain([bent()], map(solved, ("limbs rolled",))):
         assert len(solution.energy_j) == len(solution.displacement) == len(solution.plan.blocks)

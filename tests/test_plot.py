@@ -61,6 +61,7 @@ def test_motions_are_drawn_against_time_in_degrees_and_millimetres() -> None:
             assert_close(line.get_ydata(), values[:, k], 0.0)
 
 
+@pytest.mark.slow
 def test_phases_are_shaded_from_their_first_row_to_the_next_ones() -> None:
     table = planned()
     figure = time_figure(table, "a plan")

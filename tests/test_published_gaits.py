@@ -84,6 +84,7 @@ def test_net_rotation_is_the_published_one(computed: Array) -> None:
     assert_close(computed[:, 0], PUBLISHED_THETA, 2e-5)
 
 
+@pytest.mark.slow
 def test_net_translation_is_the_published_one(computed: Array) -> None:
     """sqrt(X^2 + Y^2) to 1e-3 where the gait is centred on the collinear shape."""
     wanted = np.array([math.hypot(gait["X"], gait["Y"]) for gait in GAITS])

@@ -87,6 +87,7 @@ def test_a_bad_sweep_is_one_case_that_says_why(tmp_path: Path, sweep: str, messa
     assert message in case.error
 
 
+@pytest.mark.slow
 def test_a_sweep_that_asks_for_too_much_is_refused_at_once_and_in_little_memory(tmp_path: Path) -> None:
     ranges = "".join(f"  swimmer.x{k}: {{start: 0, stop: 1, num: 100000}}\n" for k in range(300))
     tracemalloc.start()

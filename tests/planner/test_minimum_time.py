@@ -66,6 +66,7 @@ def test_a_newton_step_leaves_alone_what_comes_before_its_first_unknown() -> Non
     assert np.max(np.abs(newton_step(here, reach=1e-5))) == pytest.approx(1e-5)
 
 
+@pytest.mark.slow
 def test_all_joints_at_once_are_quicker() -> None:
     """By more than a third; and it almost arrives."""
     assert quick().duration < 0.67 * begun().duration
@@ -73,6 +74,7 @@ def test_all_joints_at_once_are_quicker() -> None:
     assert np.max(np.count_nonzero(np.abs(quick().legs[0].turn) > 1e-3, axis=1)) >= 2
 
 
+@pytest.mark.slow
 def test_a_settled_motion_arrives_exactly() -> None:
     """Played on the exact flow; before it settles, the foil, it misses by more than rounding."""
     course, off = exact()
@@ -84,6 +86,7 @@ def test_a_settled_motion_arrives_exactly() -> None:
     assert course.duration < 0.67 * begun().duration
 
 
+@pytest.mark.slow
 def test_no_limb_bends_further_than_the_limit_at_any_instant() -> None:
     """Where one does, which the quickest way with a higher limit, the foil, wants."""
     found = check(BODY, Configuration(), [Block(2, "a", MoveSequence.of_turns(exact()[0].legs[0].turn))])

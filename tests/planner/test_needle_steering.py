@@ -100,6 +100,7 @@ def test_the_best_way_costs_no_more_than_to_turn_go_straight_and_turn_again() ->
     assert max(gains) > 1.1
 
 
+@pytest.mark.slow
 def test_each_way_costs_the_least_that_arcs_of_its_kind_can() -> None:
     """Small changes of the arcs that keep the displacement cost no less, but for a little: the search ends soon."""
     rng = np.random.default_rng(1)

@@ -66,6 +66,7 @@ def test_a_cycle_lasts_as_long_as_its_longer_turns() -> None:
     assert lasts(corners(0.5, 0.2, (0.4, 0.2))) == pytest.approx(4.0 - 2.0 * (0.4 + 0.2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("bend", "speed", "square"), [(1.0, 0.0610, 0.0451), (1.6, 0.0766, 0.0460)])
 def test_a_cut_square_cruises_a_third_as_fast_again(bend: float, speed: float, square: float) -> None:
     """In units of L per second at one radian per second, without turning; the best square within the bend is slower."""
@@ -77,6 +78,7 @@ def test_a_cut_square_cruises_a_third_as_fast_again(bend: float, speed: float, s
     assert np.max(np.abs(corner)) <= bend + 1e-12
 
 
+@pytest.mark.slow
 def test_the_cuts_are_about_the_best() -> None:
     """No cuts a twentieth of the side off are quicker by more than half a per cent; none at all are much slower."""
     loops = octagons(UNIT.scaled())

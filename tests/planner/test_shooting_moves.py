@@ -48,6 +48,7 @@ def test_a_motion_that_arrives_misses_nothing() -> None:
     assert course(CYCLES - 1).at(course().unknown).size > 1e-2
 
 
+@pytest.mark.slow
 def test_the_equations_have_the_derivative_they_say() -> None:
     """Central differences at the arrival, a repeated loop and bends among them; the foil: the loop played once."""
     unknown = course().unknown
