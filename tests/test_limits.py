@@ -21,7 +21,7 @@ from purcell_cli.motion.limb_circles import bends
 from purcell_cli.motion.limits import Limits, check
 from purcell_cli.motion.workspace import Workspace
 from purcell_cli.planner.limbs.interleaving import interleaved
-from purcell_cli.planner.limbs.shape_loops import detours
+from purcell_cli.planner.limbs.shape_loops import shape_loops
 from purcell_cli.planner.limbs.straightening import straightenings
 
 ROUND = PrimitiveSequence.of([("limb1 yaw", 2.0 * math.pi)])
@@ -127,13 +127,13 @@ def test_limbs_are_straightened_without_touching_and_without_bending_further(see
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_detours_lead_back_move_the_base_as_they_say_and_keep_the_limits(seed: int) -> None:
+def test_shape_loops_lead_back_move_the_base_as_they_say_and_keep_the_limits(seed: int) -> None:
     swimmer = Swimmer(slenderness=0.03).scaled()
     shape = random_shapes(np.random.default_rng([7, seed]))
     here = Configuration(np.eye(4), shape)
     if not check(swimmer, here, []).kept:
         pytest.skip("the limbs touch to begin with")
-    (round_,) = detours(swimmer, [shape])
+    (round_,) = shape_loops(swimmer, [shape])
     ways = straightenings(swimmer, [shape])[0][np.arange(5)]
     every = round_.before(round_.before(ways))
     assert len(every) == 5 * (1 + len(round_.sequence)) ** 2
@@ -147,9 +147,9 @@ def test_detours_lead_back_move_the_base_as_they_say_and_keep_the_limits(seed: i
         assert found.kept, found.violations
 
 
-def test_limbs_that_are_little_bent_make_no_detours() -> None:
+def test_limbs_that_are_little_bent_make_no_shape_loops() -> None:
     shape = Configuration.from_angles(limb1_euler_deg=(60.0, 0.0, 0.0), limb2_euler_deg=(0.0, 70.0, 0.0)).shape
-    assert [len(some.sequence) for some in detours(Swimmer().scaled(), [shape, COLLINEAR])] == [0, 0]
+    assert [len(some.sequence) for some in shape_loops(Swimmer().scaled(), [shape, COLLINEAR])] == [0, 0]
 
 
 @pytest.mark.parametrize("seed", range(3))

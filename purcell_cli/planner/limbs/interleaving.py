@@ -14,7 +14,7 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
-from purcell_cli.planner.limbs.straightening import DETOURS, ROUGH, Straightenings, _turning
+from purcell_cli.planner.limbs.straightening import MOST_LOOPS, ROUGH, Straightenings, rotation_pieces
 from purcell_cli.planner.limbs.turns import Ways
 
 _AT_ONCE = ((0, 0, 0), (1, 1, 1))
@@ -51,7 +51,7 @@ def interleaved(
         way, orders = np.tile(some, (len(order), 1)), np.repeat(order, len(some), axis=0)
         travel = one.limbs[0].joint_travel_rad[way[:, 0]] + one.limbs[1].joint_travel_rad[way[:, 1]]
         moved = se3.normalised(displacement.reshape(-1, 4, 4))
-        more = Straightenings(one.limbs, orders, way, np.zeros((len(way), DETOURS), dtype=np.int64), travel, moved)
+        more = Straightenings(one.limbs, orders, way, np.zeros((len(way), MOST_LOOPS), dtype=np.int64), travel, moved)
         out.append(one.and_(more[np.flatnonzero(nearest.ravel() >= clearance_m - TOLERANCE_L)]))
         low += len(some)
     return out
@@ -67,7 +67,7 @@ def _crossed(shape: Array, ways: Sequence[Ways]) -> tuple[Array, Array, Array]:
     k = len(ways[0])
     stage = np.empty((2, k, 4, 3, 3))
     for i, way in enumerate(ways):
-        begins, _, _ = _turning(way, shape, i)
+        begins, _, _ = rotation_pieces(way, shape, i)
         stage[i, :, :3], stage[i, :, 3] = begins.reshape(k, 3, 2, 3, 3)[:, :, i], np.eye(3)
     shapes, rates, durations = np.empty((k, 2, 3, 4, 2, 3, 3)), np.empty((k, 2, 3, 4, 6)), np.empty((k, 2, 3, 4))
     for i, way in enumerate(ways):

@@ -1,4 +1,4 @@
-"""Detours: closed ways of both limbs round the start's or the goal's shape, which move the base.
+"""Shape loops: closed ways of both limbs round the start's or the goal's shape, which move the base.
 
 In phases 1 and 3 a limb may be as bent as the start or the goal has it. Where that is much, a square
 of both limbs' angles turns the base by up to 5 degrees per rad of joint travel, beside 0.9 of the best
@@ -26,12 +26,12 @@ from purcell_cli.planner.limbs.straightening import BEND_SLACK_RAD, ROUGH, Strai
 
 _SIDES_RAD = (-1.6, -0.8, 0.8, 1.6)
 """Sides of the squares."""
-_DETOUR_RAD = 1.3
+_LEAST_BEND_RAD = 1.3
 """Where limbs are bent less squares turn too little."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Detours:
+class ShapeLoops:
     """Closed ways of both limbs round a shape, which move the base.
 
     Attributes:
@@ -45,14 +45,14 @@ class Detours:
     displacement: Array
 
     def before(self, ways: Straightenings) -> Straightenings:
-        """Return straightenings with each of the detours, or none, before what they do."""
+        """Return straightenings with each of the shape loops, or none, before what they do."""
         n, m = len(self.sequence), len(ways)
         index = np.repeat(np.arange(1, n + 1), m)[:, None]
         more = Straightenings(
             ways.limbs,
             np.tile(ways.order, (n, 1)),
             np.tile(ways.way, (n, 1)),
-            np.concatenate([index, np.tile(ways.detour[:, :-1], (n, 1))], axis=1),
+            np.concatenate([index, np.tile(ways.loop[:, :-1], (n, 1))], axis=1),
             (self.joint_travel_rad[:, None] + ways.joint_travel_rad).ravel(),
             (self.displacement[:, None] @ ways.displacement).reshape(-1, 4, 4),
             (EMPTY, *self.sequence),
@@ -60,8 +60,8 @@ class Detours:
         return ways.and_(more)
 
 
-def detours(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0) -> list[Detours]:
-    """Return detours round each of some shapes: squares of both limbs' angles, gone round once or twice.
+def shape_loops(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0) -> list[ShapeLoops]:
+    """Return shape loops round each of some shapes: squares of both limbs' angles, gone round once or twice.
 
     A bent limb may bend as far as it does, and the more limbs are bent, the more a square turns the base.
 
@@ -89,14 +89,14 @@ def detours(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0)
         moved = np.concatenate([made[kept], se3.inverse(made[kept])])
         sequences += [s.times(2) for s in sequences]
         travel = np.array([s.joint_travel_rad for s in sequences])
-        out.append(Detours(tuple(sequences), travel, np.concatenate([moved, moved @ moved])))
+        out.append(ShapeLoops(tuple(sequences), travel, np.concatenate([moved, moved @ moved])))
     return out
 
 
 def _squares(swimmer: Swimmer, shape: Array) -> list[PrimitiveSequence]:
     """Return squares from a shape and back to it on which no limb bends further than it does, or than the limit."""
     limits = np.maximum(swimmer.max_bend_rad, bends(shape[..., 0])) + BEND_SLACK_RAD
-    if np.max(limits) < _DETOUR_RAD:
+    if np.max(limits) < _LEAST_BEND_RAD:
         return []
     arms: list[list[tuple[int, float]]] = []
     for limb in (0, 1):
