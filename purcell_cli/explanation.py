@@ -10,6 +10,7 @@ import numpy as np
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler, as_vector
 from purcell_cli.mechanics.moves import ControlSequence
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.limb_circles import Sweeps, bends
 from purcell_cli.motion.plan import Structure
@@ -139,7 +140,7 @@ def largest_bend(sequence: ControlSequence, start: Array) -> float:
         sequence: The primitives or moves.
         start: Shape before them. Shape (2, 3, 3).
     """
-    sweeps = Sweeps.of(sequence.shapes(start)[:-1], sequence.rates(), sequence.duration)
+    sweeps = Sweeps.of(Pieces.of(sequence, start))
     return float(np.max(sweeps.largest_bends()[0], initial=np.max(bends(start[..., 0]))))
 
 

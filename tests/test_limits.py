@@ -14,6 +14,7 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.clearance import apart_bend_rad, least_clearance
@@ -63,7 +64,7 @@ def test_a_motion_of_nothing_has_a_clearance_and_no_bends() -> None:
     assert found.kept
     assert found.largest_bend_rad == (None, None, None)
     still = np.zeros((1, 6)), np.zeros(1)
-    assert found.clearance.distance_m == least_clearance(Swimmer(), BENT.shape[None], *still).distance_m
+    assert found.clearance.distance_m == least_clearance(Swimmer(), Pieces(BENT.shape[None], *still)).distance_m
 
 
 @pytest.mark.parametrize("clearance", [-1e-9, math.nan, math.inf])

@@ -10,6 +10,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.limb_circles import Sweeps
 from purcell_cli.planner.library.plan_library import MotionLibrary, image, library_for, stored_plans, symmetries
@@ -22,8 +23,7 @@ SHORT = PrimitiveSequence.of(
 
 
 def bend(short: PrimitiveSequence) -> float:
-    shapes = short.shapes(COLLINEAR)[:-1]
-    return float(Sweeps.of(shapes, short.rates(), short.duration).largest_bends()[0].max())
+    return float(Sweeps.of(Pieces.of(short)).largest_bends()[0].max())
 
 
 def seen(symmetry: Array, g: Array) -> Array:

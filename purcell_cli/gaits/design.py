@@ -24,6 +24,7 @@ from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import EXACT, SEARCHING
 from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import Sweeps
 
@@ -147,7 +148,7 @@ def _made_exact(problem: Problem, unknown: Array) -> Array | None:
 
 def _largest_bend(problem: Problem, unknown: Array) -> float:
     moves = problem.sequence(problem.turns(unknown))
-    sweeps = Sweeps.of(moves.shapes(COLLINEAR)[:-1], moves.rate, moves.duration)
+    sweeps = Sweeps.of(Pieces.of(moves))
     return float(np.max(sweeps.largest_bends()[0]))
 
 

@@ -13,11 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry.rotations import Array, cross
+from purcell_cli.mechanics.pieces import Pieces
 
 
 def bends(axes: Array) -> Array:
     """Return the angles of limb axes with the base's axis [rad]. Shape (..., 3) to (...)."""
     return np.arctan2(np.hypot(axes[..., 1], axes[..., 2]), axes[..., 0])
+
+
+def lowest(cosine: Array, sine: Array) -> Array:
+    """Return the angle, from 0 to 2 pi, at which cos(angle) cosine + sin(angle) sine is least [rad]. Shape (...)."""
+    return np.asarray(np.remainder(np.arctan2(-sine, -cosine), 2.0 * np.pi))
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -41,20 +47,14 @@ class Sweeps:
     duration: Array
 
     @classmethod
-    def of(cls, shapes: Array, rates: Array, durations: Array) -> Sweeps:
-        """Return the sweeps of pieces.
-
-        Args:
-            shapes: Shapes at the pieces' beginnings. Shape (n, 2, 3, 3).
-            rates: Limb rates (omega_1, omega_2), constant on each piece [rad/s]. Shape (n, 6).
-            durations: How long they last [s]. Shape (n,).
-        """
-        axes = shapes[..., 0]
-        about = np.einsum("nlij,nlj->nli", shapes, np.reshape(rates, (-1, 2, 3)))
+    def of(cls, pieces: Pieces) -> Sweeps:
+        """Return the sweeps of pieces."""
+        axes = pieces.shapes[..., 0]
+        about = np.einsum("nlij,nlj->nli", pieces.shapes, np.reshape(pieces.rates, (-1, 2, 3)))
         turn = np.sqrt(np.einsum("nli,nli->nl", about, about))
         unit = about / np.where(turn > 0.0, turn, 1.0)[..., None]
         centre = np.einsum("nli,nli->nl", unit, axes)[..., None] * unit
-        return cls(centre, axes - centre, cross(unit, axes), turn, np.asarray(durations, dtype=np.float64))
+        return cls(centre, axes - centre, cross(unit, axes), turn, np.asarray(pieces.durations, dtype=np.float64))
 
     def __len__(self) -> int:
         return len(self.duration)
@@ -80,9 +80,8 @@ class Sweeps:
         """
         c, a, b = (np.einsum("nli,nli->nl", x, direction) for x in (self.centre, self.cosine, self.sine))
         end = self.turn * self.duration[:, None]
-        lowest = np.remainder(np.arctan2(-b, -a), 2.0 * np.pi)
         at_ends = np.minimum(a, a * np.cos(end) + b * np.sin(end))
-        return np.asarray(c + np.where(lowest < end, -np.hypot(a, b), at_ends))
+        return np.asarray(c + np.where(lowest(a, b) < end, -np.hypot(a, b), at_ends))
 
     def largest_bends(self) -> tuple[Array, Array]:
         """Return each limb's largest bend on each piece, at any instant of it, and when.
@@ -94,7 +93,7 @@ class Sweeps:
             Bends [rad] and times within the pieces [s]. Shapes (n, 2).
         """
         end = self.turn * self.duration[:, None]
-        least = np.remainder(np.arctan2(-self.sine[..., 0], -self.cosine[..., 0]), 2.0 * np.pi)
+        least = lowest(self.cosine[..., 0], self.sine[..., 0])
         angle = np.stack([np.zeros_like(end), end, np.where(least < end, least, end)])
         axes = self.centre + np.cos(angle)[..., None] * self.cosine + np.sin(angle)[..., None] * self.sine
         bend = bends(axes)

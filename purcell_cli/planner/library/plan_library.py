@@ -23,8 +23,8 @@ import numpy as np
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING, run_displacements
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import Sweeps
@@ -96,11 +96,11 @@ class MotionLibrary:
     def __init__(self, plans: tuple[PrimitiveSequence, ...], swimmer: Swimmer) -> None:
         self._plans, self._limit = plans, swimmer.max_bend_rad
         whole, counts = joined(plans), [len(p) for p in plans]
-        pieces = whole.shapes(COLLINEAR)[:-1], whole.rates(), whole.duration
+        pieces = Pieces.of(whole)
         once = run_displacements(swimmer, pieces, counts, np.ones(len(plans), np.int64), SEARCHING)
         self._does = se3.log(se3.normalised(once)) * PRICES
         self._size = np.linalg.norm(self._does, axis=1)
-        bends = Sweeps.of(*pieces).largest_bends()[0].max(axis=1)
+        bends = Sweeps.of(pieces).largest_bends()[0].max(axis=1)
         self._bend = np.maximum.reduceat(bends, np.cumsum([0, *counts[:-1]]))
         self._travel = np.array([p.joint_travel_rad for p in plans])
 

@@ -18,6 +18,7 @@ import numpy as np
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
@@ -71,13 +72,9 @@ def shape_loops(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 
         clearance_m: How far the limbs' surfaces stay apart, in units of L.
     """
     squares = [_squares(swimmer, shape) for shape in shapes]
-    parts = [
-        (s.shapes(shape)[:-1], s.rates(), s.duration) for shape, some in zip(shapes, squares, strict=True) for s in some
-    ]
-    none = (np.empty((0, 2, 3, 3)), np.empty((0, 6)), np.empty(0))
-    pieces = [np.concatenate(column) for column in zip(none, *parts, strict=True)]
-    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], ROUGH).reshape(-1, 4, 4, 4)
-    apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 4).min(axis=1)
+    pieces = Pieces.together(Pieces.of(s, shape) for shape, some in zip(shapes, squares, strict=True) for s in some)
+    moves = piece_displacements(swimmer, pieces, ROUGH).reshape(-1, 4, 4, 4)
+    apart = clearances(swimmer, pieces, clearance_m)[0].reshape(-1, 4).min(axis=1)
     once = se3.normalised(moves[:, 0] @ moves[:, 1] @ moves[:, 2] @ moves[:, 3])
     out, low = [], 0
     for some in squares:
@@ -102,7 +99,6 @@ def _squares(swimmer: Swimmer, shape: Array) -> list[PrimitiveSequence]:
     for limb in (0, 1):
         turns = [(3 * limb + axis, angle) for axis in (1, 2) for angle in _SIDES_RAD]
         each = [PrimitiveSequence.of([turn]) for turn in turns]
-        at = np.tile(shape, (len(turns), 1, 1, 1))
-        sweeps = Sweeps.of(at, np.concatenate([s.rates() for s in each]), np.concatenate([s.duration for s in each]))
+        sweeps = Sweeps.of(Pieces.together(Pieces.of(s, shape) for s in each))
         arms.append([t for t, b in zip(turns, sweeps.largest_bends()[0][:, limb], strict=True) if b <= limits[limb]])
     return [PrimitiveSequence.of([(i, a), (j, b), (i, -a), (j, -b)]) for i, a in arms[0] for j, b in arms[1]]

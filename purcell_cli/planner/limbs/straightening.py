@@ -20,6 +20,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
@@ -145,8 +146,8 @@ class _Played:
     apart: tuple[Array, Array]
 
 
-def rotation_pieces(ways: Ways, shape: Array, limb: int) -> tuple[Array, Array, Array]:
-    """Return the shapes at which turns begin, their limb rates and durations. Shapes (3 n, ...)."""
+def rotation_pieces(ways: Ways, shape: Array, limb: int) -> Pieces:
+    """Return the pieces of all ways, three rotations each, of limb 0 or 1 from a shape."""
     axis, count = ways.control % 3, len(ways)
     turn = np.empty((count, 3, 3, 3))
     for k in range(3):
@@ -156,7 +157,7 @@ def rotation_pieces(ways: Ways, shape: Array, limb: int) -> tuple[Array, Array, 
     shapes[:, 1, limb] = shape[limb] @ turn[:, 0]
     shapes[:, 2, limb] = shapes[:, 1, limb] @ turn[:, 1]
     rates = np.where(np.arange(6) == ways.control[..., None], np.sign(ways.angle)[..., None], 0.0)
-    return shapes.reshape(-1, 2, 3, 3), rates.reshape(-1, 6), np.abs(ways.angle).ravel()
+    return Pieces(shapes.reshape(-1, 2, 3, 3), rates.reshape(-1, 6), np.abs(ways.angle).ravel())
 
 
 def _played(
@@ -171,11 +172,11 @@ def _played(
                 if straight:
                     here[1 - i] = np.eye(3)
                 parts.append(rotation_pieces(ways, here, i))
-    pieces = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], ROUGH).reshape(-1, 3, 4, 4)
-    apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 3).min(axis=1)
+    pieces = Pieces.together(parts)
+    moves = piece_displacements(swimmer, pieces, ROUGH).reshape(-1, 3, 4, 4)
+    apart = clearances(swimmer, pieces, clearance_m)[0].reshape(-1, 3).min(axis=1)
     whole = se3.normalised(moves[:, 0] @ moves[:, 1] @ moves[:, 2])
-    stops = np.cumsum([len(part[2]) // 3 for part in parts])[:-1]
+    stops = np.cumsum([len(part) // 3 for part in parts])[:-1]
     each = list(zip(np.split(whole, stops), np.split(apart, stops), strict=True))
     done = [_Played((a[0], b[0]), (a[1], b[1])) for a, b in zip(each[::2], each[1::2], strict=True)]
     return list(zip(done[::2], done[1::2], strict=True))
@@ -183,8 +184,8 @@ def _played(
 
 def _within(swimmer: Swimmer, shape: Array, limbs: Sequence[Ways]) -> tuple[Ways, Ways]:
     """Return the ways that bend a limb no further than it is, or than the limit; the first if there are none."""
-    pieces = [np.concatenate(c) for c in zip(*(rotation_pieces(w, shape, i) for i, w in enumerate(limbs)), strict=True)]
-    bend = Sweeps.of(pieces[0], pieces[1], pieces[2]).largest_bends()[0].reshape(-1, 3, 2).max(axis=1)
+    pieces = Pieces.together(rotation_pieces(w, shape, i) for i, w in enumerate(limbs))
+    bend = Sweeps.of(pieces).largest_bends()[0].reshape(-1, 3, 2).max(axis=1)
     kept, low = [], 0
     for i, ways in enumerate(limbs):
         limit = max(swimmer.max_bend_rad, float(bends(shape[i, :, 0]))) + BEND_SLACK_RAD
