@@ -23,7 +23,7 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.planner.library import plan_library
-from purcell_cli.planner.library.random_plans import brought, random_words, word_of
+from purcell_cli.planner.library.random_plans import brought, free_stretch, random_plans
 from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach
 from purcell_cli.planner.refine.minimum_travel import Pace, offered, shorten, tightened
 from purcell_cli.planner.refine.shooting import Equations
@@ -52,10 +52,10 @@ def best_word(seed: int, found: list[PrimitiveSequence]) -> PrimitiveSequence | 
     bend = swimmer.max_bend_rad - MARGIN_RAD
     empty = Equations(swimmer, (), COLLINEAR, COLLINEAR, wanted, SEARCHING)
     if seed < FROM_NOTHING:
-        words = random_words(RANDOM)
+        words = random_plans(RANDOM)
     else:
-        entries = plan_library.WordBook(tuple(found), swimmer).nearest(wanted[None], np.zeros(1), TRIED)
-        words = (word_of(offered(e.lap.times(e.laps), 1)) for e in entries)
+        entries = plan_library.MotionLibrary(tuple(found), swimmer).nearest(wanted[None], np.zeros(1), TRIED)
+        words = (free_stretch(offered(e.lap.times(e.laps), 1)) for e in entries)
     near = [tightened(m, bend, FIRST) for m, off in (brought(empty.of([w]), bend) for w in words) if off < CLOSE]
     near.sort(key=lambda m: m.joint_travel_rad)
     short = (shorten(m, bend, PACE) for m in near[:SHORTENED])
@@ -69,7 +69,7 @@ def chosen(found: dict[int, PrimitiveSequence], keep: int) -> list[PrimitiveSequ
     costs = []
     for seed, own in found.items():
         swimmer, wanted = target(seed)
-        by_word = plan_library.WordBook(tuple(words), swimmer).estimates(wanted[None])[0].min(axis=(0, 1))
+        by_word = plan_library.MotionLibrary(tuple(words), swimmer).estimates(wanted[None])[0].min(axis=(0, 1))
         costs.append(by_word / own.joint_travel_rad)
     table, best, out = np.array(costs), np.full(len(costs), np.inf), []
     for _ in range(min(keep, len(words))):

@@ -10,6 +10,7 @@ import numpy as np
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler, as_vector
 from purcell_cli.mechanics.moves import ControlSequence
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.limb_circles import LimbCircles, bends
 from purcell_cli.motion.plan import Structure
@@ -138,7 +139,7 @@ def largest_bend(sequence: ControlSequence, start: Array) -> float:
         sequence: The primitives or moves.
         start: Shape before them. Shape (2, 3, 3).
     """
-    circles = LimbCircles.of(sequence.shapes(start)[:-1], sequence.rates(), sequence.duration)
+    circles = LimbCircles.of(Pieces.of(sequence, start))
     return float(np.max(circles.largest_bends()[0], initial=np.max(bends(start[..., 0]))))
 
 

@@ -24,7 +24,7 @@ from purcell_cli.motion.limits import Limits, LimitsReport, check
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, sample, schedule, spacing
 from purcell_cli.motion.workspace import Workspace
-from purcell_cli.planner.incumbent import Progress
+from purcell_cli.planner.progress import Progress
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.simultaneous import quickened
 from purcell_cli.verification.certificate import Certificate, certify

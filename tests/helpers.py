@@ -20,6 +20,7 @@ from purcell_cli.cli.app import _run
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis, from_quaternion, hat
 from purcell_cli.mechanics.connection import COLLINEAR, connection
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements
@@ -132,7 +133,7 @@ def flown(swimmer: Swimmer, blocks: Sequence[Block]) -> Array:
 
 def largest_bends(sequence: PrimitiveSequence, start: Array = COLLINEAR) -> Array:
     """Return the largest bend of each limb on a way [rad]. Shape (2,)."""
-    sweeps = LimbCircles.of(sequence.shapes(start)[:-1], sequence.rates(), sequence.duration)
+    sweeps = LimbCircles.of(Pieces.of(sequence, start))
     return np.asarray(sweeps.largest_bends()[0].max(axis=0))
 
 

@@ -25,6 +25,7 @@ from purcell_cli.lie_brackets.leading_order import predicted
 from purcell_cli.mechanics.connection import COLLINEAR, connection, power
 from purcell_cli.mechanics.lift import flow, piece_effort
 from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 
@@ -96,7 +97,7 @@ def test_efficiency_is_one_of_the_path_not_of_its_pace() -> None:
 def test_effort_is_the_integral_of_the_root_of_power_and_drag_that_of_the_straight_swimmer() -> None:
     shape, rate = bent(0.4, -0.7), np.array([0.3, -0.2, 1.0, 0.1, 0.5, -0.4])
     short = 1e-4
-    found = piece_effort(UNIT, shape[None], rate[None], np.array([short]))[0]
+    found = piece_effort(UNIT, Pieces(shape[None], rate[None], np.array([short])))[0]
     assert abs(found / (short * np.sqrt(power(UNIT, shape, rate))) - 1.0) < 1e-3
     pulled: Array = np.zeros((1, 6))
     pulled[0, 0] = 1.0

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import (
     apart_bend_rad,
@@ -169,14 +170,14 @@ def test_the_least_clearance_is_that_of_every_instant(seed: int) -> None:
     swimmer = random_swimmer(rng)
     shapes, rates, durations = random_pieces(rng, 27)
     wanted, size = finely(swimmer, shapes, rates, durations), swimmer.length_m
-    found = least_clearance(swimmer, shapes, rates, durations)
+    found = least_clearance(swimmer, Pieces(shapes, rates, durations))
     assert_close(found.distance_m, np.min(wanted), 2e-9, size)
     assert found.error_m <= 1e-9 * size
     k, time = found.piece, np.array([found.time_s])
     there = turned(shapes[k : k + 1], rates[k : k + 1], time)
     assert_close(limb_distance(swimmer, there[..., 0]), [found.distance_m], 1e-13, size)
-    assert_close(clearances(swimmer, shapes, rates, durations)[0], wanted, 2e-9, size)
-    near = clearances(swimmer, shapes, rates, durations, 0.0)[0]
+    assert_close(clearances(swimmer, Pieces(shapes, rates, durations))[0], wanted, 2e-9, size)
+    near = clearances(swimmer, Pieces(shapes, rates, durations), 0.0)[0]
     assert np.array_equal(near < 0.0, wanted < 0.0)
     ends = [limb_distance(swimmer, turned(shapes, rates, t)[..., 0]).min() for t in (0.0 * durations, durations)]
     assert found.distance_m < min(ends)
@@ -185,20 +186,20 @@ def test_the_least_clearance_is_that_of_every_instant(seed: int) -> None:
 def test_a_limb_that_passes_the_other_between_its_ends_is_seen() -> None:
     """Limb 1 yaws from 120 to 240 degrees through limb 2's joint; the ends of the move are far away."""
     shapes, rates = np.stack([about_axis(2, math.radians(120)), np.eye(3)])[None], np.eye(6)[[YAW_1]]
-    found = least_clearance(UNIT, shapes, rates, np.array([math.radians(120)]))
+    found = least_clearance(UNIT, Pieces(shapes, rates, np.array([math.radians(120)])))
     assert_close(found.distance_m, -TOUCHING, 1e-8)
     assert_close(found.time_s, math.radians(60), 1e-8)
 
 
 def test_a_turn_of_a_whole_circle_is_seen_though_it_ends_where_it_began() -> None:
-    found = least_clearance(UNIT, COLLINEAR[None], np.eye(6)[[YAW_1]], np.array([2.0 * math.pi]))
+    found = least_clearance(UNIT, Pieces(COLLINEAR[None], np.eye(6)[[YAW_1]], np.array([2.0 * math.pi])))
     assert_close(found.distance_m, -TOUCHING, 1e-8)
 
 
 @given(roll=st.floats(-7.0, 7.0), bend=st.floats(-3.1, 3.1))
 def test_a_roll_leaves_the_clearance(roll: float, bend: float) -> None:
     shapes = np.stack([about_axis(2, bend), np.eye(3)])[None]
-    found = least_clearance(UNIT, shapes, np.eye(6)[[0]], np.array([abs(roll)]))
+    found = least_clearance(UNIT, Pieces(shapes, np.eye(6)[[0]], np.array([abs(roll)])))
     assert_close(found.distance_m, limb_distance(UNIT, shapes[0, ..., 0]), 1e-13)
 
 
@@ -210,7 +211,7 @@ def test_a_roll_leaves_the_clearance(roll: float, bend: float) -> None:
 def test_the_largest_bend_is_that_of_every_instant(seed: int) -> None:
     rng = np.random.default_rng(seed)
     shapes, rates, durations = random_pieces(rng, 9)
-    found, when = LimbCircles.of(shapes, rates, durations).largest_bends()
+    found, when = LimbCircles.of(Pieces(shapes, rates, durations)).largest_bends()
     times = np.linspace(0.0, durations, 301, axis=1)
     many = [np.repeat(x, 301, axis=0) for x in (shapes, rates)]
     sampled = bends(turned(*many, times.ravel())[..., 0]).reshape(9, 301, 2).max(axis=1)
@@ -237,14 +238,14 @@ def test_the_largest_bend_of_a_yaw_is_where_it_passes_furthest(bend: float, angl
     """A whole turn ends where it began; looking at the ends alone is the foil."""
     shapes = np.stack([about_axis(2, bend), np.eye(3)])[None]
     rates = math.copysign(1.0, angle) * np.eye(6)[[YAW_1]]
-    found, _ = LimbCircles.of(shapes, rates, np.array([abs(angle)])).largest_bends()
+    found, _ = LimbCircles.of(Pieces(shapes, rates, np.array([abs(angle)]))).largest_bends()
     assert_close(found[0], [largest, 0.0], 1e-12)
 
 
 def test_axes_sweep_on_circles() -> None:
     rng = np.random.default_rng(0)
     shapes, rates, durations = random_rotations(rng, 9, 2), rng.normal(size=(9, 6)), rng.uniform(0, 4, 9)
-    sweeps = LimbCircles.of(shapes, rates, durations)
+    sweeps = LimbCircles.of(Pieces(shapes, rates, durations))
     assert_close(sweeps.at(np.arange(9), durations), turned(shapes, rates, durations)[..., 0], 1e-14)
     later = sweeps.at(np.arange(9), durations + 1e-6) - sweeps.at(np.arange(9), durations - 1e-6)
     assert_close(np.linalg.norm(later, axis=-1) / 2e-6, sweeps.speed, 1e-8)

@@ -22,6 +22,7 @@ from purcell_cli.geometry.rotations import as_euler, as_vector
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import EXACT
 from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import LimbCircles
 
@@ -191,6 +192,6 @@ def test_the_stored_strokes_do_what_docs_say_of_them(
     else:
         assert abs(end[along, 3] / cost - ratio) < 1e-6
         assert np.max(np.abs([*np.delete(end[:3, 3], along), *rotation])) < 1e-9
-    sweeps = LimbCircles.of(played.shapes(COLLINEAR)[:-1], played.rates(), played.duration)
+    sweeps = LimbCircles.of(Pieces.of(played))
     assert np.max(sweeps.largest_bends()[0]) < limit_rad + 2e-6
     assert stroke.closure_rad() < 1e-10

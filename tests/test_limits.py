@@ -13,6 +13,7 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.clearance import apart_bend_rad, least_clearance
@@ -20,7 +21,7 @@ from purcell_cli.motion.limb_circles import bends
 from purcell_cli.motion.limits import Limits, check
 from purcell_cli.motion.workspace import Workspace
 from purcell_cli.planner.limbs.interleaving import interleaved
-from purcell_cli.planner.limbs.shape_loops import detours
+from purcell_cli.planner.limbs.shape_loops import shape_loops
 from purcell_cli.planner.limbs.straightening import straightenings
 
 ROUND = PrimitiveSequence.of([("limb1 yaw", 2.0 * math.pi)])
@@ -62,7 +63,7 @@ def test_a_motion_of_nothing_has_a_clearance_and_no_bends() -> None:
     assert found.kept
     assert found.largest_bend_rad == (None, None, None)
     still = np.zeros((1, 6)), np.zeros(1)
-    assert found.clearance.distance_m == least_clearance(Swimmer(), BENT.shape[None], *still).distance_m
+    assert found.clearance.distance_m == least_clearance(Swimmer(), Pieces(BENT.shape[None], *still)).distance_m
 
 
 @pytest.mark.parametrize("clearance", [-1e-9, math.nan, math.inf])
@@ -129,13 +130,13 @@ def test_limbs_are_straightened_without_touching_and_without_bending_further(see
 
 
 @pytest.mark.parametrize("seed", mostly_slow(range(6), 0))
-def test_detours_lead_back_move_the_base_as_they_say_and_keep_the_limits(seed: int) -> None:
+def test_shape_loops_lead_back_move_the_base_as_they_say_and_keep_the_limits(seed: int) -> None:
     swimmer = Swimmer(slenderness=0.03).scaled()
     shape = random_shapes(np.random.default_rng([7, seed]))
     here = Configuration(np.eye(4), shape)
     if not check(swimmer, here, []).kept:
         pytest.skip("the limbs touch to begin with")
-    (round_,) = detours(swimmer, [shape])
+    (round_,) = shape_loops(swimmer, [shape])
     ways = straightenings(swimmer, [shape])[0][np.arange(5)]
     every = round_.before(round_.before(ways))
     assert len(every) == 5 * (1 + len(round_.sequence)) ** 2
@@ -149,9 +150,9 @@ def test_detours_lead_back_move_the_base_as_they_say_and_keep_the_limits(seed: i
         assert found.kept, found.violations
 
 
-def test_limbs_that_are_little_bent_make_no_detours() -> None:
+def test_limbs_that_are_little_bent_make_no_shape_loops() -> None:
     shape = Configuration.from_angles(limb1_euler_deg=(60.0, 0.0, 0.0), limb2_euler_deg=(0.0, 70.0, 0.0)).shape
-    assert [len(some.sequence) for some in detours(Swimmer().scaled(), [shape, COLLINEAR])] == [0, 0]
+    assert [len(some.sequence) for some in shape_loops(Swimmer().scaled(), [shape, COLLINEAR])] == [0, 0]
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -13,6 +13,7 @@ from purcell_cli import Configuration, Swimmer, load_scenario, plan, stored_scen
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.mechanics.connection import connection
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.clearance import radius_m
@@ -99,7 +100,7 @@ def test_no_end_of_a_link_moves_faster_than_dissipation_allows(seed: int) -> Non
     speed = xi[:, None, :3] + cross(xi[:, None, 3:], ends)
     swept = cross(np.einsum("nlij,nlj->nli", shapes, rates.reshape(n, 2, 3)), axes)
     speed[:, 2:] += 2.0 * swimmer.limb_half_length_m * np.array([1.0, -1.0])[:, None] * swept
-    bound = np.repeat(end_speeds(swimmer, LimbCircles.of(shapes, rates, np.ones(n))), 2, axis=1)
+    bound = np.repeat(end_speeds(swimmer, LimbCircles.of(Pieces(shapes, rates, np.ones(n)))), 2, axis=1)
     share = np.linalg.norm(speed, axis=-1) / bound
     assert np.max(share) <= 1.0
     assert np.max(share) > 0.2

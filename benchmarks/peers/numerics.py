@@ -18,6 +18,7 @@ from purcell_cli import Configuration, Swimmer
 from purcell_cli.geometry.rotations import about_axis
 from purcell_cli.mechanics.connection import COLLINEAR, base_twist_rows
 from purcell_cli.mechanics.lift import EXACT, SEARCHING, piece_displacements
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.verification.certificate import replay
 
@@ -90,7 +91,7 @@ def rows() -> list[list[str]]:
         peers = [(rtol, *timed(dop853, swimmer, *pieces, rtol)) for rtol in TOLERANCES]
         errors = [float(np.max(np.abs(found - exact))) for _, found, _ in peers]
         for label, accuracy in (("searching", SEARCHING), ("exact", EXACT)):
-            found, took = timed(piece_displacements, swimmer, *pieces, accuracy)
+            found, took = timed(piece_displacements, swimmer, Pieces(*pieces), accuracy)
             error = float(np.max(np.abs(found - exact)))
             enough = [k for k, e in enumerate(errors) if e <= max(error, REFERENCE_ERROR)]
             k = min(enough, key=lambda k: peers[k][2]) if enough else int(np.argmin(errors))

@@ -22,6 +22,7 @@ from purcell_cli.geometry.rotations import Array, as_euler
 from purcell_cli.lie_brackets.leading_order import predicted
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import piece_effort, work
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 
 MOST_AMPLITUDES = 10_000
@@ -39,8 +40,8 @@ def straight_drag(swimmer: Swimmer) -> float:
 
 def efficiency(swimmer: Swimmer, stroke: Stroke, distance_m: float) -> float:
     """Return the efficiency of one cycle that goes a distance [m]: drag times distance^2 / effort^2."""
-    shapes = stroke.cycle.shapes(stroke.approach.shapes(COLLINEAR)[-1])[:-1]
-    effort = float(np.sum(piece_effort(swimmer, shapes, stroke.cycle.rates(), stroke.cycle.duration)))
+    cycle = Pieces.of(stroke.cycle, stroke.approach.shapes(COLLINEAR)[-1])
+    effort = float(np.sum(piece_effort(swimmer, cycle)))
     return straight_drag(swimmer) * (distance_m / effort) ** 2
 
 

@@ -24,6 +24,7 @@ from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import EXACT, SEARCHING
 from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import LimbCircles
 
@@ -162,7 +163,7 @@ def _made_exact(problem: Problem, unknown: Array) -> Array | None:
 
 def _largest_bend(problem: Problem, unknown: Array) -> float:
     moves = problem.sequence(problem.turns(unknown))
-    circles = LimbCircles.of(moves.shapes(COLLINEAR)[:-1], moves.rate, moves.duration)
+    circles = LimbCircles.of(Pieces.of(moves))
     return float(np.max(circles.largest_bends()[0]))
 
 

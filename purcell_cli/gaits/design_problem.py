@@ -21,6 +21,7 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING, piece_effort
 from purcell_cli.mechanics.lift_derivatives import flow_and_jacobian_of_moves
 from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 
 CONTROLS = ("simultaneous", "primitive")
@@ -235,7 +236,7 @@ class Problem:
         cycles = [self.turns(u) for u in tried]
         shapes = [MoveSequence.of_turns(t).shapes(COLLINEAR)[self.lead : -1] for t in cycles]
         moves = MoveSequence.of_turns(np.concatenate([t[self.lead :] for t in cycles]))
-        each = piece_effort(self.swimmer, np.concatenate(shapes), moves.rate, moves.duration)
+        each = piece_effort(self.swimmer, Pieces(np.concatenate(shapes), moves.rate, moves.duration))
         effort = each.reshape(len(tried), -1).sum(axis=1)
         n = len(unknown)
         return float(effort[0]), (effort[1 : n + 1] - effort[n + 1 :]) / (2.0 * _DIFFERENCE_RAD)

@@ -16,6 +16,7 @@ from purcell_cli.geometry.rotations import Array, as_euler
 from purcell_cli.lie_brackets.control_fields import Word
 from purcell_cli.lie_brackets.controllability import Bracket
 from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 
@@ -84,11 +85,8 @@ def gait_twist(swimmer: Swimmer, word: Word, amplitudes_rad: Array, shape: Array
         Logarithms (v/L, omega) of the displacements. Shape (n, 6).
     """
     gaits = [bracket_gait(word, float(a), shape) for a in amplitudes_rad]
-    shapes = np.concatenate([g.shapes(shape)[:-1] for g in gaits])
-    whole = joined(gaits)
-    unit = swimmer.scaled()
-    pieces = piece_displacements(unit, shapes, whole.rates(), whole.duration)
-    return se3.log(se3.products(pieces, [len(g) for g in gaits]))
+    pieces = Pieces.together(Pieces.of(g, shape) for g in gaits)
+    return se3.log(se3.products(piece_displacements(swimmer.scaled(), pieces), [len(g) for g in gaits]))
 
 
 def prediction(swimmer: Swimmer, shape: Array, bracket: Bracket, direction: int) -> Prediction:

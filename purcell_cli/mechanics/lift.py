@@ -31,6 +31,7 @@ from purcell_cli.mechanics.collocation import (
 )
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.moves import ControlSequence
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 
 _BATCH = 4096
@@ -62,29 +63,26 @@ def _displacements(model: TwistModel, shapes: Array, rate: Array, duration: Arra
     return out
 
 
-def piece_displacements(
-    swimmer: Swimmer, shapes: Array, rate: Array, duration: Array, accuracy: Accuracy = EXACT
-) -> Array:
+def piece_displacements(swimmer: Swimmer, pieces: Pieces, accuracy: Accuracy = EXACT) -> Array:
     """Return the base's body displacement on pieces of constant limb rates, each from a shape of its own.
 
     Args:
         swimmer: The swimmer.
-        shapes: Shapes at the beginning of the pieces. Shape (n, 2, 3, 3).
-        rate: Limb rates (omega_1, omega_2) [rad/s]. Shape (n, 6).
-        duration: Durations [s], not negative. Shape (n,).
+        pieces: The pieces.
         accuracy: Order and step of the method.
 
     Returns:
         Poses relative to each piece's beginning [m]. Shape (n, 4, 4).
     """
-    out = _displacements(twist_model(swimmer), shapes, rate, duration, accuracy).astype(np.float64)
+    model = twist_model(swimmer)
+    out = _displacements(model, pieces.shapes, pieces.rates, pieces.durations, accuracy).astype(np.float64)
     out[:, :3, 3] *= swimmer.length_m
     return out
 
 
 def run_displacements(
     swimmer: Swimmer,
-    pieces: tuple[Array, Array, Array],
+    pieces: Pieces,
     counts: ArrayLike,
     cycles: ArrayLike,
     accuracy: Accuracy = EXACT,
@@ -96,7 +94,7 @@ def run_displacements(
 
     Args:
         swimmer: The swimmer.
-        pieces: Shapes, limb rates and durations, as for `piece_displacements`, of one cycle each.
+        pieces: The pieces of one cycle of each run.
         counts: How many pieces each run has, in order. Shape (k,).
         cycles: How often each run is played. Shape (k,).
         accuracy: Order and step of the method.
@@ -104,7 +102,8 @@ def run_displacements(
     Returns:
         Poses relative to each run's beginning [m]. Shape (k, 4, 4).
     """
-    once = se3.normalised(se3.products(_displacements(twist_model(swimmer), *pieces, accuracy), counts))
+    moves = _displacements(twist_model(swimmer), pieces.shapes, pieces.rates, pieces.durations, accuracy)
+    once = se3.normalised(se3.products(moves, counts))
     out = se3.repeated(once, cycles).astype(np.float64)
     out[:, :3, 3] *= swimmer.length_m
     return out
@@ -126,7 +125,7 @@ def displacements(
     Returns:
         Poses relative to each piece's beginning [m]. Shape (n, 4, 4).
     """
-    return piece_displacements(swimmer, sequence.shapes(start)[:-1], sequence.rates(), sequence.duration, accuracy)
+    return piece_displacements(swimmer, Pieces.of(sequence, start), accuracy)
 
 
 def flow(
@@ -141,26 +140,24 @@ def work(swimmer: Swimmer, sequence: ControlSequence, start: ArrayLike = COLLINE
 
     The joints' torques do the work, since no net force or torque acts on the whole.
     """
-    return piece_work(swimmer, sequence.shapes(start)[:-1], sequence.rates(), sequence.duration)
+    return piece_work(swimmer, Pieces.of(sequence, start))
 
 
-def piece_work(swimmer: Swimmer, shapes: Array, rate: Array, duration: Array) -> Array:
+def piece_work(swimmer: Swimmer, pieces: Pieces) -> Array:
     """Return the energy dissipated on pieces of constant limb rates, each from a shape of its own [J].
 
     Args:
         swimmer: The swimmer.
-        shapes: Shapes at the beginning of the pieces. Shape (n, 2, 3, 3).
-        rate: Limb rates at a joint rate of 1 rad/s [rad/s]. Shape (n, 6).
-        duration: Durations at that joint rate [s]. Shape (n,).
+        pieces: The pieces, at a joint rate of 1 rad/s.
 
     Returns:
         Energies at the swimmer's joint rate. Shape (n,).
     """
     scale = swimmer.lateral_drag() * _cubed(swimmer.length_m) * swimmer.joint_rate_rad_s
-    return scale * _summed_power(swimmer, shapes, rate, duration)
+    return scale * _summed_power(swimmer, pieces.shapes, pieces.rates, pieces.durations)
 
 
-def piece_effort(swimmer: Swimmer, shapes: Array, rate: Array, duration: Array) -> Array:
+def piece_effort(swimmer: Swimmer, pieces: Pieces) -> Array:
     """Return the integral of the root of the dissipated power, which no change of pace changes [sqrt(J s)].
 
     It is the length of the path in the metric of dissipation. Played in a time T at the pace of even
@@ -168,15 +165,13 @@ def piece_effort(swimmer: Swimmer, shapes: Array, rate: Array, duration: Array) 
 
     Args:
         swimmer: The swimmer.
-        shapes: Shapes at the beginning of the pieces. Shape (n, 2, 3, 3).
-        rate: Limb rates [rad/s]. Shape (n, 6).
-        duration: Durations [s]. Shape (n,).
+        pieces: The pieces.
 
     Returns:
         Lengths. Shape (n,).
     """
     scale = math.sqrt(swimmer.lateral_drag() * _cubed(swimmer.length_m))
-    return np.asarray(scale * _summed_power(swimmer, shapes, rate, duration, root=True))
+    return np.asarray(scale * _summed_power(swimmer, pieces.shapes, pieces.rates, pieces.durations, root=True))
 
 
 def _cubed(length: float) -> float:
@@ -215,4 +210,4 @@ def flow_of_rates(
     turns = se3.rotation(rates.reshape(-1, 2, 3) * times[:, None, None])
     for k, turn in enumerate(turns):
         shapes[k + 1] = orthonormalised(matmul(shapes[k], turn))
-    return shapes, se3.prefix_products(piece_displacements(swimmer, shapes[:-1], rates, times, accuracy))
+    return shapes, se3.prefix_products(piece_displacements(swimmer, Pieces(shapes[:-1], rates, times), accuracy))

@@ -13,6 +13,7 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift import EXACT, piece_work, run_displacements
 from purcell_cli.mechanics.moves import ControlSequence, chained
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 
 
@@ -46,7 +47,7 @@ class Block:
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Pieces:
+class BlockPieces:
     """The pieces of all blocks, one cycle each, to be computed in one batch.
 
     A block that repeats brings the limbs back, so the shapes of one cycle of each are a chain.
@@ -64,12 +65,17 @@ class Pieces:
     cycles: NDArray[np.int64]
 
     @classmethod
-    def of(cls, blocks: Sequence[Block], start: ArrayLike) -> Pieces:
+    def of(cls, blocks: Sequence[Block], start: ArrayLike) -> BlockPieces:
         """Return the pieces of blocks from a shape. Shape (2, 3, 3)."""
         sequence = chained([b.sequence for b in blocks])
         counts, cycles = ([len(b.sequence) for b in blocks], [b.cycles for b in blocks])
         shapes = sequence.shapes(np.asarray(start, dtype=np.float64))
         return cls(sequence, shapes, np.array(counts, dtype=np.int64), np.array(cycles, dtype=np.int64))
+
+    @property
+    def once(self) -> Pieces:
+        """The pieces, at a joint rate of 1 rad/s."""
+        return Pieces.between(self.sequence, self.shapes)
 
     @property
     def block(self) -> NDArray[np.int64]:
@@ -79,7 +85,7 @@ class Pieces:
 
 def starting_shapes(blocks: Sequence[Block], start: ArrayLike) -> Array:
     """Return the shape before each block, and after the last. Shape (k + 1, 2, 3, 3)."""
-    pieces = Pieces.of(blocks, start)
+    pieces = BlockPieces.of(blocks, start)
     return np.asarray(pieces.shapes[np.cumsum([0, *pieces.counts])])
 
 
@@ -94,17 +100,14 @@ def block_displacements(
         start: Shape before it. Shape (2, 3, 3).
         accuracy: Of the flow.
     """
-    pieces = Pieces.of(blocks, start)
-    q = pieces.sequence
-    once = (pieces.shapes[:-1], q.rates(), q.duration)
-    return run_displacements(swimmer, once, pieces.counts, pieces.cycles, accuracy)
+    pieces = BlockPieces.of(blocks, start)
+    return run_displacements(swimmer, pieces.once, pieces.counts, pieces.cycles, accuracy)
 
 
 def energies(swimmer: Swimmer, blocks: Sequence[Block], start: ArrayLike) -> Array:
     """Return the energy dissipated in each block at the swimmer's joint rate [J]. Shape (n,)."""
-    pieces = Pieces.of(blocks, start)
-    q = pieces.sequence
-    once = piece_work(swimmer, pieces.shapes[:-1], q.rates(), q.duration)
+    pieces = BlockPieces.of(blocks, start)
+    once = piece_work(swimmer, pieces.once)
     return np.asarray(pieces.cycles * np.bincount(pieces.block, weights=once, minlength=len(blocks)))
 
 

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from purcell_cli.geometry.reproducible import arccos, inner
 from purcell_cli.geometry.rotations import Array, cross
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import LimbCircles
 
@@ -159,19 +160,16 @@ def _segments(swimmer: Swimmer, axes: Array) -> tuple[Array, Array, Array]:
     return gap, full * axes[..., 0, :], -full * axes[..., 1, :]
 
 
-def least_clearance(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) -> Clearance:
+def least_clearance(swimmer: Swimmer, pieces: Pieces) -> Clearance:
     """Return the least distance between the limbs over pieces of constant limb rates.
 
     Args:
         swimmer: The swimmer.
-        shapes: Shapes at the pieces' beginnings, one or more. Shape (n, 2, 3, 3).
-        rates: Limb rates (omega_1, omega_2), constant on each piece [rad/s]. Shape (n, 6).
-        durations: How long they last, not negative [s]. Shape (n,).
+        pieces: The pieces, one or more.
     """
     best = Clearance(np.inf, 0, 0.0, 0.0)
-    for low in range(0, len(durations), _BATCH):
-        part = slice(low, low + _BATCH)
-        circles = LimbCircles.of(shapes[part], rates[part], durations[part])
+    for low in range(0, len(pieces), _BATCH):
+        circles = LimbCircles.of(pieces[low : low + _BATCH])
         found = _Search(swimmer, circles, np.zeros(len(circles), dtype=np.int64), best.distance_m)
         error = max(best.error_m, found.error_m)
         if found.best[0] < best.distance_m:
@@ -179,19 +177,15 @@ def least_clearance(swimmer: Swimmer, shapes: Array, rates: Array, durations: Ar
     return best
 
 
-def clearances(
-    swimmer: Swimmer, shapes: Array, rates: Array, durations: Array, enough_m: float = np.inf
-) -> tuple[Array, Array]:
+def clearances(swimmer: Swimmer, pieces: Pieces, enough_m: float = np.inf) -> tuple[Array, Array]:
     """Return the least distance between the limbs on each of many pieces [m], and when [s]. Shapes (n,).
 
     Args:
         swimmer: The swimmer.
-        shapes: Shapes at the pieces' beginnings. Shape (n, 2, 3, 3).
-        rates: Limb rates, constant on each piece [rad/s]. Shape (n, 6).
-        durations: How long they last [s]. Shape (n,).
+        pieces: The pieces.
         enough_m: Where the distance is more than this, it is not looked for closely [m].
     """
-    circles = LimbCircles.of(shapes, rates, durations)
+    circles = LimbCircles.of(pieces)
     found = _Search(swimmer, circles, np.arange(len(circles)), enough_m)
     return found.best, found.time
 

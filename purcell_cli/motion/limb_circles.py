@@ -14,11 +14,17 @@ from numpy.typing import NDArray
 
 from purcell_cli.geometry.reproducible import apply, arctan2, cos, hypot, inner, sin
 from purcell_cli.geometry.rotations import Array, cross
+from purcell_cli.mechanics.pieces import Pieces
 
 
 def bends(axes: Array) -> Array:
     """Return the angles of limb axes with the base's axis [rad]. Shape (..., 3) to (...)."""
     return arctan2(hypot(axes[..., 1], axes[..., 2]), axes[..., 0])
+
+
+def lowest(cosine: Array, sine: Array) -> Array:
+    """Return the angle, from 0 to 2 pi, at which cos(angle) cosine + sin(angle) sine is least [rad]. Shape (...)."""
+    return np.asarray(np.remainder(arctan2(-sine, -cosine), 2.0 * np.pi))
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -42,20 +48,14 @@ class LimbCircles:
     duration: Array
 
     @classmethod
-    def of(cls, shapes: Array, rates: Array, durations: Array) -> LimbCircles:
-        """Return the circles of pieces.
-
-        Args:
-            shapes: Shapes at the pieces' beginnings. Shape (n, 2, 3, 3).
-            rates: Limb rates (omega_1, omega_2), constant on each piece [rad/s]. Shape (n, 6).
-            durations: How long they last [s]. Shape (n,).
-        """
-        axes = shapes[..., 0]
-        about = apply(shapes, np.reshape(rates, (-1, 2, 3)))
+    def of(cls, pieces: Pieces) -> LimbCircles:
+        """Return the sweeps of pieces."""
+        axes = pieces.shapes[..., 0]
+        about = apply(pieces.shapes, np.reshape(pieces.rates, (-1, 2, 3)))
         turn = np.sqrt(inner(about, about))
         unit = about / np.where(turn > 0.0, turn, 1.0)[..., None]
         centre = inner(unit, axes)[..., None] * unit
-        return cls(centre, axes - centre, cross(unit, axes), turn, np.asarray(durations, dtype=np.float64))
+        return cls(centre, axes - centre, cross(unit, axes), turn, np.asarray(pieces.durations, dtype=np.float64))
 
     def __len__(self) -> int:
         return len(self.duration)
@@ -81,9 +81,8 @@ class LimbCircles:
         """
         c, a, b = (inner(x, direction) for x in (self.centre, self.cosine, self.sine))
         end = self.turn * self.duration[:, None]
-        lowest = np.remainder(arctan2(-b, -a), 2.0 * np.pi)
         at_ends = np.minimum(a, a * cos(end) + b * sin(end))
-        return np.asarray(c + np.where(lowest < end, -hypot(a, b), at_ends))
+        return np.asarray(c + np.where(lowest(a, b) < end, -hypot(a, b), at_ends))
 
     def largest_bends(self) -> tuple[Array, Array]:
         """Return each limb's largest bend on each piece, at any instant of it, and when.
@@ -95,7 +94,7 @@ class LimbCircles:
             Bends [rad] and times within the pieces [s]. Shapes (n, 2).
         """
         end = self.turn * self.duration[:, None]
-        least = np.remainder(arctan2(-self.sine[..., 0], -self.cosine[..., 0]), 2.0 * np.pi)
+        least = lowest(self.cosine[..., 0], self.sine[..., 0])
         angle = np.stack([np.zeros_like(end), end, np.where(least < end, least, end)])
         axes = self.centre + cos(angle)[..., None] * self.cosine + sin(angle)[..., None] * self.sine
         bend = bends(axes)

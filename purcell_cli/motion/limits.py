@@ -19,8 +19,9 @@ from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.blocks import Block, Pieces
+from purcell_cli.motion.blocks import Block, BlockPieces
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
 from purcell_cli.motion.clearance import Clearance, least_clearance, limb_distance
 from purcell_cli.motion.limb_circles import LimbCircles, bends
@@ -115,19 +116,23 @@ class LimitsReport:
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class _Pieces:
-    """The pieces of a motion, each cycle of a repeated block once, and last a piece of no duration at its end."""
+class _Path:
+    """The pieces of a motion, each cycle of a repeated block once, and last a piece of no duration at its end.
 
-    shapes: Array
-    rates: Array
-    durations: Array
+    Attributes:
+        pieces: The pieces. There are n of them.
+        begun: When each begins for the last time [s]. Shape (n,).
+        phase: In which phase each is. Shape (n,).
+    """
+
+    pieces: Pieces
     begun: Array
     phase: Array
 
     @classmethod
-    def of(cls, swimmer: Swimmer, start: Array, blocks: Sequence[Block]) -> _Pieces:
+    def of(cls, swimmer: Swimmer, start: Array, blocks: Sequence[Block]) -> _Path:
         rate = swimmer.joint_rate_rad_s
-        once = Pieces.of(blocks, start)
+        once = BlockPieces.of(blocks, start)
         duration = once.sequence.duration / rate
         ends = np.concatenate([[0.0], np.cumsum(duration)])
         edges = ends[np.cumsum([0, *once.counts])]
@@ -135,9 +140,11 @@ class _Pieces:
         block = once.block
         phase = np.array([b.phase for b in blocks], dtype=np.int64)
         return cls(
-            once.shapes,
-            np.concatenate([once.sequence.rates() * rate, np.zeros((1, 6))]),
-            np.concatenate([duration, [0.0]]),
+            Pieces(
+                once.shapes,
+                np.concatenate([once.sequence.rates() * rate, np.zeros((1, 6))]),
+                np.concatenate([duration, [0.0]]),
+            ),
             np.concatenate([ends[:-1] + again[block], [ends[-1] + again[-1]]]),
             np.concatenate([phase[block], [blocks[-1].phase if blocks else 3]]),
         )
@@ -155,31 +162,30 @@ def check(
         limits: The limits; where none are given, the limbs may come as near as to touch.
     """
     wanted = limits or Limits()
-    pieces = _Pieces.of(swimmer, start.shape, blocks)
-    clearance = least_clearance(swimmer, pieces.shapes, pieces.rates, pieces.durations)
+    path = _Path.of(swimmer, start.shape, blocks)
+    clearance = least_clearance(swimmer, path.pieces)
     violations: list[Violation] = []
     if clearance.distance_m < wanted.clearance_m - CLEARANCE_SLACK_L * swimmer.length_m:
         k, short = clearance.piece, wanted.clearance_m - clearance.distance_m
-        time = float(pieces.begun[k]) + clearance.time_s
-        violations.append(Violation("clearance", short, "m", time, int(pieces.phase[k]), "limb 1 and limb 2"))
-    largest, broken = _bends(swimmer, pieces)
+        time = float(path.begun[k]) + clearance.time_s
+        violations.append(Violation("clearance", short, "m", time, int(path.phase[k]), "limb 1 and limb 2"))
+    largest, broken = _bends(swimmer, path)
     violations += broken
     excess = None
     if wanted.workspace is not None:
-        excess, broken = _workspace(swimmer, wanted.workspace, start, blocks, pieces)
+        excess, broken = _workspace(swimmer, wanted.workspace, start, blocks, path)
         violations += broken
     return LimitsReport(wanted, clearance, largest, excess, tuple(violations))
 
 
-def _bends(
-    swimmer: Swimmer, pieces: _Pieces
-) -> tuple[tuple[float | None, float | None, float | None], list[Violation]]:
+def _bends(swimmer: Swimmer, path: _Path) -> tuple[tuple[float | None, float | None, float | None], list[Violation]]:
     """Return the largest bend in each phase, and the greatest excess in each."""
-    bend, time = LimbCircles.of(pieces.shapes, pieces.rates, pieces.durations).largest_bends()
+    pieces = path.pieces
+    bend, time = LimbCircles.of(pieces).largest_bends()
     largest: list[float | None] = [None, None, None]
     broken: list[Violation] = []
     for phase, own in ((1, pieces.shapes[0]), (2, None), (3, pieces.shapes[-1])):
-        mine = np.flatnonzero((pieces.phase == phase) & (pieces.durations > 0.0))
+        mine = np.flatnonzero((path.phase == phase) & (pieces.durations > 0.0))
         if not len(mine):
             continue
         largest[phase - 1] = float(np.max(bend[mine]))
@@ -189,16 +195,17 @@ def _bends(
         over = bend[mine] - limit
         k, limb = np.unravel_index(int(np.argmax(over)), over.shape)
         if over[k, limb] > BEND_SLACK_RAD:
-            when = float(pieces.begun[mine[k]] + time[mine[k], limb])
+            when = float(path.begun[mine[k]] + time[mine[k], limb])
             broken.append(Violation("bend", float(over[k, limb]), "rad", when, phase, f"limb {limb + 1}"))
     return (largest[0], largest[1], largest[2]), broken
 
 
 def _workspace(
-    swimmer: Swimmer, workspace: Workspace, start: Configuration, blocks: Sequence[Block], pieces: _Pieces
+    swimmer: Swimmer, workspace: Workspace, start: Configuration, blocks: Sequence[Block], path: _Path
 ) -> tuple[Excess, list[Violation]]:
     """Return how far links leave the workspace; every cycle of a repeated block is at a place of its own."""
-    moves = piece_displacements(swimmer, pieces.shapes, pieces.rates, pieces.durations)
+    pieces = path.pieces
+    moves = piece_displacements(swimmer, pieces)
     index, poses, begun = [], [], []
     here, first, total = start.pose, 0, 0.0
     for block in blocks:
@@ -210,15 +217,15 @@ def _workspace(
         poses.append((matmul(origins[:, None], along[:-1])).reshape(-1, 4, 4))
         index.append(np.tile(mine, block.cycles))
         once = float(np.sum(pieces.durations[mine]))
-        begun.append((counts[:, None] * once + pieces.begun[mine]).ravel())
+        begun.append((counts[:, None] * once + path.begun[mine]).ravel())
         here = se3.normalised(matmul(here, se3.power(along[-1], block.cycles)))
         first, total = first + n, total + block.cycles * once
     which = np.concatenate([*index, [first]]).astype(np.int64)
     every = np.concatenate([*poses, here[None]])
-    found = largest_excess(swimmer, workspace, every, which, pieces.shapes, pieces.rates, pieces.durations)
+    found = largest_excess(swimmer, workspace, every, which, pieces)
     if found.distance_m <= WORKSPACE_SLACK_L * swimmer.length_m:
         return found, []
     time = float(np.concatenate([*begun, [total]])[found.place]) + found.time_s
     what = f"{ENDS[found.end]} beyond the {WALLS[found.wall]}"
-    phase = int(pieces.phase[which[found.place]])
+    phase = int(path.phase[which[found.place]])
     return found, [Violation("workspace", found.distance_m, "m", time, phase, what)]

@@ -20,9 +20,10 @@ from purcell_cli.geometry.rotations import Array, as_euler, as_quaternion, ortho
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import EMPTY
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.blocks import Block, Pieces
+from purcell_cli.motion.blocks import Block, BlockPieces
 from purcell_cli.motion.clock import clock_step
 from purcell_cli.motion.trajectory_table import Table
 
@@ -115,7 +116,7 @@ class _Rows:
     lasts_s: Array
 
     @classmethod
-    def of(cls, pieces: Pieces, rate_rad_s: float, dt_s: float, step: float) -> _Rows:
+    def of(cls, pieces: BlockPieces, rate_rad_s: float, dt_s: float, step: float) -> _Rows:
         """Return rows at every switch and at least every dt, on a clock of some step: sums of times are exact."""
         used = np.flatnonzero(pieces.sequence.duration)
         duration, block = pieces.sequence.duration[used] / rate_rad_s, pieces.block[used]
@@ -152,7 +153,7 @@ def schedule(swimmer: Swimmer, blocks: Sequence[Block]) -> tuple[Array, Array]:
     Returns:
         Times, shape (n,), and the six controls, 0 in the last row, shape (n, 6) [rad/s].
     """
-    pieces = Pieces.of(blocks, COLLINEAR)
+    pieces = BlockPieces.of(blocks, COLLINEAR)
     rows = _Rows.of(pieces, swimmer.joint_rate_rad_s, math.inf, 1.0)
     rates = pieces.sequence.rates()[rows.piece] * swimmer.joint_rate_rad_s
     times, controls, end = [], [], 0.0
@@ -177,12 +178,12 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
     """
     spacing(swimmer, blocks, dt_s)
     rate = swimmer.joint_rate_rad_s
-    pieces = Pieces.of(blocks, start.shape)
+    pieces = BlockPieces.of(blocks, start.shape)
     rows = _Rows.of(pieces, rate, dt_s, clock_step(sum(b.duration for b in blocks) / rate))
     q = pieces.sequence
     turned, rates = q.lasting(rows.piece, rows.since).turns(), q.rates()[rows.piece]
     shapes = orthonormalised(matmul(pieces.shapes[rows.piece], turned))
-    moves = piece_displacements(swimmer, shapes, rates, rows.length)
+    moves = piece_displacements(swimmer, Pieces(shapes, rates, rows.length))
     count = int(matmul(pieces.cycles, np.diff(rows.stops))) + 1
     time, phase, gait = np.empty(count), np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
     poses, limbs, controls = np.empty((count, 4, 4)), np.empty((count, 2, 3, 3)), np.empty((count, 6))

@@ -24,6 +24,7 @@ from purcell_cli.geometry.reproducible import inner, matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import radius_m
 from purcell_cli.motion.limb_circles import LimbCircles
@@ -113,9 +114,7 @@ def end_speeds(swimmer: Swimmer, circles: LimbCircles) -> Array:
     return np.asarray(np.sqrt(power[:, None] / np.array([max(b, l), l])))
 
 
-def largest_excess(
-    swimmer: Swimmer, workspace: Workspace, poses: Array, piece: Rows, shapes: Array, rates: Array, durations: Array
-) -> Excess:
+def largest_excess(swimmer: Swimmer, workspace: Workspace, poses: Array, piece: Rows, pieces: Pieces) -> Excess:
     """Return how far links leave a box at most over a path of pieces of constant limb rates.
 
     A piece that is played again has the same displacement from its new place, so it is swum once.
@@ -125,21 +124,19 @@ def largest_excess(
         workspace: The box.
         poses: The base's pose at each beginning of a piece [m]. Shape (m, 4, 4).
         piece: Which piece begins there. Shape (m,).
-        shapes: Shapes at the pieces' beginnings. Shape (n, 2, 3, 3).
-        rates: Limb rates (omega_1, omega_2), constant on each piece [rad/s]. Shape (n, 6).
-        durations: How long the pieces last [s]. Shape (n,).
+        pieces: The pieces.
     """
-    path = _Path(swimmer, np.asarray(shapes), np.asarray(rates), np.asarray(durations, dtype=np.float64))
+    path = _Path(swimmer, pieces)
     box = _Box(swimmer, workspace)
     speeds = np.repeat(end_speeds(swimmer, path.circles), 2, axis=1)[..., None]
     most = np.max(speeds, axis=(1, 2), initial=0.0)
     row, part, depth = np.arange(len(poses)), np.zeros(len(poses), dtype=np.int64), 0
     moves, axes = path.ahead(piece, part, depth, 1.0)
-    first = box.beyond(row, np.zeros(len(row)), poses, shapes[piece, :, :, 0])
-    last = box.beyond(row, path.durations[piece], matmul(poses, moves), axes)
+    first = box.beyond(row, np.zeros(len(row)), poses, pieces.shapes[piece, :, :, 0])
+    last = box.beyond(row, pieces.durations[piece], matmul(poses, moves), axes)
     while len(row):
         here = piece[row]
-        length = path.durations[here] / 2**depth
+        length = pieces.durations[here] / 2**depth
         bound = np.max(0.5 * (first + last + speeds[here] * length[:, None, None]), axis=(1, 2))
         open_ = bound > box.best.distance_m + (box.error_m if box.best.distance_m > 0.0 else 0.0)
         open_ &= most[here] * length > box.error_m
@@ -160,14 +157,11 @@ class _Path:
 
     Args:
         swimmer: The swimmer.
-        shapes: Shapes at the pieces' beginnings. Shape (n, 2, 3, 3).
-        rates: Limb rates [rad/s]. Shape (n, 6).
-        durations: How long they last [s]. Shape (n,).
+        pieces: The pieces.
     """
 
-    def __init__(self, swimmer: Swimmer, shapes: Array, rates: Array, durations: Array) -> None:
-        self.swimmer, self.shapes, self.rates, self.durations = swimmer, shapes, rates, durations
-        self.circles = LimbCircles.of(shapes, rates, durations)
+    def __init__(self, swimmer: Swimmer, pieces: Pieces) -> None:
+        self.swimmer, self.pieces, self.circles = swimmer, pieces, LimbCircles.of(pieces)
 
     def ahead(self, piece: Rows, part: Rows, depth: int, share: float) -> tuple[Array, Array]:
         """Return the displacement from the beginning of parts, and the limbs' axes there.
@@ -179,12 +173,12 @@ class _Path:
             share: How far ahead, as a share of the part.
         """
         key, which = np.unique(piece << depth | part, return_inverse=True)
-        one, length = key >> depth, self.durations[key >> depth] / 2**depth
+        one, length = key >> depth, self.pieces.durations[key >> depth] / 2**depth
         begun = (key - (one << depth)) * length
         twist = np.zeros((len(key), 2, 6))
-        twist[..., 3:] = self.rates[one].reshape(-1, 2, 3) * begun[:, None, None]
-        shapes = matmul(self.shapes[one], se3.exp(twist)[..., :3, :3])
-        moves = piece_displacements(self.swimmer, shapes, self.rates[one], share * length, _FINE)
+        twist[..., 3:] = self.pieces.rates[one].reshape(-1, 2, 3) * begun[:, None, None]
+        shapes = matmul(self.pieces.shapes[one], se3.exp(twist)[..., :3, :3])
+        moves = piece_displacements(self.swimmer, Pieces(shapes, self.pieces.rates[one], share * length), _FINE)
         return moves[which], self.circles.at(one, begun + share * length)[which]
 
 

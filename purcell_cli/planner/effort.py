@@ -1,4 +1,4 @@
-"""How long to look for a shorter plan."""
+"""How long to search: the stages that a search goes through, and how widely each looks for candidates."""
 
 from __future__ import annotations
 
@@ -6,48 +6,89 @@ import dataclasses
 import math
 from collections.abc import Mapping
 
-from purcell_cli.planner.candidate import Breadth
 from purcell_cli.planner.refine.minimum_travel import Pace
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Effort:
-    """How long to look for a shorter plan.
+class Breadth:
+    """How widely candidates are looked for.
 
     Attributes:
-        candidates: How many of the search's motions are carried on with.
-        pace: How long their strokes are optimised together; None for not at all.
-        finalists: How many of the shortest are optimised further.
-        last: How long those are.
-        most: Cycles are told apart, each free to change, up to so many primitives.
-        longest_rad: Motions of more joint travel are not optimised [rad].
-        words: How many random words are tried too, for a phase 2 of little joint travel.
-        breadth: How widely motions are searched for.
+        orders: Pairs of limbs' ways whose rotations are put between one another, at the start and at the goal each.
+        pairs: Pairs of ways to straighten and to bend the limbs that are steered for.
+        starts: Starts of needle steering, for all pairs together.
+        chains: How many of the steered ways are settled as chains of loops.
+        rounds: Rounds in which they settle.
+        shorter: Rounds in which every chain tries to do with one cycle fewer of one of its loops.
+        library_plans: How many of the library's plans are tried for short ways.
+        pace: How long library plans that arrive are shortened.
     """
 
-    candidates: int
+    orders: int = 10
+    pairs: int = 12
+    starts: int = 96
+    chains: int = 4
+    rounds: int = 5
+    shorter: int = 2
+    library_plans: int = 6
+    pace: Pace = Pace(rounds=2, steps=10)
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Stage:
+    """A stage of the search: which candidates it makes, and what it does with them.
+
+    Attributes:
+        breadth: How widely candidates are looked for.
+        candidates: How many of them are refined; more where none of these arrives within limits.
+        pace: How long the strokes of each are optimised together; None for not at all.
+        finalists: How many of the shortest are optimised further.
+        last: How long those are.
+        longest_rad: Motions of more joint travel are not optimised [rad].
+        most_apart: Cycles of a repeated stroke may change one by one, up to so many primitives in a motion.
+        random_plans: How many random plans are tried too, where phase 2 takes little joint travel.
+        last_resort: Whether it is for when nothing arrives before it; the earlier candidates are then dropped.
+        interrupt_keeps_best: Whether an interrupt ends the search with the best plan so far, if one arrives in limits.
+    """
+
+    breadth: Breadth = Breadth()
+    candidates: int = 1
     pace: Pace | None = None
     finalists: int = 0
     last: Pace = Pace(rounds=12, steps=60, price=300.0)
-    most: int = 0
     longest_rad: float = math.inf
-    words: int = 0
-    breadth: Breadth = Breadth()
+    most_apart: int = 0
+    random_plans: int = 0
+    last_resort: bool = False
+    interrupt_keeps_best: bool = False
+
+    @property
+    def trials(self) -> int:
+        """How many motions it refines, unless candidates fail."""
+        return self.candidates + self.finalists + self.random_plans
 
 
-EFFORTS: Mapping[str, Effort] = {
-    "quick": Effort(1, breadth=Breadth(chains=1, rounds=4, shorter=0, words=4, pace=Pace(1, 6))),
-    "standard": Effort(1, Pace(rounds=3, steps=12), most=24, longest_rad=16.0),
-    "thorough": Effort(
-        8,
-        Pace(rounds=3, steps=40, price=300.0),
-        finalists=3,
-        most=60,
-        words=32,
-        breadth=Breadth(orders=40, pairs=48, starts=1152, chains=24, rounds=24, shorter=8, words=24, pace=Pace(3, 30)),
-    ),
+_QUICK = Stage(Breadth(chains=1, rounds=4, shorter=0, library_plans=4, pace=Pace(1, 6)))
+_STANDARD = Stage(pace=Pace(rounds=3, steps=12), longest_rad=16.0, most_apart=24)
+_THOROUGH = Stage(
+    Breadth(orders=40, pairs=48, starts=1152, chains=24, rounds=24, shorter=8, library_plans=24, pace=Pace(3, 30)),
+    candidates=8,
+    pace=Pace(rounds=3, steps=40, price=300.0),
+    finalists=3,
+    most_apart=60,
+    random_plans=32,
+    interrupt_keeps_best=True,
+)
+_WIDE = Stage(
+    Breadth(pairs=36, starts=432, chains=24, rounds=20, shorter=0, library_plans=24),
+    last_resort=True,
+)
+_EARLY = dataclasses.replace(_STANDARD, interrupt_keeps_best=True)
+"""A thorough search begins with the standard one: so there is a plan early, and never a longer one."""
+
+EFFORTS: Mapping[str, tuple[Stage, ...]] = {
+    "quick": (_QUICK, _WIDE),
+    "standard": (_STANDARD, _WIDE),
+    "thorough": (_EARLY, _THOROUGH),
 }
-
-
-_WIDE = Effort(1, breadth=Breadth(pairs=36, starts=432, chains=24, rounds=20, shorter=0, words=24))
-"""How to look where nothing arrives otherwise."""
+"""The stages of each effort, in order."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from purcell_cli.geometry.reproducible import arctan2_of, hypot_of, matmul, sin_
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
+from purcell_cli.planner.candidate import Candidate
+from purcell_cli.planner.effort import Breadth
+from purcell_cli.planner.problem import Problem
 
 _BEND_MAX_RAD = 1.0
 _ROLL_STEP_RAD = 1.0
@@ -30,6 +33,8 @@ _TRIES = 40
 _BEND_SLACK = 1.0 + 1e-6
 _NEGLIGIBLE = 1e-13
 _GRID = 91
+_PAIRS = 2
+"""How many of the most promising pairs of limbs' ways get a sequence of gaits."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -214,3 +219,27 @@ def phase_two(book: StrokeBook, displacement: Array) -> list[Block]:
         displacement: Body displacement, in units of L. Shape (4, 4).
     """
     return [block for motion in split(book, displacement) for block in book.blocks(motion)]
+
+
+def gait_sequences(problem: Problem, breadth: Breadth, known: Sequence[Candidate] = ()) -> list[Candidate]:
+    """Return motions by stored gaits one after the other.
+
+    Args:
+        problem: The problem.
+        breadth: How widely to search.
+        known: The candidates that are known.
+
+    Raises:
+        GaitError: No stored gait for a motion that is needed, and no other candidate.
+    """
+    book, pairs = stroke_book(tuple(problem.gaits.values()), problem.swimmer), problem.pairs(breadth)
+    found: list[Candidate] = []
+    for k, displacement in enumerate(pairs.missing[:_PAIRS]):
+        try:
+            inner = phase_two(book, displacement)
+        except GaitError:
+            if known or found:
+                continue
+            raise
+        found.append(Candidate.of("stored gaits one after the other", pairs.around(k, inner)))
+    return found

@@ -23,11 +23,14 @@ from purcell_cli.motion.clearance import apart_bend_rad
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.candidate import Candidate
-from purcell_cli.planner.candidates import candidates
-from purcell_cli.planner.effort import _WIDE, EFFORTS
-from purcell_cli.planner.incumbent import Progress, _Best, played
+from purcell_cli.planner.candidates import generate, ranked
+from purcell_cli.planner.effort import EFFORTS
+from purcell_cli.planner.exploration import Exploration
 from purcell_cli.planner.objectives import known_measure
+from purcell_cli.planner.problem import Problem
+from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.refine.shooting import Equations
+from purcell_cli.planner.refinement import Refinement, played
 
 _THERE = 1e-14
 """A start this near its goal (L, rad) is there already."""
@@ -44,7 +47,7 @@ def reconfigure(
     effort: str = "standard",
     minimize: str = "travel",
     limits: Limits | None = None,
-    progress: Progress = lambda _done, _of, _news: None,
+    progress: Progress = silent,
 ) -> Plan:
     """Return a plan from a start to a goal configuration.
 
@@ -54,7 +57,7 @@ def reconfigure(
         goal: The goal configuration.
         gaits: The stored gaits to choose from.
         effort: One of `EFFORTS`. Interrupted, "thorough" returns the best plan so far.
-        minimize: One of `measures.MEASURES`: what to spend least of.
+        minimize: One of `objectives.MEASURES`: what to spend least of.
         limits: What the plan must keep besides the bend limit; where none is found that does, the nearest to it.
         progress: Is told how far the search is.
 
@@ -71,25 +74,26 @@ def reconfigure(
     # Phase 2 needs no bends at which the limbs could meet.
     apart_rad = max(apart_bend_rad(swimmer, kept_to.clearance_m), _LEAST_BEND_RAD)
     careful = dataclasses.replace(swimmer, max_bend_rad=min(swimmer.max_bend_rad, apart_rad))
-    unit, how = careful.scaled(), EFFORTS[effort]
-    wanted = displacement_between(start, goal, swimmer.length_m)
-    rough = Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING)
-    best = _Best(careful, start, kept_to, minimize)
+    unit, wanted = careful.scaled(), displacement_between(start, goal, swimmer.length_m)
+    query = Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING)
+    clearance = kept_to.clearance_m / swimmer.length_m
+    problem = Problem(unit, start.shape, goal.shape, wanted, gaits, minimize, clearance)
+    # What travels least often spends least of anything else.
+    problems = [problem.minimizing(objective) for objective in dict.fromkeys(("travel", minimize))]
+    search = Exploration(query, Refinement(careful, start, kept_to, minimize), progress=progress)
     found: list[Candidate] = []
-    try:
-        # Who looks for long looks for a little first: so there is a plan early, and never a longer one.
-        for effort_now in (EFFORTS["standard"], how) if how.words else (how, _WIDE):
-            if effort_now is _WIDE:
-                if best.arrived:
-                    break
-                found = []  # those have all been tried
-            for measure in dict.fromkeys(("travel", minimize)):
-                ends = start.shape, goal.shape
-                found += candidates(unit, *ends, wanted, gaits, measure, best.apart, effort_now.breadth)
-            found.sort(key=lambda c: c.rank(minimize, unit, start.shape))
-            best.explore(found, rough, effort_now, progress)
-    except KeyboardInterrupt:
-        if not best.good or not how.words:
-            raise
-    blocks = () if best.motion is None else played(best.motion)
-    return Plan(swimmer, start, goal, blocks, best.structures(found), best.report)
+    for stage in EFFORTS[effort]:
+        if stage.last_resort:
+            if search.incumbent.arrives:
+                break
+            found = []  # those have all been tried
+        try:
+            found = ranked(problem, [*found, *(c for one in problems for c in generate(one, stage.breadth))])
+            search.explore(stage, found)
+        except KeyboardInterrupt:
+            if not (stage.interrupt_keeps_best and search.incumbent.good):
+                raise
+            break
+    best = search.incumbent.best
+    blocks = () if best is None else played(best.motion)
+    return Plan(swimmer, start, goal, blocks, search.structures(found), None if best is None else best.report)

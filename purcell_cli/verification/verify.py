@@ -9,6 +9,7 @@ import numpy as np
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler, as_vector, from_euler, from_quaternion
 from purcell_cli.mechanics.configuration import Configuration, Deviation
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import Clearance, least_clearance
 from purcell_cli.motion.trajectory_table import Table
@@ -77,7 +78,7 @@ def verify(
         *_angles(table, poses, shapes, tolerance_rad),
     ]
     seconds = np.append(np.diff(table.time_s), 0.0)
-    near = None if faults else least_clearance(swimmer, shapes, table.rate_rad_s, seconds)
+    near = None if faults else least_clearance(swimmer, Pieces(shapes, table.rate_rad_s, seconds))
     return Verification(Deviation.between(first, start), certificate, tuple(faults), near)
 
 

@@ -10,7 +10,7 @@ from helpers import assert_close, is_close
 from scipy.optimize import lsq_linear
 
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.planner.refine.active_set import _least_steps, bounded_step, loose
+from purcell_cli.planner.refine.active_set import bounded_step, least_steps, loose
 
 FAR = 1e9
 """A reach that cuts no step [rad]."""
@@ -118,7 +118,7 @@ def boxes(seed: int, n: int = 10, k: int = 20) -> tuple[Array, Array, Array, Arr
 def test_least_steps_meet_their_equations_between_the_bounds_and_are_the_nearest(seed: int) -> None:
     """Against least squares with bounds, in which the equations weigh a million times as much."""
     columns, wanted, begun, loosely, low, high = boxes(seed)
-    steps = _least_steps(columns, wanted, begun, loosely, low, high)
+    steps = least_steps(columns, wanted, begun, loosely, low, high)
     assert np.all((steps >= low) & (steps <= high))
     met = np.max(np.abs((columns @ steps[..., None])[..., 0] - wanted), axis=1) < 1e-4
     assert np.mean(met) >= 0.8
@@ -134,7 +134,7 @@ def test_least_steps_meet_their_equations_between_the_bounds_and_are_the_nearest
 
 def test_bounds_that_do_not_bind_leave_the_nearest_step_of_all() -> None:
     columns, wanted, begun, loosely, *_ = boxes(9)
-    steps = _least_steps(columns, wanted, begun, loosely, np.full_like(begun, -1e6), np.full_like(begun, 1e6))
+    steps = least_steps(columns, wanted, begun, loosely, np.full_like(begun, -1e6), np.full_like(begun, 1e6))
     for k in range(len(steps)):
         root = np.sqrt(loosely[k])
         missing = wanted[k] - columns[k] @ begun[k]
@@ -144,5 +144,5 @@ def test_bounds_that_do_not_bind_leave_the_nearest_step_of_all() -> None:
 def test_what_may_not_change_does_not() -> None:
     columns, wanted, begun, loosely, low, high = boxes(2)
     low[:, :3] = high[:, :3] = 0.25
-    steps = _least_steps(columns, wanted, begun, loosely, low, high)
+    steps = least_steps(columns, wanted, begun, loosely, low, high)
     assert_close(steps[:, :3], np.full((len(steps), 3), 0.25), 0.0)

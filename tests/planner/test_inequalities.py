@@ -12,6 +12,7 @@ from purcell_cli import Swimmer
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.clearance import least_clearance, limb_distance
 from purcell_cli.motion.limb_circles import LimbCircles
@@ -74,7 +75,7 @@ def test_the_room_below_the_bend_limit_is_that_at_every_instant_on_large_turns_t
     sequence, start = random_sequence(rng, 8, 5.0), random_shapes(rng)
     equations = motion({1: sequence}, start, COLLINEAR)
     least = np.full((8, 2), 0.5)
-    sweeps = LimbCircles.of(sequence.shapes(start)[:-1], sequence.rates(), sequence.duration)
+    sweeps = LimbCircles.of(Pieces.of(sequence, start))
     bend = sweeps.largest_bends()[0][np.arange(8), sequence.control // 3]
     watched = (sequence.control % 3 != 0) & (np.cos(bend) - 0.5 < 0.35)
     ends = sequence.shapes(start)[np.arange(1, 9), sequence.control // 3, 0, 0]
@@ -124,7 +125,7 @@ def test_the_room_between_the_limbs_is_that_of_the_clearance_and_has_the_derivat
     shapes = sequence.shapes(start)
     found = room(sequence.angle)[0]
     assert len(found)
-    apart = least_clearance(UNIT, shapes[:-1], sequence.rates(), sequence.duration).distance_m
+    apart = least_clearance(UNIT, Pieces.between(sequence, shapes)).distance_m
     assert apart > 0.0  # where limbs cross, their distance has no derivative
     assert_close(np.min(found), apart - least[0], 1e-8)
     assert_slope(room, sequence.angle, 2e-4)  # the least distance is known to 1e-9

@@ -10,7 +10,7 @@ import pytest
 from helpers import assert_close, flown, missed
 
 from purcell_cli import Swimmer, stored_gaits
-from purcell_cli.gaits.gait import guessed
+from purcell_cli.gaits.pure_stroke import guessed
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.connection import COLLINEAR

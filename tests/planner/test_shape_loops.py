@@ -14,7 +14,7 @@ from purcell_cli.geometry.rotations import about_axis
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
 from purcell_cli.motion.limb_circles import bends
-from purcell_cli.planner.limbs.shape_loops import Detours, detours
+from purcell_cli.planner.limbs.shape_loops import ShapeLoops, shape_loops
 from purcell_cli.planner.limbs.straightening import straightenings
 
 ROUGH = 8e-4
@@ -25,8 +25,8 @@ SHAPE = np.stack([about_axis(2, 2.0) @ about_axis(1, 0.3), about_axis(1, -1.5) @
 
 
 @functools.cache
-def found() -> Detours:
-    return detours(BODY, [SHAPE])[0]
+def found() -> ShapeLoops:
+    return shape_loops(BODY, [SHAPE])[0]
 
 
 def test_every_loop_closes() -> None:
@@ -66,14 +66,14 @@ def test_no_limb_bends_further_than_it_does_or_than_the_limit() -> None:
 def test_round_limbs_that_are_bent_little_there_are_none(bend: float) -> None:
     """Unless the bend limit lets them bend further: the foil."""
     shape = np.stack([about_axis(2, bend), about_axis(1, -bend)])
-    assert len(detours(BODY, [shape])[0].sequence) == 0
-    assert len(detours(Swimmer(max_bend_rad=1.7).scaled(), [shape])[0].sequence) > 0
+    assert len(shape_loops(BODY, [shape])[0].sequence) == 0
+    assert len(shape_loops(Swimmer(max_bend_rad=1.7).scaled(), [shape])[0].sequence) > 0
 
 
 def test_the_limbs_stay_as_far_apart_as_asked() -> None:
     swimmer, apart = Swimmer(0.1, 0.2).scaled(), 0.5
     shape = random_shapes(np.random.default_rng(31))
-    free, kept = (detours(swimmer, [shape], c)[0] for c in (0.0, apart))
+    free, kept = (shape_loops(swimmer, [shape], c)[0] for c in (0.0, apart))
     assert 0 < len(kept.sequence) < len(free.sequence)
     assert all(nearest(swimmer, loop, shape) >= apart - 1e-6 for loop in kept.sequence)
     assert min(nearest(swimmer, loop, shape) for loop in free.sequence) < apart - 0.1

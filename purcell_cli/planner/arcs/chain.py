@@ -22,10 +22,10 @@ from purcell_cli.geometry.reproducible import apply, arctan2, hypot, inner, matm
 from purcell_cli.geometry.rotations import Array, about_axis, wrapped
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.arcs.loop_family import Fan
-from purcell_cli.planner.arcs.loop_fit import _LONGEST_RAD, fitted
+from purcell_cli.planner.arcs.loop_fit import LONGEST_STEP_RAD, fitted
 from purcell_cli.planner.arcs.loops import NAME, stroke
 from purcell_cli.planner.arcs.roll_stroke import Crank
-from purcell_cli.planner.refine.active_set import _least_steps
+from purcell_cli.planner.refine.active_set import least_steps
 
 _SMALL = 1e-6
 _CLOSE = 3e-3
@@ -215,8 +215,8 @@ class Chains:
                 np.where(better, cost, paid),
             )
             if k < rounds:
-                step = _least_steps(columns, -residual, -_THRIFT_RAD * loose * slope, loose, low - x, high - x)
-                x = x + step * np.minimum(1.0, _LONGEST_RAD / np.maximum(np.abs(step).max(axis=1), 1e-300))[:, None]
+                step = least_steps(columns, -residual, -_THRIFT_RAD * loose * slope, loose, low - x, high - x)
+                x = x + step * np.minimum(1.0, LONGEST_STEP_RAD / np.maximum(np.abs(step).max(axis=1), 1e-300))[:, None]
         return self._with(best), off, paid
 
     def short(self, wanted: Array) -> Array:

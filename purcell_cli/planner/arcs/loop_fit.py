@@ -19,7 +19,8 @@ _SPARE = 0.06
 """Loops go so far beyond the best of the fan, in cycles, rather than take one more."""
 
 
-_LONGEST_RAD = 0.3
+LONGEST_STEP_RAD = 0.3
+"""The largest change of a bend or of what lies aside in one Newton step [rad]."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +71,7 @@ def fitted(fan: Fan, advance: Array, turn: Array) -> Fitted:
         normal = matmul(np.swapaxes(slope, 1, 2), slope)
         normal += 1e-6 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(2) + 1e-12 * np.eye(2)
         step = solve_positive(normal, apply(np.swapaxes(slope, 1, 2), missing))
-        step = np.clip(step, -_LONGEST_RAD, _LONGEST_RAD)
+        step = np.clip(step, -LONGEST_STEP_RAD, LONGEST_STEP_RAD)
         bend, aside = bend + step[:, 0], aside + step[:, 1]
     bend, aside = loops.clipped(bend, aside)
     per_cycle, for_ways = loops.costs(bend, aside)

@@ -26,8 +26,8 @@ from purcell_cli.geometry.reproducible import arccos, arcsin, arctan, arctan2, c
 from purcell_cli.geometry.reproducible import inverse as inverted
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.collocation import Accuracy
-from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import piece_work, run_displacements
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 
@@ -185,13 +185,13 @@ def _values(swimmer: Swimmer, beats: Array, offsets: Array, across: bool, measur
     control, *share = (np.array(column) for column in zip(*itertools.chain(*_STROKES[across]), strict=True))
     angle = beats[:, None] * share[0] + offsets[:, None] * share[1]
     every = PrimitiveSequence(np.tile(control, len(beats)), angle.ravel())
-    pieces = (every.shapes(COLLINEAR)[:-1], every.rates(), every.duration)
+    pieces = Pieces.of(every)
     moves = run_displacements(swimmer, pieces, counts, np.ones_like(counts), _TABLED).reshape(-1, 3, 4, 4)
     cycle = (matmul(se3.adjoint(moves[:, 0]), se3.log(moves[:, 1])[..., None]))[..., 0]
     columns = [cycle, se3.log(se3.normalised(matmul(moves[:, 0], moves[:, 2])))]
     if measure == "energy":
         first = np.cumsum(counts) - counts
-        paid = np.add.reduceat(piece_work(swimmer, *pieces), first).reshape(-1, 3)
+        paid = np.add.reduceat(piece_work(swimmer, pieces), first).reshape(-1, 3)
         columns += [paid[:, 1:2], paid[:, :1] + paid[:, 2:]]
     return np.concatenate(columns, axis=1)
 

@@ -1,72 +1,67 @@
-"""Motions by arcs with rolls between."""
+"""Candidates by arcs with rolls between: needle steering says which arcs, and chains of loops swim them."""
 
 from __future__ import annotations
 
 import dataclasses
 import functools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from purcell_cli.geometry.reproducible import hypot, hypot_of
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import Block
+from purcell_cli.planner.arcs.arc_price import tightest
 from purcell_cli.planner.arcs.chain import Chains, linked
 from purcell_cli.planner.arcs.loop_family import Fan
 from purcell_cli.planner.arcs.needle_steering import steer
-from purcell_cli.planner.arcs.roll_stroke import Crank
-from purcell_cli.planner.candidate import Breadth, Candidate
-from purcell_cli.planner.limbs.pairs import _Outer
+from purcell_cli.planner.arcs.roll_stroke import crank
+from purcell_cli.planner.candidate import Candidate
+from purcell_cli.planner.effort import Breadth
+from purcell_cli.planner.limbs.pairs import LimbPairs
+from purcell_cli.planner.problem import Problem
 from purcell_cli.wording import counted
 
 _WEIGHED = 24
-"""How many of the needle's ways are weighed as loops."""
-
-
+"""How many of the steered ways are weighed as loops."""
 _SLIGHT_RAD, _SAME = 0.3, 1e-4
 """Arcs of less joint travel are left out; neighbours are one if that costs them no more than so much."""
-
-
 _FAR_OFF = 0.02
 """Chains that miss by more, as `chain.missed` has it, are astray."""
 
 
-def _tightness(fan: Fan) -> float:
-    return fan.tight
+def steered_arcs(problem: Problem, breadth: Breadth, _known: Sequence[Candidate] = ()) -> list[Candidate]:
+    """Return motions by arcs with rolls between; none where no stored gait rolls by its amplitude.
 
-
-def _steered(
-    fans: tuple[Fan, ...],
-    turning: Crank,
-    outer: _Outer,
-    pairs: list[tuple[int, int]],
-    missing: Array,
-    breadth: Breadth,
-) -> list[Candidate]:
-    """Return motions by arcs with rolls between, for pairs of ways in and out and what they leave."""
-    steering = max(fans, key=_tightness)
-    limbs = np.array([outer.joint_travel_rad(i, j) for i, j in pairs])
-    way = steer(missing, steering, math.ceil(breadth.starts / len(pairs)))
-    around = limbs[way.displacement]
+    Args:
+        problem: The problem.
+        breadth: How widely to search.
+    """
+    rolling = [g for g in problem.gaits.values() if g.moves == "roll" and g.amplitude_is_displacement]
+    if not rolling:
+        return []
+    fans, steering, pairs = problem.fans, tightest(problem.fans), problem.pairs(breadth)
+    way = steer(pairs.missing, steering, math.ceil(breadth.starts / len(pairs)))
+    around = pairs.joint_travel_rad[way.displacement]
     travel = steering.cost(way.arc[..., 0], hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1) + around
     picked = np.array(_distinct(travel), dtype=np.int64)
     arcs = [_swum(steering, _fewest(steering, way.arc[k])) for k in picked]
     # The cheapest loops at every arc; and, since only those go exactly straight, loops that are bent in the plane.
     only = np.repeat([-1, fans.index(next(f for f in fans if not f.loops.across))], len(picked))
     picked = np.concatenate([picked, picked])
-    chains = linked(turning, fans, arcs + arcs, way.roll[picked], only)
+    chains = linked(crank(rolling[0], problem.swimmer), fans, arcs + arcs, way.roll[picked], only)
     order = np.argsort(np.round(chains.costs()[0] + around[picked], 9), kind="stable")
     plane = order[only[order] >= 0][:1]
     best = np.concatenate([order[only[order] < 0][: max(breadth.chains - 1, 1)], plane])
     picked, chains = picked[best], chains[best]
-    wanted = missing[way.displacement[picked]]
+    wanted = pairs.missing[way.displacement[picked]]
     chains, off, spent = _settled(chains, wanted, around[picked], breadth)
     out = []
     for n in range(len(chains)):
         if not chains.idle(n):
-            count, pair = chains.arcs(n), pairs[way.displacement[picked[n]]]
-            words = f"{counted(count, 'arc')} with rolls between"
-            make = functools.partial(_played, chains, n, outer, pair)
+            words = f"{counted(chains.arcs(n), 'arc')} with rolls between"
+            make = functools.partial(_played, chains, n, pairs, int(way.displacement[picked[n]]))
             out.append(Candidate(words, float(spent[n]), make, bool(off[n] > _FAR_OFF)))
     return out
 
@@ -109,9 +104,9 @@ def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> 
     return chains, off, spent
 
 
-def _played(chains: Chains, k: int, outer: _Outer, pair: tuple[int, int]) -> tuple[Block, ...]:
+def _played(chains: Chains, k: int, pairs: LimbPairs, pair: int) -> tuple[Block, ...]:
     """Return the strokes of one of the chains, with its ways in and out."""
-    return outer.around(pair[0], _last_apart(chains.blocks(k)), pair[1])
+    return pairs.around(pair, _last_apart(chains.blocks(k)))
 
 
 def _distinct(travel: Array) -> list[int]:

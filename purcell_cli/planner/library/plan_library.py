@@ -1,13 +1,13 @@
-"""The word book: short plans found offline, which begin the search for those that resemble them.
+"""The motion library: short plans found offline, which begin the search for those that resemble them.
 
-A word is a closed run of primitives from the collinear shape and back to it, of the least joint travel
+A library plan is a closed run of primitives from the collinear shape and back to it, of the least joint travel
 that a long search found for what it does to the base. The swimmer looks the same from two ends, on four
-sides and in a mirror, and a word can be played backwards: so each stands for 32. Played with all angles
+sides and in a mirror, and a plan can be played backwards: so each stands for 32. Played with all angles
 scaled by s it does about s^2 times as much, since what closed strokes do is led by areas; where the bend
 limit is in the way, several laps do it. What then comes near a displacement that is wanted is brought to
 it by Newton's method.
 
-`python -m benchmarks.words` finds the words. Conventions: `rotations`; lengths in units of L.
+`python -m benchmarks.words` finds the plans. Conventions: `rotations`; lengths in units of L.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ import numpy as np
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, cross
-from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING, run_displacements
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import LimbCircles
@@ -44,35 +44,35 @@ def symmetries() -> Array:
     return out
 
 
-def image(word: PrimitiveSequence, symmetry: Array, backwards: bool = False) -> PrimitiveSequence:
-    """Return a word as a symmetry shows it: it does to the base what the word does, seen in the same way.
+def image(plan: PrimitiveSequence, symmetry: Array, backwards: bool = False) -> PrimitiveSequence:
+    """Return a plan as a symmetry shows it: it does to the base what the plan does, seen in the same way.
 
-    Turns are axial vectors, so a reflection negates them too; what takes x to -x exchanges the limbs.
+    Rotation vectors are axial, so a reflection negates them too; what takes x to -x exchanges the limbs.
 
     Args:
-        word: The word.
+        plan: The plan.
         symmetry: One of `symmetries`. Shape (3, 3).
         backwards: Whether it is played backwards.
     """
-    limb, axis = np.divmod(word.control, 3)
+    limb, axis = np.divmod(plan.control, 3)
     turned = np.abs(symmetry).argmax(axis=0)
     handed = inner(symmetry[0], cross(symmetry[1], symmetry[2]))
     sign = handed * symmetry[turned, [0, 1, 2]]
     exchanged = 1 - limb if symmetry[0, 0] < 0.0 else limb
-    out = PrimitiveSequence(3 * exchanged + turned[axis], np.round(sign[axis]) * word.angle)
+    out = PrimitiveSequence(3 * exchanged + turned[axis], np.round(sign[axis]) * plan.angle)
     return out.inverse() if backwards else out
 
 
 @functools.cache
-def stored_words() -> tuple[PrimitiveSequence, ...]:
-    """Return the words of the book."""
+def stored_plans() -> tuple[PrimitiveSequence, ...]:
+    """Return the plans of the library."""
     text = files("purcell_cli.planner.library").joinpath("words.json").read_text(encoding="ascii")
     return tuple(PrimitiveSequence(np.array(w["control"]), np.array(w["angle"])) for w in json.loads(text)["words"])
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Entry:
-    """A word, scaled to resemble a displacement that is wanted, in as many laps as the bend limit asks for.
+    """A library plan, scaled to resemble a displacement that is wanted, in as many laps as the bend limit asks for.
 
     Attributes:
         wanted: Which displacement.
@@ -87,24 +87,24 @@ class Entry:
     estimate_rad: float
 
 
-class WordBook:
-    """Words and what they do, for one swimmer.
+class MotionLibrary:
+    """Library plans and what they do, for one swimmer.
 
     Args:
-        words: The words.
+        plans: The plans.
         swimmer: The swimmer, scaled to L = 1.
     """
 
-    def __init__(self, words: tuple[PrimitiveSequence, ...], swimmer: Swimmer) -> None:
-        self._words, self._limit = words, swimmer.max_bend_rad
-        whole, counts = joined(words), [len(w) for w in words]
-        pieces = whole.shapes(COLLINEAR)[:-1], whole.rates(), whole.duration
-        once = run_displacements(swimmer, pieces, counts, np.ones(len(words), np.int64), SEARCHING)
+    def __init__(self, plans: tuple[PrimitiveSequence, ...], swimmer: Swimmer) -> None:
+        self._plans, self._limit = plans, swimmer.max_bend_rad
+        whole, counts = joined(plans), [len(p) for p in plans]
+        pieces = Pieces.of(whole)
+        once = run_displacements(swimmer, pieces, counts, np.ones(len(plans), np.int64), SEARCHING)
         self._does = se3.log(se3.normalised(once)) * PRICES
         self._size = norm(self._does)
-        bends = LimbCircles.of(*pieces).largest_bends()[0].max(axis=1)
+        bends = LimbCircles.of(pieces).largest_bends()[0].max(axis=1)
         self._bend = np.maximum.reduceat(bends, np.cumsum([0, *counts[:-1]]))
-        self._travel = np.array([w.joint_travel_rad for w in words])
+        self._travel = np.array([p.joint_travel_rad for p in plans])
 
     def nearest(self, wanted: Array, around: Array, most: int) -> list[Entry]:
         """Return the entries that promise the least joint travel, the best first.
@@ -123,25 +123,25 @@ class WordBook:
             if not math.isfinite(estimate[i, j, k]):
                 break
             if (alike := (k, round(float(estimate[i, j, k]), 1))) in told:
-                continue  # the same word seen another way, for what looks the same then
+                continue  # the same plan seen another way, for what looks the same then
             told.add(alike)
-            word = image(self._words[k], symmetries()[j % 16], j >= 16)
-            lap = word.with_angles(math.sqrt(scale[i, j, k]) * word.angle)
+            plan = image(self._plans[k], symmetries()[j % 16], j >= 16)
+            lap = plan.with_angles(math.sqrt(scale[i, j, k]) * plan.angle)
             out.append(Entry(i, lap, int(laps[i, j, k]), float(estimate[i, j, k])))
             if len(out) == most:
                 break
         return out
 
     def estimates(self, wanted: Array) -> tuple[Array, Array, Array]:
-        """Return about the joint travel of displacements by every image of every word [rad], laps, and scales of a lap.
+        """Return about the joint travel of displacements by every image of every plan [rad], laps, and scales of a lap.
 
         Args:
             wanted: The displacements. Shape (n, 4, 4).
 
         Returns:
-            Three arrays of shape (n, 32, words); too many laps cost infinitely much.
+            Three arrays of shape (n, 32, plans); too many laps cost infinitely much.
         """
-        # Instead of 32 images of each word, as many of each displacement.
+        # Instead of 32 images of each plan, as many of each displacement.
         space = np.zeros((16, 4, 4))
         space[:, :3, :3], space[:, 3, 3] = symmetries(), 1.0
         seen = matmul(matmul(np.swapaxes(space, 1, 2), wanted[:, None]), space)
@@ -156,6 +156,6 @@ class WordBook:
 
 
 @functools.lru_cache(maxsize=64)
-def word_book(swimmer: Swimmer) -> WordBook:
-    """Return the stored words for a scaled swimmer, made once."""
-    return WordBook(stored_words(), swimmer)
+def library_for(swimmer: Swimmer) -> MotionLibrary:
+    """Return the stored plans for a scaled swimmer, made once."""
+    return MotionLibrary(stored_plans(), swimmer)

@@ -1,7 +1,7 @@
-"""Short words that no hand would write: random primitives, brought to the goal, to be shortened.
+"""Short plans that no hand would write: random primitives, brought to the goal, to be shortened.
 
-For a small displacement the best motions interleave bends of both limbs and small cranks in an
-order that follows no pattern. From a few dozen random words of pitches and yaws, each made to
+For a small displacement the best motions interleave bends of both limbs and small roll strokes in an
+order that follows no pattern. From a few dozen random plans of pitches and yaws, each made to
 arrive by Newton's method and then shortened, some come close to the best known.
 """
 
@@ -20,14 +20,14 @@ from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refine.stretches import Stretch
 
 _BOLD_RAD, _PATIENT = 0.6, 8
-"""Words begin anywhere: so they are brought to the goal by longer steps, and given up later."""
+"""Random plans begin anywhere: so they are brought to the goal by longer steps, and given up later."""
 _BENDS = (1, 2, 4, 5)
-_TURNS = (4, 5, 6)
+_ROUNDS = (4, 5, 6)
 _SPREADS_RAD = (0.15, 0.3, 0.5)
 
 
-def random_words(count: int, seed: int = 0) -> Iterator[Stretch]:
-    """Yield random words of phase 2: each of the limbs' pitches and yaws, in a few turns.
+def random_plans(count: int, seed: int = 0) -> Iterator[Stretch]:
+    """Yield random plans of phase 2: each of the limbs' pitches and yaws, in a few rounds.
 
     Args:
         count: How many.
@@ -35,21 +35,21 @@ def random_words(count: int, seed: int = 0) -> Iterator[Stretch]:
     """
     rng = np.random.default_rng(seed)
     for _ in range(count):
-        turns = int(rng.choice(_TURNS))
+        rounds = int(rng.choice(_ROUNDS))
         same = rng.permutation(_BENDS)
         fresh = bool(rng.integers(2))
-        control = np.concatenate([rng.permutation(_BENDS) if fresh else same for _ in range(turns)])
+        control = np.concatenate([rng.permutation(_BENDS) if fresh else same for _ in range(rounds)])
         angle = rng.choice(_SPREADS_RAD) * normal_numbers(rng, (len(control),))
-        yield word_of(PrimitiveSequence(control, angle))
+        yield free_stretch(PrimitiveSequence(control, angle))
 
 
-def word_of(sequence: PrimitiveSequence) -> Stretch:
-    """Return primitives as one word of phase 2."""
+def free_stretch(sequence: PrimitiveSequence) -> Stretch:
+    """Return primitives as a phase 2 whose angles may all change."""
     return Stretch(2, ((NAME, math.nan, len(sequence)),), sequence)
 
 
 def brought(motion: Equations, max_bend_rad: float) -> tuple[Equations, float]:
-    """Return a motion by a word brought to the goal, almost exactly, and what it misses by [L, rad].
+    """Return a motion by such a plan brought to the goal, almost exactly, and what it misses by [L, rad].
 
     Args:
         motion: The motion.

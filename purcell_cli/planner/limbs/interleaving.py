@@ -13,9 +13,10 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
-from purcell_cli.planner.limbs.straightening import DETOURS, ROUGH, Straightenings, _turning
+from purcell_cli.planner.limbs.straightening import MOST_LOOPS, ROUGH, Straightenings, rotation_pieces
 from purcell_cli.planner.limbs.turns import Ways
 
 _AT_ONCE = ((0, 0, 0), (1, 1, 1))
@@ -42,9 +43,9 @@ def interleaved(
         _crossed(shape, [limb[k] for limb, k in zip(one.limbs, some.T, strict=True)])
         for shape, one, some in zip(shapes, known, chosen, strict=True)
     ]
-    pieces = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], ROUGH).reshape(-1, 2, 3, 4, 4, 4)
-    apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 2, 3, 4)
+    pieces = Pieces.together(parts)
+    moves = piece_displacements(swimmer, pieces, ROUGH).reshape(-1, 2, 3, 4, 4, 4)
+    apart = clearances(swimmer, pieces, clearance_m)[0].reshape(-1, 2, 3, 4)
     out, low = [], 0
     for one, some in zip(known, chosen, strict=True):
         mine = slice(low, low + len(some))
@@ -52,14 +53,14 @@ def interleaved(
         way, orders = np.tile(some, (len(order), 1)), np.repeat(order, len(some), axis=0)
         travel = one.limbs[0].joint_travel_rad[way[:, 0]] + one.limbs[1].joint_travel_rad[way[:, 1]]
         moved = se3.normalised(displacement.reshape(-1, 4, 4))
-        more = Straightenings(one.limbs, orders, way, np.zeros((len(way), DETOURS), dtype=np.int64), travel, moved)
+        more = Straightenings(one.limbs, orders, way, np.zeros((len(way), MOST_LOOPS), dtype=np.int64), travel, moved)
         out.append(one.and_(more[np.flatnonzero(nearest.ravel() >= clearance_m - TOLERANCE_L)]))
         low += len(some)
     return out
 
 
-def _crossed(shape: Array, ways: Sequence[Ways]) -> tuple[Array, Array, Array]:
-    """Return the pieces of every turn of one limb at every stage of the other. Shapes (k 2 3 4, ...).
+def _crossed(shape: Array, ways: Sequence[Ways]) -> Pieces:
+    """Return the pieces of every turn of one limb at every stage of the other: k x 2 x 3 x 4.
 
     Args:
         shape: The shape before. Shape (2, 3, 3).
@@ -68,7 +69,7 @@ def _crossed(shape: Array, ways: Sequence[Ways]) -> tuple[Array, Array, Array]:
     k = len(ways[0])
     stage = np.empty((2, k, 4, 3, 3))
     for i, way in enumerate(ways):
-        begins, _, _ = _turning(way, shape, i)
+        begins = rotation_pieces(way, shape, i).shapes
         stage[i, :, :3], stage[i, :, 3] = begins.reshape(k, 3, 2, 3, 3)[:, :, i], np.eye(3)
     shapes, rates, durations = np.empty((k, 2, 3, 4, 2, 3, 3)), np.empty((k, 2, 3, 4, 6)), np.empty((k, 2, 3, 4))
     for i, way in enumerate(ways):
@@ -76,7 +77,7 @@ def _crossed(shape: Array, ways: Sequence[Ways]) -> tuple[Array, Array, Array]:
         shapes[:, i, ..., 1 - i, :, :] = stage[1 - i][:, None]
         turned = np.sign(way.angle)[..., None] * (np.arange(6) == way.control[..., None])
         rates[:, i], durations[:, i] = turned[:, :, None], np.abs(way.angle)[..., None]
-    return shapes.reshape(-1, 2, 3, 3), rates.reshape(-1, 6), durations.ravel()
+    return Pieces(shapes.reshape(-1, 2, 3, 3), rates.reshape(-1, 6), durations.ravel())
 
 
 def _through(moves: Array, apart: Array) -> tuple[NDArray[np.int64], Array, Array]:

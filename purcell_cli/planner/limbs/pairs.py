@@ -1,4 +1,4 @@
-"""Pairs of ways to straighten the limbs of the start and of the goal."""
+"""Pairs of ways to straighten the limbs of the start and to bend them to the goal's shape: phases 1 and 3."""
 
 from __future__ import annotations
 
@@ -6,53 +6,34 @@ import dataclasses
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import arccos, matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import PHASES, Block
-from purcell_cli.planner.limbs.shape_loops import Detours
-from purcell_cli.planner.limbs.straightening import DETOURS, Straightenings
+from purcell_cli.planner.limbs.shape_loops import ShapeLoops
+from purcell_cli.planner.limbs.straightening import MOST_LOOPS, Straightenings
 
-_CROSSED = 60
-"""Ways to straighten and to bend that are carried on with to where their turns are put between one another."""
-
-
-_TURNED = 10
-"""Those that are carried on with to where detours are made before them."""
-
-
+INTERLEAVED_FROM = 60
+"""Ways to straighten and to bend that are carried on with to where their rotations are put between one another."""
+_LOOPED_FROM = 10
+"""Those that are carried on with to where shape loops are made before them."""
 _ALIKE = 10
 """How many ways promise about the same, at most."""
-
 
 Price = Callable[[Array, Array, Array], Array]
 """What phase 2 costs, about [rad]: of a change of heading [rad], a distance [L] and how much of it goes aside [L]."""
 
 
-def _gone_round(outer: _Outer, round_: Sequence[Detours], wanted: Array, price: Price) -> _Outer:
-    """Return the ways in and out that promise most with detours before them, if there are any.
-
-    Args:
-        outer: The ways in and out.
-        round_: The detours round the start's and round the goal's shape.
-        wanted: Body displacement of the whole. Shape (4, 4).
-        price: What phase 2 costs, about.
-    """
-    if not any(len(some.sequence) for some in round_):
-        return outer
-    few = outer.best(wanted, price, _TURNED)
-    for k in range(DETOURS):
-        most = _CROSSED if k == DETOURS - 1 else _TURNED
-        first = _Outer(round_[0].before(few.first), few.last).best(wanted, price, most).first
-        last = _Outer(first, round_[1].before(few.last)).best(wanted, price, most).last
-        few = _Outer(first, last)
-    return few
-
-
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class _Outer:
-    """The ways to straighten the limbs of the start and of the goal: phases 1 and 3."""
+class OuterPhases:
+    """The ways to straighten the limbs of the start and of the goal: phases 1 and 3.
+
+    Attributes:
+        first: Those of the start.
+        last: Those of the goal, played backwards.
+    """
 
     first: Straightenings
     last: Straightenings
@@ -77,13 +58,14 @@ class _Outer:
         limbs = self.first.joint_travel_rad[:, None] + self.last.joint_travel_rad
         return gone, price(arccos(heading), distance, aside) + limbs
 
-    def best(self, wanted: Array, price: Price, most: int) -> _Outer:
+    def best(self, wanted: Array, price: Price, most: int) -> OuterPhases:
         """Return the ways that promise most, at the start and at the goal, the best first (see `promised`)."""
         promised = self.promised(wanted, price)[1]
         order = (np.argsort(np.round(promised.min(axis=axis, initial=np.inf), 9), kind="stable") for axis in (1, 0))
-        return _Outer(*(ways[row[:most]] for ways, row in zip((self.first, self.last), order, strict=True)))
+        return OuterPhases(*(ways[row[:most]] for ways, row in zip((self.first, self.last), order, strict=True)))
 
     def joint_travel_rad(self, i: int, j: int) -> float:
+        """Return the joint travel of way i in and way j out [rad]."""
         return float(self.first.joint_travel_rad[i] + self.last.joint_travel_rad[j])
 
     def around(self, i: int, inner: Sequence[Block], j: int) -> tuple[Block, ...]:
@@ -96,8 +78,36 @@ class _Outer:
         )
 
 
-def _pairs(outer: _Outer, wanted: Array, price: Price, most: int) -> tuple[list[tuple[int, int]], Array]:
-    """Return the pairs of ways in and out that promise the least joint travel, and what they leave to be made.
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class LimbPairs:
+    """Pairs of ways in and out, and what each of them leaves to phase 2.
+
+    Attributes:
+        ways: The ways.
+        index: Which way in and which way out. Shape (n, 2).
+        missing: Body displacement between them, in units of L. Shape (n, 4, 4).
+    """
+
+    ways: OuterPhases
+    index: NDArray[np.int64]
+    missing: Array
+
+    def __len__(self) -> int:
+        return len(self.index)
+
+    @property
+    def joint_travel_rad(self) -> Array:
+        """The joint travel of each pair [rad]. Shape (n,)."""
+        return np.array([self.ways.joint_travel_rad(i, j) for i, j in self.index.tolist()])
+
+    def around(self, k: int, inner: Sequence[Block]) -> tuple[Block, ...]:
+        """Return the strokes of a phase 2 with the ways of pair k in and out."""
+        i, j = self.index[k].tolist()
+        return self.ways.around(i, inner, j)
+
+
+def best_pairs(outer: OuterPhases, wanted: Array, price: Price, most: int) -> LimbPairs:
+    """Return the pairs of ways in and out that promise the least joint travel.
 
     Args:
         outer: The ways in and out.
@@ -110,6 +120,26 @@ def _pairs(outer: _Outer, wanted: Array, price: Price, most: int) -> tuple[list[
     few = np.flatnonzero(promised <= np.partition(promised, count - 1, axis=None)[count - 1])
     # Ways that differ by how a limb rolls promise the same; the first of them will do.
     _, first = np.unique(np.round(promised.ravel()[few], 1), return_index=True)
-    best = few[first[:most]]
-    pairs = [(int(k // promised.shape[1]), int(k % promised.shape[1])) for k in best]
-    return pairs, se3.normalised(np.stack([matmul(gone[i], outer.last.displacement[j]) for i, j in pairs]))
+    index = np.stack(np.divmod(few[first[:most]], promised.shape[1]), axis=1)
+    missing = se3.normalised(np.stack([matmul(gone[i], outer.last.displacement[j]) for i, j in index]))
+    return LimbPairs(outer, index, missing)
+
+
+def with_shape_loops(outer: OuterPhases, loops: Sequence[ShapeLoops], wanted: Array, price: Price) -> OuterPhases:
+    """Return the ways in and out that promise most with shape loops before them, if there are any.
+
+    Args:
+        outer: The ways in and out.
+        loops: The shape loops round the start's and round the goal's shape.
+        wanted: Body displacement of the whole. Shape (4, 4).
+        price: What phase 2 costs, about.
+    """
+    if not any(len(some.sequence) for some in loops):
+        return outer
+    few = outer.best(wanted, price, _LOOPED_FROM)
+    for k in range(MOST_LOOPS):
+        most = INTERLEAVED_FROM if k == MOST_LOOPS - 1 else _LOOPED_FROM
+        first = OuterPhases(loops[0].before(few.first), few.last).best(wanted, price, most).first
+        last = OuterPhases(first, loops[1].before(few.last)).best(wanted, price, most).last
+        few = OuterPhases(first, last)
+    return few

@@ -1,4 +1,4 @@
-"""Detours: closed ways of both limbs round the start's or the goal's shape, which move the base.
+"""Shape loops: closed ways of both limbs round the start's or the goal's shape, which move the base.
 
 In phases 1 and 3 a limb may be as bent as the start or the goal has it. Where that is much, a square
 of both limbs' angles turns the base by up to 5 degrees per rad of joint travel, beside 0.9 of the best
@@ -19,6 +19,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
@@ -27,12 +28,12 @@ from purcell_cli.planner.limbs.straightening import BEND_SLACK_RAD, ROUGH, Strai
 
 _SIDES_RAD = (-1.6, -0.8, 0.8, 1.6)
 """Sides of the squares."""
-_DETOUR_RAD = 1.3
+_LEAST_BEND_RAD = 1.3
 """Where limbs are bent less squares turn too little."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Detours:
+class ShapeLoops:
     """Closed ways of both limbs round a shape, which move the base.
 
     Attributes:
@@ -46,14 +47,14 @@ class Detours:
     displacement: Array
 
     def before(self, ways: Straightenings) -> Straightenings:
-        """Return straightenings with each of the detours, or none, before what they do."""
+        """Return straightenings with each of the shape loops, or none, before what they do."""
         n, m = len(self.sequence), len(ways)
         index = np.repeat(np.arange(1, n + 1), m)[:, None]
         more = Straightenings(
             ways.limbs,
             np.tile(ways.order, (n, 1)),
             np.tile(ways.way, (n, 1)),
-            np.concatenate([index, np.tile(ways.detour[:, :-1], (n, 1))], axis=1),
+            np.concatenate([index, np.tile(ways.loop[:, :-1], (n, 1))], axis=1),
             (self.joint_travel_rad[:, None] + ways.joint_travel_rad).ravel(),
             (matmul(self.displacement[:, None], ways.displacement)).reshape(-1, 4, 4),
             (EMPTY, *self.sequence),
@@ -61,8 +62,8 @@ class Detours:
         return ways.and_(more)
 
 
-def detours(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0) -> list[Detours]:
-    """Return detours round each of some shapes: squares of both limbs' angles, gone round once or twice.
+def shape_loops(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0) -> list[ShapeLoops]:
+    """Return shape loops round each of some shapes: squares of both limbs' angles, gone round once or twice.
 
     A bent limb may bend as far as it does, and the more limbs are bent, the more a square turns the base.
 
@@ -72,13 +73,9 @@ def detours(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0)
         clearance_m: How far the limbs' surfaces stay apart, in units of L.
     """
     squares = [_squares(swimmer, shape) for shape in shapes]
-    parts = [
-        (s.shapes(shape)[:-1], s.rates(), s.duration) for shape, some in zip(shapes, squares, strict=True) for s in some
-    ]
-    none = (np.empty((0, 2, 3, 3)), np.empty((0, 6)), np.empty(0))
-    pieces = [np.concatenate(column) for column in zip(none, *parts, strict=True)]
-    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], ROUGH).reshape(-1, 4, 4, 4)
-    apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 4).min(axis=1)
+    pieces = Pieces.together(Pieces.of(s, shape) for shape, some in zip(shapes, squares, strict=True) for s in some)
+    moves = piece_displacements(swimmer, pieces, ROUGH).reshape(-1, 4, 4, 4)
+    apart = clearances(swimmer, pieces, clearance_m)[0].reshape(-1, 4).min(axis=1)
     once = se3.normalised(matmul(matmul(matmul(moves[:, 0], moves[:, 1]), moves[:, 2]), moves[:, 3]))
     out, low = [], 0
     for some in squares:
@@ -90,22 +87,19 @@ def detours(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0)
         moved = np.concatenate([made[kept], se3.inverse(made[kept])])
         sequences += [s.times(2) for s in sequences]
         travel = np.array([s.joint_travel_rad for s in sequences])
-        out.append(Detours(tuple(sequences), travel, np.concatenate([moved, matmul(moved, moved)])))
+        out.append(ShapeLoops(tuple(sequences), travel, np.concatenate([moved, matmul(moved, moved)])))
     return out
 
 
 def _squares(swimmer: Swimmer, shape: Array) -> list[PrimitiveSequence]:
     """Return squares from a shape and back to it on which no limb bends further than it does, or than the limit."""
     limits = np.maximum(swimmer.max_bend_rad, bends(shape[..., 0])) + BEND_SLACK_RAD
-    if np.max(limits) < _DETOUR_RAD:
+    if np.max(limits) < _LEAST_BEND_RAD:
         return []
     arms: list[list[tuple[int, float]]] = []
     for limb in (0, 1):
         turns = [(3 * limb + axis, angle) for axis in (1, 2) for angle in _SIDES_RAD]
         each = [PrimitiveSequence.of([turn]) for turn in turns]
-        at = np.tile(shape, (len(turns), 1, 1, 1))
-        sweeps = LimbCircles.of(
-            at, np.concatenate([s.rates() for s in each]), np.concatenate([s.duration for s in each])
-        )
-        arms.append([t for t, b in zip(turns, sweeps.largest_bends()[0][:, limb], strict=True) if b <= limits[limb]])
+        circles = LimbCircles.of(Pieces.together(Pieces.of(s, shape) for s in each))
+        arms.append([t for t, b in zip(turns, circles.largest_bends()[0][:, limb], strict=True) if b <= limits[limb]])
     return [PrimitiveSequence.of([(i, a), (j, b), (i, -a), (j, -b)]) for i, a in arms[0] for j, b in arms[1]]

@@ -3,7 +3,7 @@
 Three turns about its own axes straighten a limb, in twelve orders and two ways each; either limb
 may go first, or the turns of the one stand between those of the other. All of them move the base,
 each differently, so which is best depends on where the swimmer is to go: here they are listed, with
-what they do to the base. Detours may come before (see `detours`). Ways on which the limbs come too
+what they do to the base. Shape loops may come before (see `shape_loops`). Ways on which the limbs come too
 near each other are left out.
 """
 
@@ -21,6 +21,7 @@ from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
@@ -30,8 +31,8 @@ from purcell_cli.planner.limbs.turns import Ways, turns_to
 ROUGH = Accuracy(stages=3, step=1.2, settled=1e-7)
 """Errors of 1e-4 (L, rad): the ways are compared by it, and the finish makes up for it."""
 BEND_SLACK_RAD = 1e-9
-DETOURS = 3
-"""How many detours may be made one after the other."""
+MOST_LOOPS = 3
+"""How many shape loops may be made one after the other."""
 _LONGER_RAD = 7.0
 """Ways longer than the shortest by more than this are not worth their while."""
 
@@ -44,19 +45,19 @@ class Straightenings:
         limbs: The ways to straighten limb 1, and limb 2.
         order: Which limb turns, 0 or 1, in the six turns of both. Shape (n, 6).
         way: The way each limb takes. Shape (n, 2).
-        detour: Which of the detours are made before, one after the other; 0 is none. Shape (n, 3).
+        loop: Which of the shape loops are made before, one after the other; 0 is none. Shape (n, 3).
         joint_travel_rad: Their joint travel [rad]. Shape (n,).
         displacement: What each does to the base, to search by, in units of L. Shape (n, 4, 4).
-        detours: The detours, the first of them empty.
+        loops: The shape loops, the first of them empty.
     """
 
     limbs: tuple[Ways, Ways]
     order: NDArray[np.int64]
     way: NDArray[np.int64]
-    detour: NDArray[np.int64]
+    loop: NDArray[np.int64]
     joint_travel_rad: Array
     displacement: Array
-    detours: tuple[PrimitiveSequence, ...] = (EMPTY,)
+    loops: tuple[PrimitiveSequence, ...] = (EMPTY,)
 
     def __len__(self) -> int:
         return len(self.order)
@@ -67,22 +68,22 @@ class Straightenings:
         taken = np.cumsum(self.order[k]) - self.order[k]  # turns of limb 2 before each
         row = np.arange(6)
         straight = joined(turns)[np.where(self.order[k] == 0, row - taken, 3 + taken)].busy()
-        return joined([*(self.detours[i] for i in self.detour[k]), straight])
+        return joined([*(self.loops[i] for i in self.loop[k]), straight])
 
     def __getitem__(self, some: NDArray[np.int64]) -> Straightenings:
         """Return some of them, in an order of their own."""
         return self._with([getattr(self, name)[some] for name in _COLUMNS])
 
     def and_(self, more: Straightenings) -> Straightenings:
-        """Return these and more of the same limbs' ways, with the same detours if they have any."""
+        """Return these and more of the same limbs' ways, with the same shape loops if they have any."""
         return more._with([np.concatenate([getattr(self, name), getattr(more, name)]) for name in _COLUMNS])
 
     def _with(self, columns: list[Any]) -> Straightenings:
-        order, way, detour, travel, displacement = columns
-        return Straightenings(self.limbs, order, way, detour, travel, displacement, self.detours)
+        order, way, loop, travel, displacement = columns
+        return Straightenings(self.limbs, order, way, loop, travel, displacement, self.loops)
 
 
-_COLUMNS = ("order", "way", "detour", "joint_travel_rad", "displacement")
+_COLUMNS = ("order", "way", "loop", "joint_travel_rad", "displacement")
 
 
 def straightenings(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0) -> list[Straightenings]:
@@ -126,7 +127,7 @@ def _pairs(limbs: tuple[Ways, Ways], played: tuple[_Played, _Played], clearance_
         limbs,
         np.concatenate(order),
         np.concatenate(way),
-        np.zeros((sum(map(len, way)), DETOURS), dtype=np.int64),
+        np.zeros((sum(map(len, way)), MOST_LOOPS), dtype=np.int64),
         np.concatenate(travel),
         np.concatenate(displacement),
     )
@@ -146,8 +147,8 @@ class _Played:
     apart: tuple[Array, Array]
 
 
-def _turning(ways: Ways, shape: Array, limb: int) -> tuple[Array, Array, Array]:
-    """Return the shapes at which turns begin, their limb rates and durations. Shapes (3 n, ...)."""
+def rotation_pieces(ways: Ways, shape: Array, limb: int) -> Pieces:
+    """Return the pieces of all ways, three rotations each, of limb 0 or 1 from a shape."""
     axis, count = ways.control % 3, len(ways)
     turn = np.empty((count, 3, 3, 3))
     for k in range(3):
@@ -157,7 +158,7 @@ def _turning(ways: Ways, shape: Array, limb: int) -> tuple[Array, Array, Array]:
     shapes[:, 1, limb] = matmul(shape[limb], turn[:, 0])
     shapes[:, 2, limb] = matmul(shapes[:, 1, limb], turn[:, 1])
     rates = np.where(np.arange(6) == ways.control[..., None], np.sign(ways.angle)[..., None], 0.0)
-    return shapes.reshape(-1, 2, 3, 3), rates.reshape(-1, 6), np.abs(ways.angle).ravel()
+    return Pieces(shapes.reshape(-1, 2, 3, 3), rates.reshape(-1, 6), np.abs(ways.angle).ravel())
 
 
 def _played(
@@ -171,12 +172,12 @@ def _played(
                 here = shape.copy()
                 if straight:
                     here[1 - i] = np.eye(3)
-                parts.append(_turning(ways, here, i))
-    pieces = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    moves = piece_displacements(swimmer, pieces[0], pieces[1], pieces[2], ROUGH).reshape(-1, 3, 4, 4)
-    apart = clearances(swimmer, pieces[0], pieces[1], pieces[2], clearance_m)[0].reshape(-1, 3).min(axis=1)
+                parts.append(rotation_pieces(ways, here, i))
+    pieces = Pieces.together(parts)
+    moves = piece_displacements(swimmer, pieces, ROUGH).reshape(-1, 3, 4, 4)
+    apart = clearances(swimmer, pieces, clearance_m)[0].reshape(-1, 3).min(axis=1)
     whole = se3.normalised(matmul(matmul(moves[:, 0], moves[:, 1]), moves[:, 2]))
-    stops = np.cumsum([len(part[2]) // 3 for part in parts])[:-1]
+    stops = np.cumsum([len(part) // 3 for part in parts])[:-1]
     each = list(zip(np.split(whole, stops), np.split(apart, stops), strict=True))
     done = [_Played((a[0], b[0]), (a[1], b[1])) for a, b in zip(each[::2], each[1::2], strict=True)]
     return list(zip(done[::2], done[1::2], strict=True))
@@ -184,8 +185,8 @@ def _played(
 
 def _within(swimmer: Swimmer, shape: Array, limbs: Sequence[Ways]) -> tuple[Ways, Ways]:
     """Return the ways that bend a limb no further than it is, or than the limit; the first if there are none."""
-    pieces = [np.concatenate(c) for c in zip(*(_turning(w, shape, i) for i, w in enumerate(limbs)), strict=True)]
-    bend = LimbCircles.of(pieces[0], pieces[1], pieces[2]).largest_bends()[0].reshape(-1, 3, 2).max(axis=1)
+    pieces = Pieces.together(rotation_pieces(w, shape, i) for i, w in enumerate(limbs))
+    bend = LimbCircles.of(pieces).largest_bends()[0].reshape(-1, 3, 2).max(axis=1)
     kept, low = [], 0
     for i, ways in enumerate(limbs):
         limit = max(swimmer.max_bend_rad, float(bends(shape[i, :, 0]))) + BEND_SLACK_RAD

@@ -14,7 +14,7 @@ _ACTIVE_ROUNDS = 12
 _WEAKEST, _DAMPING = 1e-9, 1e-13
 
 
-def _least_steps(columns: Array, wanted: Array, begun: Array, loose: Array, low: Array, high: Array) -> Array:
+def least_steps(columns: Array, wanted: Array, begun: Array, loose: Array, low: Array, high: Array) -> Array:
     """Return the steps nearest to others, between bounds, that meet few equations as far as they can. Shape (n, k).
 
     Newton's method on the multipliers of the equations: a step is where they lead, clipped

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from purcell_cli.geometry.reproducible import arctan2, cos, inner, sin
 from purcell_cli.geometry.rotations import Array, cross
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.clearance import clearances, distance_slope, limb_distance
 from purcell_cli.motion.limb_circles import LimbCircles
@@ -100,12 +101,12 @@ def clearance_rows(
     """
     row, limb, axis = np.arange(len(sequence)), sequence.control // 3, sequence.control % 3
     watched = np.flatnonzero(least > -np.inf)
-    pieces = (shapes[watched], sequence.rates()[watched], sequence.duration[watched])
+    pieces = Pieces.between(sequence, shapes)[watched]
     enough = float(np.max(least, initial=0.0)) + _NEAR_L
-    apart, time = clearances(equations.swimmer, *pieces, enough)
+    apart, time = clearances(equations.swimmer, pieces, enough)
     near = np.flatnonzero(apart - least[watched] < _NEAR_L)
-    at_end = time[near] >= pieces[2][near]
-    axes = LimbCircles.of(*pieces).at(near, time[near])
+    at_end = time[near] >= pieces.durations[near]
+    axes = LimbCircles.of(pieces).at(near, time[near])
     torque = cross(axes, distance_slope(equations.swimmer, axes))
     lever = inner(shapes[row, limb, :, axis], torque[:, limb])
     acts = row[None, :] < (watched[near] + at_end)[:, None]

@@ -21,6 +21,7 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift import EXACT, run_displacements
 from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian, shape_gap
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
@@ -170,7 +171,7 @@ class Equations:
 
     def _displacement(self, stretches: Sequence[Stretch], sequence: PrimitiveSequence, shapes: Array) -> Array:
         """Return what stretches do to the base, one cycle of each in a sequence. Shape (4, 4)."""
-        pieces = (shapes[:-1], sequence.rates(), sequence.duration)
+        pieces = Pieces.between(sequence, shapes)
         parts, cycles = [len(s.sequence) for s in stretches], [s.cycles for s in stretches]
         moves = run_displacements(self.swimmer, pieces, parts, cycles, self.accuracy)
         return np.asarray(functools.reduce(matmul, moves, np.eye(4)))

@@ -1,4 +1,4 @@
-"""The word book: what symmetry makes of words, and that small displacements find the word that suits them."""
+"""The motion library: what symmetry makes of its plans, and that small displacements find the plan that suits them."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.limb_circles import LimbCircles
-from purcell_cli.planner.library.plan_library import WordBook, image, stored_words, symmetries, word_book
+from purcell_cli.planner.library.plan_library import MotionLibrary, image, library_for, stored_plans, symmetries
 
 BODY = Swimmer().scaled()
-WORD = PrimitiveSequence.of(
+SHORT = PrimitiveSequence.of(
     [("limb1 yaw", 0.5), ("limb2 pitch", 0.4), ("limb1 roll", 0.3), ("limb2 yaw", -0.6), ("limb1 pitch", 0.2)]
 )
 
 
-def bend(word: PrimitiveSequence) -> float:
-    shapes = word.shapes(COLLINEAR)[:-1]
-    return float(LimbCircles.of(shapes, word.rates(), word.duration).largest_bends()[0].max())
+def bend(short: PrimitiveSequence) -> float:
+    return float(LimbCircles.of(Pieces.of(short)).largest_bends()[0].max())
 
 
 def seen(symmetry: Array, g: Array) -> Array:
@@ -37,55 +37,55 @@ def seen(symmetry: Array, g: Array) -> Array:
 def test_an_image_does_what_symmetry_shows(k: int) -> None:
     symmetry = symmetries()[k]
     assert_close(symmetry @ symmetry.T, np.eye(3), 0.0)
-    does = flow(BODY, WORD)
-    assert_close(flow(BODY, image(WORD, symmetry)), seen(symmetry, does), 1e-12)
-    assert not is_close(flow(BODY, image(WORD, symmetry)), seen(np.diag([-1.0, 1.0, 1.0]) @ symmetry, does), 1e-3)
+    does = flow(BODY, SHORT)
+    assert_close(flow(BODY, image(SHORT, symmetry)), seen(symmetry, does), 1e-12)
+    assert not is_close(flow(BODY, image(SHORT, symmetry)), seen(np.diag([-1.0, 1.0, 1.0]) @ symmetry, does), 1e-3)
 
 
-def test_symmetries_are_sixteen_and_words_played_backwards_undo_what_they_do() -> None:
+def test_symmetries_are_sixteen_and_plans_played_backwards_undo_what_they_do() -> None:
     assert len(np.unique(symmetries(), axis=0)) == 16
-    word = stored_words()[0]
+    short = stored_plans()[0]
     for symmetry in symmetries():
-        there, back = image(word, symmetry), image(word, symmetry, backwards=True)
+        there, back = image(short, symmetry), image(short, symmetry, backwards=True)
         assert_close(flow(BODY, there) @ flow(BODY, back, there.shapes(COLLINEAR)[-1]), np.eye(4), 1e-12)
 
 
-def test_stored_words_are_short_and_close() -> None:
-    words = stored_words()
-    assert len(words) >= 20
-    for word in words:
-        assert 4 <= len(word) <= 40
-        assert_close(word.shapes(COLLINEAR)[-1], COLLINEAR, 1e-5)
-        assert bend(word) <= 1.5 + 1e-5
-        assert word.joint_travel_rad < 12.0
-        assert not is_close(flow(BODY, word), np.eye(4), 1e-3)
+def test_stored_plans_are_short_and_close() -> None:
+    plans = stored_plans()
+    assert len(plans) >= 20
+    for short in plans:
+        assert 4 <= len(short) <= 40
+        assert_close(short.shapes(COLLINEAR)[-1], COLLINEAR, 1e-5)
+        assert bend(short) <= 1.5 + 1e-5
+        assert short.joint_travel_rad < 12.0
+        assert not is_close(flow(BODY, short), np.eye(4), 1e-3)
 
 
 @pytest.mark.parametrize("symmetry", [0, 5, 11])
-def test_what_a_word_does_finds_that_word(symmetry: int) -> None:
+def test_what_a_plan_does_finds_that_plan(symmetry: int) -> None:
     """And the same seen in a mirror finds its image, which is played as it is."""
-    for word in stored_words()[::7]:
-        does = seen(symmetries()[symmetry], flow(BODY, word))
-        (entry,) = WordBook((word,), Swimmer(max_bend_rad=1.5).scaled()).nearest(
+    for short in stored_plans()[::7]:
+        does = seen(symmetries()[symmetry], flow(BODY, short))
+        (entry,) = MotionLibrary((short,), Swimmer(max_bend_rad=1.5).scaled()).nearest(
             se3.normalised(does)[None], np.array([2.5]), 1
         )
         assert entry.laps == 1
-        assert entry.estimate_rad == pytest.approx(2.5 + word.joint_travel_rad, rel=1e-5)
+        assert entry.estimate_rad == pytest.approx(2.5 + short.joint_travel_rad, rel=1e-5)
         assert_close(flow(BODY, entry.lap), does, 1e-5)
 
 
 def test_a_small_bend_limit_asks_for_laps() -> None:
-    word = max(stored_words(), key=bend)
-    book = WordBook((word,), Swimmer(max_bend_rad=0.5 * bend(word)).scaled())
-    (entry,) = book.nearest(se3.normalised(flow(BODY, word))[None], np.zeros(1), 1)
+    short = max(stored_plans(), key=bend)
+    library = MotionLibrary((short,), Swimmer(max_bend_rad=0.5 * bend(short)).scaled())
+    (entry,) = library.nearest(se3.normalised(flow(BODY, short))[None], np.zeros(1), 1)
     assert entry.laps == 4
-    assert bend(entry.lap) == pytest.approx(0.5 * bend(word), rel=0.05)
-    assert entry.estimate_rad == pytest.approx(2.0 * word.joint_travel_rad, rel=1e-5)
+    assert bend(entry.lap) == pytest.approx(0.5 * bend(short), rel=0.05)
+    assert entry.estimate_rad == pytest.approx(2.0 * short.joint_travel_rad, rel=1e-5)
 
 
-def test_a_book_is_made_once_for_a_swimmer() -> None:
-    assert word_book(BODY) is word_book(Swimmer().scaled())
-    assert word_book(BODY) is not word_book(Swimmer(slenderness=0.03).scaled())
+def test_a_library_is_made_once_for_a_swimmer() -> None:
+    assert library_for(BODY) is library_for(Swimmer().scaled())
+    assert library_for(BODY) is not library_for(Swimmer(slenderness=0.03).scaled())
 
 
 @pytest.mark.slow
@@ -108,8 +108,7 @@ def test_small_displacements_take_little_joint_travel(
     assert found.limits.largest_bend_rad[1] <= limit
 
 
-@pytest.mark.slow
-def test_other_swimmers_and_bent_limbs_use_the_book_too() -> None:
+def test_other_swimmers_and_bent_limbs_use_the_library_too() -> None:
     limbs = (30.0, 10.0, 0.0), (-20.0, 0.0, 40.0)
     start = Configuration.from_angles([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], *limbs)
     goal = Configuration.from_angles([0.003, 0.002, -0.001], [2.0, -3.0, 4.0], *limbs)

@@ -1,0 +1,41 @@
+"""What phase 2 costs by arcs, before any arc is known: by which ways in and out are chosen."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.planner.arcs.loop_family import Fan
+
+_ASIDE, _FAR_ASIDE = 8.0, 1.2
+"""A way aside takes rotations there and back: 4 arcs of an angle f and a radius r go 4 r (1 - cos f) aside, so they
+rotate by (8 aside / r)^0.5 in all; and by no more than a way so far aside, in radii."""
+
+
+def tightest(fans: tuple[Fan, ...]) -> Fan:
+    """Return the loops that turn most per cost: those that are steered by."""
+    return max(fans, key=lambda fan: fan.tight)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class ArcPrice:
+    """The cost of phase 2 by arcs.
+
+    Attributes:
+        loops: The loops that arcs are swum by.
+    """
+
+    loops: Fan
+
+    def __call__(self, turn: Array, way: Array, aside: Array) -> Array:
+        """Return the costs [rad].
+
+        Args:
+            turn: Changes of heading [rad].
+            way: Distances [L].
+            aside: How much of those goes aside [L].
+        """
+        radii = np.minimum(aside * self.loops.tight / self.loops.straight, _FAR_ASIDE)
+        return np.asarray(np.sqrt(turn**2 + _ASIDE * radii) / self.loops.tight + way / self.loops.straight)

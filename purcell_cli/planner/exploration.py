@@ -1,0 +1,112 @@
+"""Exploration: a stage's candidates are refined, the best of them further, and random plans are tried."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+from purcell_cli.motion.plan import Structure
+from purcell_cli.planner.candidate import Candidate, joint_travel_rad
+from purcell_cli.planner.effort import Stage
+from purcell_cli.planner.incumbent import Contender, Incumbent
+from purcell_cli.planner.library.random_plans import brought, random_plans
+from purcell_cli.planner.progress import Progress, silent
+from purcell_cli.planner.refine.minimum_travel import tightened
+from purcell_cli.planner.refine.shooting import Equations
+from purcell_cli.planner.refine.stretches import stretches_of
+from purcell_cli.planner.refinement import Refinement, cycles_apart
+from purcell_cli.planner.structures import StructureRecord
+
+_RANDOM_PLAN_RAD = 25.0
+"""Phases 2 of less joint travel than this may be one random plan [rad]."""
+_ARRIVED = 1e-3
+"""Random plans that miss by less may be shortened [L, rad]."""
+_PROMISING = 1.2
+"""A random plan is refined if it is at most so many times as long as the best plan."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Exploration:
+    """What the stages of one search share.
+
+    Attributes:
+        query: The equations of the query, without a motion.
+        refinement: How motions are refined.
+        incumbent: The best plan so far.
+        record: The structures that were weighed.
+        progress: Is told how far the search is.
+    """
+
+    query: Equations
+    refinement: Refinement
+    incumbent: Incumbent = dataclasses.field(default_factory=Incumbent)
+    record: StructureRecord = dataclasses.field(default_factory=StructureRecord)
+    progress: Progress = silent
+
+    def explore(self, stage: Stage, candidates: Sequence[Candidate]) -> None:
+        """Refine candidates, the best first: as many as the stage asks for, and more until one arrives in limits."""
+        shorter: list[tuple[Equations, str]] = []
+        done = 0
+        for candidate in candidates:
+            if done >= stage.candidates and self.incumbent.good:
+                break
+            blocks = candidate.make()
+            self.record.made(candidate, joint_travel_rad(blocks))
+            near = self.consider(self.query.of(stretches_of(blocks)), candidate.words)
+            done += 1
+            self._tell(stage, done)
+            if stage.pace is not None and near.joint_travel_rad < stage.longest_rad:
+                apart, words = near.of(stretches_of(cycles_apart(near, stage.most_apart))), f"{candidate.words}, joined"
+                shorter.append((self.consider(self.refinement.shorter(apart, stage.pace), words), words))
+        shorter.sort(key=lambda one: round(one[0].joint_travel_rad, 9))
+        for motion, words in shorter[: stage.finalists]:
+            self.consider(self.refinement.shorter(motion, stage.last), words)
+            done += 1
+            self._tell(stage, done)
+        self._random_plans(stage)
+
+    def consider(self, motion: Equations, words: str) -> Equations:
+        """Bring a motion to the goal, let it contend for the plan, and return it nearly there.
+
+        Args:
+            motion: The motion.
+            words: What it is made of.
+        """
+        near = self.refinement.near(motion)
+        if near.close:
+            self.record.near(words, near.motion.joint_travel_rad)
+            if not (self.incumbent.good and self.incumbent.beats(self.refinement.cost(near.motion))):
+                self.incumbent.consider(self.refinement.contender(near, words))
+        elif self.incumbent.best is None:
+            self.incumbent.consider(Contender(near.motion, "", near.off))
+        return near.motion
+
+    def structures(self, candidates: Sequence[Candidate]) -> tuple[Structure, ...]:
+        """Return what was weighed, the structure of the best plan first.
+
+        Args:
+            candidates: The candidates of the last stage, the best first.
+        """
+        best = self.incumbent.best
+        taken = Structure("" if best is None else best.words, self.incumbent.joint_travel_rad)
+        return self.record.structures(taken, candidates)
+
+    def _random_plans(self, stage: Stage) -> None:
+        """Try random plans in place of a phase 2 of little joint travel."""
+        best, pace = self.incumbent.best, stage.pace
+        if best is None or pace is None:
+            return
+        outer = [s for s in best.motion.stretches if s.phase != 2]
+        inner = best.motion.joint_travel_rad - sum(s.joint_travel_rad for s in outer)
+        bend, clearance = self.refinement.bend_rad, self.refinement.clearance
+        for k, plan in enumerate(random_plans(stage.random_plans if inner < _RANDOM_PLAN_RAD else 0)):
+            parts = [s for s in outer if s.phase == 1] + [plan] + [s for s in outer if s.phase == 3]
+            near, off = brought(self.query.of(parts), bend)
+            if off < _ARRIVED:
+                first = tightened(near, bend, pace, clearance)
+                if first.joint_travel_rad < _PROMISING * self.incumbent.joint_travel_rad:
+                    self.consider(self.refinement.shorter(first, pace), "one word of joined strokes")
+            self._tell(stage, stage.candidates + stage.finalists + k + 1)
+
+    def _tell(self, stage: Stage, done: int) -> None:
+        self.progress(done, stage.trials, f"joint travel {self.incumbent.joint_travel_rad:.2f} rad")

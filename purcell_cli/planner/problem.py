@@ -1,0 +1,70 @@
+"""What every generator of candidates is given: the query in units of L, and the limbs' ways, worked out once."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Mapping
+
+from purcell_cli.gaits.gait import Gait
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.planner.arcs.arc_price import ArcPrice, tightest
+from purcell_cli.planner.arcs.loop_family import Fan, fan
+from purcell_cli.planner.effort import Breadth
+from purcell_cli.planner.limbs.interleaving import interleaved
+from purcell_cli.planner.limbs.pairs import INTERLEAVED_FROM, LimbPairs, OuterPhases, best_pairs, with_shape_loops
+from purcell_cli.planner.limbs.shape_loops import shape_loops
+from purcell_cli.planner.limbs.straightening import straightenings
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Problem:
+    """A displacement that is wanted between two shapes, and what to spend least of.
+
+    Attributes:
+        swimmer: The swimmer, scaled to L = 1.
+        start: Shape at the beginning. Shape (2, 3, 3).
+        goal: Shape at the end. Shape (2, 3, 3).
+        wanted: Body displacement, in units of L. Shape (4, 4).
+        gaits: The stored gaits.
+        objective: One of `objectives.MEASURES`.
+        clearance: How far the limbs stay apart in phases 1 and 3, in units of L.
+    """
+
+    swimmer: Swimmer
+    start: Array
+    goal: Array
+    wanted: Array
+    gaits: Mapping[str, Gait]
+    objective: str = "travel"
+    clearance: float = 0.0
+    _pairs: dict[Breadth, LimbPairs] = dataclasses.field(init=False, repr=False, default_factory=dict)
+
+    def minimizing(self, objective: str) -> Problem:
+        """Return the problem with another objective."""
+        return self if objective == self.objective else dataclasses.replace(self, objective=objective)
+
+    @functools.cached_property
+    def fans(self) -> tuple[Fan, Fan]:
+        """The swimmer's loops for arcs: bent aside across their plane, and in it."""
+        return fan(self.swimmer, self.objective, True), fan(self.swimmer, self.objective, False)
+
+    @functools.cached_property
+    def one_by_one(self) -> OuterPhases:
+        """All ways to straighten the limbs of the start and of the goal, one limb after the other."""
+        return OuterPhases(*straightenings(self.swimmer, (self.start, self.goal), self.clearance))
+
+    def pairs(self, breadth: Breadth) -> LimbPairs:
+        """Return the pairs of ways in and out that promise least with a phase 2 by arcs; worked out once a breadth."""
+        if breadth not in self._pairs:
+            self._pairs[breadth] = self._steered_pairs(breadth)
+        return self._pairs[breadth]
+
+    def _steered_pairs(self, breadth: Breadth) -> LimbPairs:
+        price, shapes = ArcPrice(tightest(self.fans)), (self.start, self.goal)
+        few = self.one_by_one.best(self.wanted, price, INTERLEAVED_FROM)
+        ways = interleaved(self.swimmer, shapes, (few.first, few.last), breadth.orders, self.clearance)
+        loops = shape_loops(self.swimmer, shapes, self.clearance)
+        outer = with_shape_loops(OuterPhases(*ways), loops, self.wanted, price)
+        return best_pairs(outer, self.wanted, price, breadth.pairs)
