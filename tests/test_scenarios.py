@@ -17,9 +17,9 @@ def test_a_stored_scenario_comes_to_its_expected_verdict(name: str) -> None:
     expect = scenario.expect
     if expect.verdict == "error":
         with pytest.raises(PurcellError):
-            plan(scenario.start, scenario.goal, scenario.swimmer)
+            plan(scenario.start, scenario.goal, swimmer=scenario.swimmer)
         return
-    solution = plan(scenario.start, scenario.goal, scenario.swimmer)
+    solution = plan(scenario.start, scenario.goal, swimmer=scenario.swimmer)
     found = solution.certificate.deviation
     assert solution.verdict == expect.verdict
     if expect.position_tolerance is not None:

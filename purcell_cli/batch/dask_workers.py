@@ -13,6 +13,7 @@ from purcell_cli.batch.results_folder import write_files
 from purcell_cli.batch.solve_one import CRASHED, Settings, Solved, solve, without_plan
 from purcell_cli.errors import InputError, ResultsError
 from purcell_cli.files.place import shortened
+from purcell_cli.motion.verdict import Verdict
 
 _WAITING_EACH = 3
 _SECONDS_TO_CONNECT = 10
@@ -85,4 +86,4 @@ def _finished(case: Case, future: Any, folder: Path, address: str) -> Finished:
 
 def _solved(case: Case, settings: Settings) -> Solved:
     """Solve one scenario: this runs on the cluster."""
-    return without_plan("error", case.error) if case.scenario is None else solve(case.scenario, settings)
+    return without_plan(Verdict.ERROR, case.error) if case.scenario is None else solve(case.scenario, settings)

@@ -18,6 +18,7 @@ from purcell_cli.batch.cases import Case
 from purcell_cli.batch.results_folder import write_files
 from purcell_cli.batch.solve_one import CRASHED, Settings, solve, without_plan
 from purcell_cli.errors import ResultsError
+from purcell_cli.motion.verdict import Verdict
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "POLARS_MAX_THREADS")
 _MOST_FALSE_STARTS = 3
@@ -149,7 +150,7 @@ def _serve(pipe: Connection, settings: Settings, folder: str) -> None:
     with contextlib.suppress(EOFError, OSError):
         while True:
             name, asked = pipe.recv()
-            solved = without_plan("error", asked) if isinstance(asked, str) else solve(asked, settings)
+            solved = without_plan(Verdict.ERROR, asked) if isinstance(asked, str) else solve(asked, settings)
             try:
                 digests = write_files(Path(folder), name, solved.files)
             except ResultsError as error:

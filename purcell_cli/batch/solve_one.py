@@ -13,16 +13,15 @@ from pathlib import Path
 from typing import Any
 
 from purcell_cli import __version__
-from purcell_cli.errors import ParameterError, PurcellError, UnknownNameError
+from purcell_cli.errors import PurcellError
 from purcell_cli.files.place import shortened
 from purcell_cli.files.plan_file import PlanDocument
 from purcell_cli.files.scenario_file import Scenario
 from purcell_cli.files.trajectory_csv import write_rows
 from purcell_cli.gaits.gait import Gait
-from purcell_cli.motion.limits import Limits
-from purcell_cli.planner.effort import EFFORTS
-from purcell_cli.planner.objectives import known_measure
-from purcell_cli.solution import CONTROLS, Solution, plan, stroke_cycles
+from purcell_cli.motion.options import PlanOptions
+from purcell_cli.motion.verdict import Verdict
+from purcell_cli.solution import Solution, plan, stroke_cycles
 
 NUMBERS = (
     "joint_travel_rad",
@@ -49,37 +48,14 @@ class Settings:
     """How all scenarios of a batch are solved.
 
     Attributes:
-        effort: How long to look for a short plan.
-        controls: One joint at a time, or all at once.
-        minimize: What to spend least of.
-        clearance_m: How far the limbs stay apart [m].
-        dt_s: Longest time between rows of a trajectory [s].
+        options: What is asked of every plan; the workspace is the scenario's own.
         trajectories: Whether trajectories are written.
         gaits: The user's own stored gaits; None where there are none.
     """
 
-    effort: str = "standard"
-    controls: str = "primitive"
-    minimize: str = "travel"
-    clearance_m: float = 0.0
-    dt_s: float = 0.05
+    options: PlanOptions = PlanOptions()
     trajectories: bool = True
     gaits: Mapping[str, Gait] | None = None
-
-    def check(self) -> None:
-        """Refuse settings that no scenario could be solved with.
-
-        Raises:
-            UnknownNameError: An effort, a measure or a kind of control that there is not.
-            ParameterError: A number out of range.
-        """
-        for name, found, known in (("effort", self.effort, EFFORTS), ("controls", self.controls, CONTROLS)):
-            if found not in known:
-                raise UnknownNameError(f"{name}: one of {', '.join(known)} is wanted, found {found!r}")
-        known_measure(self.minimize)
-        Limits(self.clearance_m)
-        if not 0.0 < self.dt_s < math.inf:
-            raise ParameterError(f"dt: a finite time above 0 s is wanted, found {self.dt_s!r}")
 
     def fingerprint(self) -> str:
         """Return a text that changes with anything that results depend on."""
@@ -126,25 +102,20 @@ def solve(scenario: Scenario, settings: Settings) -> Solved:
         solution = plan(
             scenario.start,
             scenario.goal,
-            scenario.swimmer,
-            settings.gaits,
-            settings.dt_s,
-            settings.effort,
-            settings.controls,
-            settings.minimize,
-            settings.clearance_m,
-            scenario.workspace,
+            swimmer=scenario.swimmer,
+            options=dataclasses.replace(settings.options, workspace=scenario.workspace),
+            gaits=settings.gaits,
         )
         row, files = _row(solution), _files(solution, settings)
     except PurcellError as error:
-        return without_plan("error", str(error), time.perf_counter() - begun)
+        return without_plan(Verdict.ERROR, str(error), time.perf_counter() - begun)
     except Exception as error:  # a fault of one scenario must not stop the others
         return without_plan(CRASHED, shortened(f"{type(error).__name__}: {error}", 1000), time.perf_counter() - begun)
     return Solved({**row, "wall_time_s": time.perf_counter() - begun}, files)
 
 
 def _files(solution: Solution, settings: Settings) -> dict[str, bytes]:
-    document = PlanDocument(solution.plan, settings.dt_s, solution.limits.limits)
+    document = PlanDocument(solution.plan, solution.options)
     files = {".json": document.as_text().encode()}
     if settings.trajectories:
         stream = io.BytesIO()

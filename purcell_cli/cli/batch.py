@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from purcell_cli.cli.terminal import GaitFolder, Json, show
+from purcell_cli.cli.options import takes_plan_options
+from purcell_cli.cli.terminal import DONE, NOT_REACHED, GaitFolder, Json, show
+from purcell_cli.motion.options import PlanOptions
 from purcell_cli.wording import counted
 
 if TYPE_CHECKING:
     from purcell_cli.batch.runner import Outcome
 
-PASSED, FAILED = 0, 1
 _SECONDS_BETWEEN_LINES = 10.0
 
 
@@ -27,6 +28,7 @@ def register(app: typer.Typer) -> None:
     app.command(epilog="Example: purcell batch scenarios/ --jobs 4 --junit report.xml")(batch)
 
 
+@takes_plan_options
 def batch(
     paths: Annotated[
         list[str],
@@ -61,15 +63,7 @@ def batch(
         typer.Option("--dask", metavar="ADDRESS", help="Send scenarios to a Dask scheduler, such as tcp://host:8786."),
     ] = None,
     gaits: GaitFolder = None,
-    dt: Annotated[float, typer.Option("--dt", metavar="SECONDS", help="Longest time between rows.")] = 0.05,
-    effort: Annotated[str, typer.Option("--effort", metavar="HOW", help="quick, standard or thorough.")] = "standard",
-    controls: Annotated[
-        str, typer.Option("--controls", metavar="HOW", help="primitive or simultaneous.")
-    ] = "primitive",
-    minimize: Annotated[str, typer.Option("--minimize", metavar="WHAT", help="travel, energy or switches.")] = "travel",
-    clearance: Annotated[
-        float, typer.Option("--clearance", metavar="METRES", help="How far the two limbs stay apart.")
-    ] = 0.0,
+    options: PlanOptions = PlanOptions(),
     json: Json = False,
 ) -> int:
     """Plan many scenarios with several workers, and judge each by what it expects."""
@@ -80,17 +74,16 @@ def batch(
     from purcell_cli.files.builtin import stored_gaits
 
     own = None if gaits is None else stored_gaits(gaits)
-    settings = Settings(effort, controls, minimize, clearance, dt, trajectories, own)
-    settings.check()
+    settings = Settings(options, trajectories, own)
     earlier = None if baseline is None else load_baseline(baseline, fraction(max_regress))
     cases = find_cases(paths, name_filter)
-    options = Options(out, jobs or _cores(), dask, resume, junit, parquet, earlier)
+    task = Options(out, jobs or _cores(), dask, resume, junit, parquet, earlier)
     with _progress(cases.count) as progress:
-        outcome = run_batch(cases, settings, options, progress)
-    document = _document(outcome, options)
+        outcome = run_batch(cases, settings, task, progress)
+    document = _document(outcome, task)
     document["passed_over"] = cases.passed_over
     show(document, json, _show)
-    return FAILED if outcome.failed else PASSED
+    return NOT_REACHED if outcome.failed else DONE
 
 
 def _cores() -> int:

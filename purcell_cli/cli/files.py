@@ -7,9 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from purcell_cli.cli.terminal import Json, show
+from purcell_cli.cli.terminal import DONE, MISUSE, Json, show
 
-GOOD, BAD = 0, 2
 _KINDS = ("start", "goal", "swimmer", "scenario", "gait", "plan")
 
 
@@ -29,7 +28,7 @@ def _known(kind: str) -> str:
     from purcell_cli.errors import UnknownNameError
 
     if kind not in _KINDS:
-        from purcell_cli.files.place import nearest
+        from purcell_cli.wording import nearest
 
         raise UnknownNameError(
             f"a kind of document is wanted ({', '.join(_KINDS)}){nearest(kind, _KINDS)}, found {kind!r}"
@@ -98,7 +97,7 @@ def validate(
 
     document = {"schema": "purcell/validate/1", "verdict": "good" if good else "bad"}
     show({**document, "files": [asdict(checked) for checked in found]}, json, table)
-    return GOOD if good else BAD
+    return DONE if good else MISUSE
 
 
 def schema(

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from purcell_cli.cli.options import Dt, Format
+from purcell_cli.cli.options import DT_DEFAULT_S, Dt, Format
 from purcell_cli.cli.terminal import GaitFolder, Json, SwimmerFile
 from purcell_cli.cli.terminal import busy as _busy
 from purcell_cli.cli.terminal import show as _show
@@ -36,7 +36,7 @@ def gait(
     form: Format = None,
     swimmer: SwimmerFile = None,
     gaits: GaitFolder = None,
-    dt: Dt = 0.05,
+    dt: Dt = DT_DEFAULT_S,
     show_all: Annotated[bool, typer.Option("--list", help="Show all stored gaits, one line each.")] = False,
     atlas: Annotated[bool, typer.Option("--all", help="Show what one cycle of every stored gait does.")] = False,
     sweep: Annotated[

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from purcell_cli.mechanics.swimmer import Swimmer
 
 DONE, NOT_REACHED, MISUSE, INTERRUPTED = 0, 1, 2, 130
-"""Exit codes."""
+"""Exit codes: success; another numerical outcome; wrong usage or bad input; ended by the user."""
 
 _WIDTH = 128
 """Columns of a table that is not shown on a terminal."""

@@ -9,8 +9,9 @@ from typing import Any, Generic
 import yaml
 
 from purcell_cli.files.elements import Schema, T, V
-from purcell_cli.files.place import Place, nearest, shortened
+from purcell_cli.files.place import Place, shortened
 from purcell_cli.files.scalars import Text
+from purcell_cli.wording import nearest
 
 
 @dataclasses.dataclass(frozen=True)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import yaml
@@ -41,12 +40,6 @@ def joined(key: str, step: str | int) -> str:
 def message(file: str, line: int, key: str, wanted: str, found: str) -> InputError:
     """Return the error that every fault in a document is reported with."""
     return InputError(f"{file}:{line}: {key or 'the document'}: wanted {wanted}, found {found}")
-
-
-def nearest(name: str, choices: Sequence[str]) -> str:
-    """Return " (nearest: ...)" for the choice most like a name, or nothing if none is."""
-    close = difflib.get_close_matches(name[:100], choices, n=1)
-    return f" (nearest: {close[0]})" if close else ""
 
 
 def kind(node: yaml.Node) -> str:

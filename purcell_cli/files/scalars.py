@@ -8,7 +8,8 @@ import re
 from yaml.constructor import SafeConstructor
 
 from purcell_cli.files.elements import Schema
-from purcell_cli.files.place import _KINDS, Place, described, kind, nearest, number
+from purcell_cli.files.place import _KINDS, Place, described, kind, number
+from purcell_cli.wording import nearest
 
 _UNPRINTABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]")
 
