@@ -23,7 +23,7 @@ from purcell_cli.motion.limits import Limits, LimitsReport, check
 from purcell_cli.motion.options import Controls, PlanOptions
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, check_spacing, sample, schedule
-from purcell_cli.motion.verdict import Verdict
+from purcell_cli.motion.verdict import PlanVerdict, Verdict
 from purcell_cli.planner.incumbent import Progress
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.simultaneous import quickened
@@ -73,7 +73,7 @@ class Solution:
         return energies(self.plan.swimmer, self.plan.blocks, self.plan.start.shape)
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> PlanVerdict:
         """Reached where the certificate says so and all limits are kept, or what it is instead."""
         if not self.limits.kept:
             return Verdict.NOT_WITHIN_LIMITS

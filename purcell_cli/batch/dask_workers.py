@@ -10,7 +10,8 @@ from typing import Any
 from purcell_cli.batch.cases import Case
 from purcell_cli.batch.local_workers import Finished
 from purcell_cli.batch.results_folder import write_files
-from purcell_cli.batch.solve_one import CRASHED, Settings, Solved, solve, without_plan
+from purcell_cli.batch.rows import CRASHED
+from purcell_cli.batch.solve_one import Settings, Solved, solve, without_plan
 from purcell_cli.errors import InputError, ResultsError
 from purcell_cli.files.place import shortened
 from purcell_cli.motion.verdict import Verdict

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from purcell_cli.batch.results_folder import kept_file
-from purcell_cli.batch.solve_one import CRASHED
+from purcell_cli.batch.rows import CRASHED, Row
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def write_report(rows: Iterable[Mapping[str, Any]], totals: Mapping[str, int], path: Path, seconds: float) -> None:
+def write_report(rows: Iterable[Row], totals: Mapping[str, int], path: Path, seconds: float) -> None:
     """Write the report.
 
     Args:
@@ -45,7 +45,7 @@ def write_report(rows: Iterable[Mapping[str, Any]], totals: Mapping[str, int], p
         stream.write(b"<system-out/>\n<system-err/>\n</testsuite>\n</testsuites>\n")
 
 
-def _case(row: Mapping[str, Any]) -> str:
+def _case(row: Row) -> str:
     attributes = {"name": row["name"], "classname": _class(row["file"]), "time": f"{row['wall_time_s']:.3f}"}
     begun = f"<testcase{_attributes(attributes)}"
     if row["passed"]:

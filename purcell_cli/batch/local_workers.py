@@ -16,7 +16,8 @@ from typing import Any
 
 from purcell_cli.batch.cases import Case
 from purcell_cli.batch.results_folder import write_files
-from purcell_cli.batch.solve_one import CRASHED, Settings, solve, without_plan
+from purcell_cli.batch.rows import CRASHED, Result
+from purcell_cli.batch.solve_one import Settings, solve, without_plan
 from purcell_cli.errors import ResultsError
 from purcell_cli.motion.verdict import Verdict
 
@@ -36,7 +37,7 @@ class Finished:
     """
 
     case: Case
-    row: dict[str, Any]
+    row: Result
     digests: dict[str, str] | None
 
 

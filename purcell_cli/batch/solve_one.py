@@ -10,9 +10,10 @@ import math
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 from purcell_cli import __version__
+from purcell_cli.batch.rows import CRASHED, NUMBERS, Numbers, Result, RowVerdict
 from purcell_cli.errors import PurcellError
 from purcell_cli.files.place import shortened
 from purcell_cli.files.plan_file import PlanDocument
@@ -22,25 +23,6 @@ from purcell_cli.gaits.gait import Gait
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.solution import Solution, plan, stroke_cycles
-
-NUMBERS = (
-    "joint_travel_rad",
-    "duration_s",
-    "energy_j",
-    "position_error_over_L",
-    "base_error_rad",
-    "limb1_error_rad",
-    "limb2_error_rad",
-    "clearance_m",
-    "largest_bend_rad",
-    "primitives",
-    "cycles",
-    "rows",
-)
-"""What is measured of a plan, in the order of the summary's columns."""
-
-CRASHED = "crashed"
-"""The verdict of a scenario that no input explains: a fault of the program, or a worker that died."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -81,13 +63,14 @@ class Solved:
         files: What its files hold, by ending.
     """
 
-    row: dict[str, Any]
+    row: Result
     files: dict[str, bytes] = dataclasses.field(default_factory=dict)
 
 
-def without_plan(verdict: str, error: str, wall_time_s: float = 0.0) -> Solved:
+def without_plan(verdict: RowVerdict, error: str, wall_time_s: float = 0.0) -> Solved:
     """Return what came of a scenario that has no plan."""
-    return Solved({"verdict": verdict, "error": error, **dict.fromkeys(NUMBERS), "wall_time_s": wall_time_s})
+    nothing = cast(Numbers, dict.fromkeys(NUMBERS))
+    return Solved({"verdict": verdict, "error": error, **nothing, "wall_time_s": wall_time_s})
 
 
 def solve(scenario: Scenario, settings: Settings) -> Solved:
@@ -106,12 +89,13 @@ def solve(scenario: Scenario, settings: Settings) -> Solved:
             options=dataclasses.replace(settings.options, workspace=scenario.workspace),
             gaits=settings.gaits,
         )
-        row, files = _row(solution), _files(solution, settings)
+        numbers, files = _numbers(solution), _files(solution, settings)
     except PurcellError as error:
         return without_plan(Verdict.ERROR, str(error), time.perf_counter() - begun)
     except Exception as error:  # a fault of one scenario must not stop the others
         return without_plan(CRASHED, shortened(f"{type(error).__name__}: {error}", 1000), time.perf_counter() - begun)
-    return Solved({**row, "wall_time_s": time.perf_counter() - begun}, files)
+    lasted = time.perf_counter() - begun
+    return Solved({"verdict": solution.verdict, "error": None, **numbers, "wall_time_s": lasted}, files)
 
 
 def _files(solution: Solution, settings: Settings) -> dict[str, bytes]:
@@ -124,26 +108,25 @@ def _files(solution: Solution, settings: Settings) -> dict[str, bytes]:
     return files
 
 
-def _row(solution: Solution) -> dict[str, Any]:
+def _numbers(solution: Solution) -> Numbers:
     found, length = solution.certificate.deviation, solution.plan.swimmer.length_m
     blocks = solution.plan.blocks
     strokes = (blocks[part] for part in solution.strokes if blocks[part][0].phase == 2)
-    clearance = solution.limits.clearance.distance_m
     bend = solution.limits.largest_bend_rad[1]
-    numbers = (
-        float(solution.joint_travel_rad),
-        float(solution.duration_s),
-        float(solution.energy_j.sum()),
-        float(found.position_m / length),
-        float(found.base_rad),
-        float(found.limb1_rad),
-        float(found.limb2_rad),
-        None if clearance is None else float(clearance),
-        None if bend is None else float(bend),
-        int(solution.plan.primitives),
-        sum(stroke_cycles(stroke) for stroke in strokes),
-        len(solution.trajectory),
-    )
-    if not all(math.isfinite(number) for number in numbers if number is not None):
+    numbers: Numbers = {
+        "joint_travel_rad": float(solution.joint_travel_rad),
+        "duration_s": float(solution.duration_s),
+        "energy_j": float(solution.energy_j.sum()),
+        "position_error_over_L": float(found.position_m / length),
+        "base_error_rad": float(found.base_rad),
+        "limb1_error_rad": float(found.limb1_rad),
+        "limb2_error_rad": float(found.limb2_rad),
+        "clearance_m": float(solution.limits.clearance.distance_m),
+        "largest_bend_rad": None if bend is None else float(bend),
+        "primitives": int(solution.plan.primitives),
+        "cycles": sum(stroke_cycles(stroke) for stroke in strokes),
+        "rows": len(solution.trajectory),
+    }
+    if not all(math.isfinite(cast(float, number)) for number in numbers.values() if number is not None):
         raise ArithmeticError("a number of the plan that is not finite")
-    return {"verdict": solution.verdict, "error": None, **dict(zip(NUMBERS, numbers, strict=True))}
+    return numbers

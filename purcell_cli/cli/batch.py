@@ -18,7 +18,10 @@ from purcell_cli.motion.options import PlanOptions
 from purcell_cli.wording import counted
 
 if TYPE_CHECKING:
-    from purcell_cli.batch.runner import Outcome
+    from rich.console import Console
+
+    from purcell_cli.batch.runner import Options, Outcome
+    from purcell_cli.cli.documents.batch import BatchDocument
 
 _SECONDS_BETWEEN_LINES = 10.0
 
@@ -80,9 +83,7 @@ def batch(
     task = Options(out, jobs or _cores(), dask, resume, junit, parquet, earlier)
     with _progress(cases.count) as progress:
         outcome = run_batch(cases, settings, task, progress)
-    document = _document(outcome, task)
-    document["passed_over"] = cases.passed_over
-    show(document, json, _show)
+    show(_document(outcome, task, cases.passed_over), json, _show)
     return NOT_REACHED if outcome.failed else DONE
 
 
@@ -141,8 +142,7 @@ def _lines(count: int) -> Callable[[Outcome, dict[str, Any]], None]:
     return tell
 
 
-def _document(outcome: Outcome, options: Any) -> dict[str, Any]:
-    keys = ("name", "file", "verdict", "reasons")
+def _document(outcome: Outcome, options: Options, passed_over: int) -> BatchDocument:
     return {
         "schema": "purcell/batch/1",
         "verdict": outcome.verdict,
@@ -151,14 +151,18 @@ def _document(outcome: Outcome, options: Any) -> dict[str, Any]:
         "failed": outcome.failed,
         "crashed": outcome.crashed,
         "compared": outcome.compared if options.baseline is not None else None,
-        "failures": [{key: row[key] for key in keys} for row in outcome.failures],
+        "failures": [
+            {"name": row["name"], "file": row["file"], "verdict": row["verdict"], "reasons": row["reasons"]}
+            for row in outcome.failures
+        ],
         "wall_time_s": outcome.wall_time_s,
         "folder": str(options.folder),
         "junit": None if options.junit is None else str(options.junit),
+        "passed_over": passed_over,
     }
 
 
-def _show(console: Any, document: dict[str, Any]) -> None:
+def _show(console: Console, document: BatchDocument) -> None:
     from rich.table import Table
 
     if document["failures"]:

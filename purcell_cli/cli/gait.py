@@ -71,8 +71,8 @@ def gait(
         writable(out)
     if atlas:
         with _busy("swimming"):
-            document = many_strokes.atlas(stored, _swimmer(swimmer), out)
-        _show(document, json, many_reports.show_atlas)
+            every = many_strokes.atlas(stored, _swimmer(swimmer), out)
+        _show(every, json, many_reports.show_atlas)
         return
     if name is None:
         raise InputError("a gait's name is wanted; purcell gait --list shows all")
@@ -80,13 +80,13 @@ def gait(
     chosen = find(stored, name)
     if sweep is not None:
         with _busy("swimming"):
-            document = many_strokes.amplitudes(chosen, body, sweep, out)
-        _show(document, json, many_reports.show_sweep)
+            swept = many_strokes.amplitudes(chosen, body, sweep, out)
+        _show(swept, json, many_reports.show_sweep)
         return
     if link_ratio is not None:
         with _busy("swimming"):
-            document = many_strokes.ratios(chosen, body, amplitude, link_ratio, out)
-        _show(document, json, many_reports.show_ratios)
+            compared = many_strokes.ratios(chosen, body, amplitude, link_ratio, out)
+        _show(compared, json, many_reports.show_ratios)
         return
     stroke = realise(chosen, body, amplitude)
     form = chosen_format(form, out)

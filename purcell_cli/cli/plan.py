@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -19,6 +19,9 @@ from purcell_cli.motion.verdict import Verdict
 from purcell_cli.verification.certifier_process import witness
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
+    from purcell_cli.cli.documents.plan import PlanDocument
     from purcell_cli.solution import Solution
 
 Explain = Annotated[
@@ -34,7 +37,7 @@ def register(app: typer.Typer) -> None:
     )
 
 
-def _show_solution(solution: Solution, document: dict[str, Any], json: bool, explain: bool) -> int:
+def _show_solution(solution: Solution, document: PlanDocument, json: bool, explain: bool) -> int:
     """Show a plan that was carried out, and why it is as it is; return the exit code."""
     from purcell_cli.cli.reports.plan import show_plan
 
@@ -44,12 +47,13 @@ def _show_solution(solution: Solution, document: dict[str, Any], json: bool, exp
         from purcell_cli.cli.reports.explanation import explanation_document, show_explanation
         from purcell_cli.explanation import explain as explained
 
-        def show(console: Any, told: dict[str, Any]) -> None:
+        def show(console: Console, told: PlanDocument) -> None:
             show_plan(console, told)
             show_explanation(console, told)
 
         reasons = explanation_document(explained(solution), solution.plan.swimmer)
-        _show({**document, "explanation": reasons}, json, show)
+        explained_document: PlanDocument = {**document, "explanation": reasons}
+        _show(explained_document, json, show)
     return DONE if solution.verdict == Verdict.REACHED else NOT_REACHED
 
 
@@ -87,7 +91,7 @@ def plan(
         from purcell_cli.cli.reports.plan import plan_document
         from purcell_cli.files.atomic_file import whole_file, writable
         from purcell_cli.files.builtin import stored_gaits
-        from purcell_cli.files.plan_file import PlanDocument
+        from purcell_cli.files.plan_file import PlanDocument as Saved
         from purcell_cli.files.trajectory_formats import chosen_format, write_trajectory
         from purcell_cli.solution import plan as solve
 
@@ -110,7 +114,7 @@ def plan(
         document = plan_document(solution, str(file), None if plan_out is None else str(plan_out))
         with contextlib.ExitStack() as both:
             if plan_out is not None:  # it appears only when the trajectory has
-                text = PlanDocument(solution.plan, solution.options).as_text()
+                text = Saved(solution.plan, solution.options).as_text()
                 both.enter_context(whole_file(plan_out)).write(text.encode())
             write_trajectory(solution.trajectory, file, form)
     return _show_solution(solution, document, json, explain)

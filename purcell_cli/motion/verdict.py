@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import Literal
 
 
 class Verdict(StrEnum):
@@ -12,3 +13,7 @@ class Verdict(StrEnum):
     NOT_REACHED = "not reached"
     NOT_WITHIN_LIMITS = "not found within limits"
     ERROR = "error"
+
+
+PlanVerdict = Literal[Verdict.REACHED, Verdict.NOT_REACHED, Verdict.NOT_WITHIN_LIMITS]
+"""How a plan that there is can end."""
