@@ -31,7 +31,7 @@ from pathlib import Path
 
 import numpy as np
 
-from purcell_cli import Configuration, Swimmer, plan
+from purcell_cli import Configuration, Effort, PlanOptions, Swimmer, plan
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import from_quaternion
 from purcell_cli.mechanics.connection import COLLINEAR
@@ -77,7 +77,7 @@ def outcome(seed: int) -> dict[str, float | int | str]:
     took = []
     for _ in range(2):
         began = time.perf_counter()
-        solution = plan(start, goal, swimmer)
+        solution = plan(start, goal, swimmer=swimmer)
         took.append(time.perf_counter() - began)
     off = solution.certificate.deviation
     return {
@@ -134,7 +134,10 @@ def known_table() -> list[str]:
     for label, bend, best, way, turn in DISPLACEMENTS:
         swimmer = Swimmer(max_bend_rad=bend)
         goal = Configuration.from_angles(tuple(swimmer.length_m * np.array(way, dtype=float)), turn)
-        found = [plan(Configuration(), goal, swimmer, effort=effort) for effort in ("standard", "thorough")]
+        found = [
+            plan(Configuration(), goal, swimmer=swimmer, options=PlanOptions(effort=effort))
+            for effort in (Effort.STANDARD, Effort.THOROUGH)
+        ]
         told = [f"{s.joint_travel_rad:.3f}" if s.verdict == "reached" else s.verdict for s in found]
         lines.append(f"| {label} | {bend:g} | {best:.4g} | {told[0]} | {told[1]} |")
     return lines

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from purcell_cli.mechanics.moves import MoveSequence
     from purcell_cli.mechanics.primitives import PrimitiveSequence
     from purcell_cli.mechanics.swimmer import Swimmer
+    from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
     from purcell_cli.motion.workspace import Workspace
     from purcell_cli.solution import plan
     from purcell_cli.verification.certificate import certify
@@ -36,7 +37,11 @@ __version__ = "0.2.0"
 
 _HOMES = {
     "Configuration": "mechanics.configuration",
+    "Controls": "motion.options",
+    "Effort": "motion.options",
     "MoveSequence": "mechanics.moves",
+    "Objective": "motion.options",
+    "PlanOptions": "motion.options",
     "PrimitiveSequence": "mechanics.primitives",
     "PurcellError": "errors",
     "Swimmer": "mechanics.swimmer",
@@ -65,7 +70,11 @@ _HOMES = {
 
 __all__ = [
     "Configuration",
+    "Controls",
+    "Effort",
     "MoveSequence",
+    "Objective",
+    "PlanOptions",
     "PrimitiveSequence",
     "PurcellError",
     "Swimmer",

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from purcell_cli.errors import ParameterError, UnknownNameError
+from purcell_cli.errors import ParameterError
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
@@ -21,16 +21,14 @@ from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements, energies, starting_shapes
 from purcell_cli.motion.limits import Limits, LimitsReport, check
+from purcell_cli.motion.options import Controls, PlanOptions
 from purcell_cli.motion.plan import Plan
-from purcell_cli.motion.trajectory import Trajectory, sample, schedule, spacing
-from purcell_cli.motion.workspace import Workspace
+from purcell_cli.motion.trajectory import Trajectory, check_spacing, sample, schedule
+from purcell_cli.motion.verdict import PlanVerdict, Verdict
 from purcell_cli.planner.progress import Progress
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.simultaneous import quickened
 from purcell_cli.verification.certificate import Certificate, certify
-
-CONTROLS = ("primitive", "simultaneous")
-"""How a plan may turn the joints: one at a time, or all six at once."""
 
 FARTHEST_L = 1e9
 """A goal farther from the start than this, in units of L, is refused: no double says its position to a thousandth."""
@@ -42,13 +40,13 @@ class Solution:
 
     Attributes:
         plan: The strokes of the three phases.
-        dt_s: Longest time between rows of the trajectory [s].
+        options: What was asked of it.
         certificate: What an independent re-integration of the controls found.
         limits: How near the motion comes to its limits, and which it breaks.
     """
 
     plan: Plan
-    dt_s: float
+    options: PlanOptions
     certificate: Certificate
     limits: LimitsReport
 
@@ -68,7 +66,7 @@ class Solution:
     @functools.cached_property
     def trajectory(self) -> Trajectory:
         """The sampled motion."""
-        return sample(self.plan.swimmer, self.plan.start, self.plan.blocks, self.dt_s)
+        return sample(self.plan.swimmer, self.plan.start, self.plan.blocks, self.options.dt_s)
 
     @functools.cached_property
     def energy_j(self) -> Array:
@@ -76,11 +74,11 @@ class Solution:
         return energies(self.plan.swimmer, self.plan.blocks, self.plan.start.shape)
 
     @property
-    def verdict(self) -> str:
-        """'reached' where the certificate says so and all limits are kept, or what it is instead."""
+    def verdict(self) -> PlanVerdict:
+        """Reached where the certificate says so and all limits are kept, or what it is instead."""
         if not self.limits.kept:
-            return "not found within limits"
-        return "reached" if self.certificate.reached else "not reached"
+            return Verdict.NOT_WITHIN_LIMITS
+        return Verdict.REACHED if self.certificate.reached else Verdict.NOT_REACHED
 
     @property
     def joint_travel_rad(self) -> float:
@@ -93,10 +91,10 @@ class Solution:
         return sum(b.duration for b in self.plan.blocks) / self.plan.swimmer.joint_rate_rad_s
 
     @property
-    def controls(self) -> str:
-        """One of `CONTROLS`: whether joints turn one after the other or at once."""
+    def controls(self) -> Controls:
+        """Whether joints turn one after the other or at once."""
         one_by_one = all(isinstance(b.sequence, PrimitiveSequence) for b in self.plan.blocks)
-        return "primitive" if one_by_one else "simultaneous"
+        return Controls.PRIMITIVE if one_by_one else Controls.SIMULTANEOUS
 
     @property
     def strokes(self) -> list[slice]:
@@ -113,16 +111,12 @@ class Solution:
 def plan(
     start: Configuration,
     goal: Configuration,
+    *,
     swimmer: Swimmer | None = None,
+    options: PlanOptions = PlanOptions(),
     gaits: Mapping[str, Gait] | None = None,
-    dt_s: float = 0.05,
-    effort: str = "standard",
-    controls: str = "primitive",
-    minimize: str = "travel",
-    clearance_m: float = 0.0,
-    workspace: Workspace | None = None,
     progress: Progress = lambda _done, _of, _news: None,
-    certifying: Callable[..., Certificate] = certify,
+    certify: Callable[..., Certificate] = certify,
 ) -> Solution:
     """Plan a motion from a start to a goal configuration, and check it.
 
@@ -130,62 +124,50 @@ def plan(
         start: The start configuration.
         goal: The goal configuration.
         swimmer: The swimmer; the paper's where none is given.
+        options: What is asked of the plan besides. A plan with `Controls.SIMULTANEOUS` is one of primitives made
+            quicker, where that is found how.
         gaits: The stored gaits to plan with; those of the package where none are given.
-        dt_s: Longest time between rows of the trajectory [s].
-        effort: "quick", "standard", or "thorough" to look longer for a shorter plan.
-        controls: One of `CONTROLS`: "primitive" turns one joint at a time; "simultaneous" makes that plan
-            quicker by turning all six at once, where it finds how.
-        minimize: What to spend least of: "travel" (of the joints), "energy" or "switches" (of control).
-        clearance_m: How far the surfaces of limb 1 and limb 2 stay apart over the whole path, at least [m].
-        workspace: A box that all three links stay in over the whole path.
         progress: Is told how far the search is.
-        certifying: Does what `certify` does, perhaps elsewhere.
+        certify: Does what `certificate.certify` does, perhaps elsewhere.
 
     Raises:
-        ParameterError: A clearance that is none, or a start or goal that does not keep it.
+        ParameterError: A start or goal that does not keep the clearance.
         ParameterError: A goal farther from the start than `FARTHEST_L`.
-        ParameterError: A time between rows that is not positive, or that asks for too many rows.
+        ParameterError: A time between rows that asks for too many rows.
         GaitError: No stored gait for a motion that is needed.
-        UnknownNameError: No controls or effort have this name.
     """
-    if controls not in CONTROLS:
-        raise UnknownNameError(f"controls: one of {', '.join(CONTROLS)} is wanted, found {controls!r}")
     stored = stored_gaits() if gaits is None else gaits
-    body, limits = swimmer or Swimmer(), Limits(clearance_m, workspace)
+    body, limits = swimmer or Swimmer(), Limits.of(options)
     for name, configuration in (("start", start), ("goal", goal)):
         limits.refuse(body, name, configuration)
     if (away := math.dist(start.pose[:3, 3], goal.pose[:3, 3])) > FARTHEST_L * body.length_m:
         farthest = FARTHEST_L * body.length_m
         raise ParameterError(f"goal: a position within {farthest:g} m of the start is wanted, found {away:g} m")
-    made = reconfigure(body, start, goal, stored, effort, minimize, limits, progress)
-    made = quickened(made, limits) if controls == "simultaneous" else made
-    return carried_out(made, dt_s, limits, certifying)
+    made = reconfigure(body, start, goal, stored, options.effort, options.objective, limits, progress)
+    made = quickened(made, limits) if options.controls == Controls.SIMULTANEOUS else made
+    return carried_out(made, options, certify=certify)
 
 
 def carried_out(
-    plan: Plan,
-    dt_s: float = 0.05,
-    limits: Limits | None = None,
-    certifying: Callable[..., Certificate] = certify,
+    plan: Plan, options: PlanOptions = PlanOptions(), *, certify: Callable[..., Certificate] = certify
 ) -> Solution:
     """Carry out a plan, new or read from a document, and check it.
 
     Args:
         plan: The plan.
-        dt_s: Longest time between rows of the trajectory [s].
-        limits: What it must keep besides the bend limit; where none are given, the limbs may touch.
-        certifying: Does what `certify` does, perhaps elsewhere.
+        options: The limits that it must keep besides the bend limit, and how its trajectory is sampled.
+        certify: Does what `certificate.certify` does, perhaps elsewhere.
 
     Raises:
-        ParameterError: A time between rows that is not positive, or that asks for too many rows.
+        ParameterError: A time between rows that asks for too many rows.
     """
     swimmer, start, goal, blocks = plan.swimmer, plan.start, plan.goal, plan.blocks
-    wanted = limits or Limits()
-    known = plan.limits
+    wanted, known = Limits.of(options), plan.limits
+    check_spacing(swimmer, blocks, options.dt_s)
     return Solution(
         plan,
-        spacing(swimmer, blocks, dt_s),
-        certifying(swimmer, start, goal, *schedule(swimmer, blocks)),
+        options,
+        certify(swimmer, start, goal, *schedule(swimmer, blocks)),
         known if known is not None and known.limits == wanted else check(swimmer, start, blocks, wanted),
     )
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from purcell_cli import Configuration, Swimmer, load_scenario, plan, stored_scenarios, write_csv
+from purcell_cli import Configuration, PlanOptions, Swimmer, load_scenario, plan, stored_scenarios, write_csv
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import from_euler
 
@@ -50,7 +50,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "trajectory.csv"
         for name, (start, goal, swimmer, options) in queries().items():
-            write_csv(plan(start, goal, swimmer, **options).trajectory, file)
+            write_csv(plan(start, goal, swimmer=swimmer, options=PlanOptions(**options)).trajectory, file)
             found[name] = hashlib.sha256(file.read_bytes()).hexdigest()
     json.dump(found, sys.stdout)
 

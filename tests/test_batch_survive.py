@@ -22,11 +22,12 @@ from purcell_cli.batch.results_folder import JOURNAL, ResultsFolder, write_files
 from purcell_cli.batch.runner import Options, Outcome, run_batch
 from purcell_cli.batch.solve_one import Settings
 from purcell_cli.errors import ResultsError
+from purcell_cli.motion.options import PlanOptions
 
 resource = pytest.importorskip("resource", reason="kills and limits are those of POSIX")
 
 KILLS = 10
-SETTINGS = Settings(effort="quick")
+SETTINGS = Settings(PlanOptions(effort="quick"))
 
 MANY = [roll(f"r{k}", k + 1) if k % 3 else still(f"s{k}", k + 1) for k in range(24)]
 

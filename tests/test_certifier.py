@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from purcell_cli import Configuration, plan
+from purcell_cli import Configuration, PlanOptions, plan
 from purcell_cli.motion.trajectory import schedule
 from purcell_cli.verification import certifier_process
 from purcell_cli.verification.certificate import Certificate, certify
@@ -47,7 +47,7 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[subprocess.Popen[bytes]]:
 
 
 def _asked(certifying: Callable[..., Certificate], *, off_m: float = 0.0) -> Certificate:
-    solution = plan(Configuration(), GOAL, effort="quick", certifying=certify)
+    solution = plan(Configuration(), GOAL, options=PlanOptions(effort="quick"), certify=certify)
     pose = GOAL.pose.copy()
     pose[0, 3] += off_m
     motion: tuple[Any, ...] = (solution.plan.swimmer, Configuration(), Configuration(pose, GOAL.shape))

@@ -16,13 +16,21 @@ from helpers import Run, calls, random_rotations, random_swimmer, runner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from purcell_cli import Configuration, PrimitiveSequence, Swimmer, load_plan, stored_scenarios, write_csv, write_plan
+from purcell_cli import (
+    Configuration,
+    PlanOptions,
+    PrimitiveSequence,
+    Swimmer,
+    load_plan,
+    stored_scenarios,
+    write_csv,
+    write_plan,
+)
 from purcell_cli.errors import InputError
 from purcell_cli.files.plan_file import PLAN, SCHEMA, PlanDocument
 from purcell_cli.files.scenario_file import load_scenario
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import Block
-from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.workspace import Workspace
 from purcell_cli.solution import carried_out, plan
@@ -80,10 +88,11 @@ def test_a_plan_reads_back_bit_for_bit(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     for _ in range(10):
         made = random_plan(rng, 1000)
-        limits = Limits(0.1 / 7.0, Workspace((-0.1 / 3.0, -1e-9, -2.0), (0.1 / 3.0, 1e9, 2.0)))
-        write_plan(PlanDocument(made, 0.1 / 3.0, limits), tmp_path / "plan.json")
+        workspace = Workspace((-0.1 / 3.0, -1e-9, -2.0), (0.1 / 3.0, 1e9, 2.0))
+        options = PlanOptions(dt_s=0.1 / 3.0, clearance_m=0.1 / 7.0, workspace=workspace)
+        write_plan(PlanDocument(made, options), tmp_path / "plan.json")
         found = load_plan(tmp_path / "plan.json")
-        assert (found.plan.swimmer, found.dt_s, found.limits) == (made.swimmer, 0.1 / 3.0, limits)
+        assert (found.plan.swimmer, found.options) == (made.swimmer, options)
         assert [b.gait for b in found.plan.blocks] == [b.gait for b in made.blocks]
         assert [n.tobytes() for n in numbers(found.plan)] == [n.tobytes() for n in numbers(made)]
 
@@ -100,20 +109,21 @@ def test_the_work_of_reading_a_plan_grows_as_the_plan_does(tmp_path: Path) -> No
 
 def test_a_plan_document_is_json(tmp_path: Path) -> None:
     made = random_plan(np.random.default_rng(1), 16)
-    write_plan(PlanDocument(made, 0.05), tmp_path / "plan.json")
+    write_plan(PlanDocument(made), tmp_path / "plan.json")
     read = json.loads((tmp_path / "plan.json").read_text())
     assert list(read) == list(document())
     assert list(read["blocks"][0]) == ["phase", "gait", "amplitude_rad", "cycles", "primitives"]
     assert read["schema"] == "purcell/plan-document/1"
-    assert set(PLAN.json_schema()["properties"]) == {*read, "workspace_m"}  # type: ignore[call-overload]
+    known = {*read, "effort", "controls", "minimize", "workspace_m"}
+    assert set(PLAN.json_schema()["properties"]) == known  # type: ignore[call-overload]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["nearby", "far", "unequal-links", "bent-goal"])
 def test_a_plan_plays_the_same_file_again(tmp_path: Path, name: str) -> None:
     scenario = load_scenario(stored_scenarios()[name])
-    made = plan(scenario.start, scenario.goal, scenario.swimmer)
-    write_plan(PlanDocument(made.plan, 0.05), tmp_path / "plan.json")
+    made = plan(scenario.start, scenario.goal, swimmer=scenario.swimmer)
+    write_plan(PlanDocument(made.plan), tmp_path / "plan.json")
     again = carried_out(load_plan(tmp_path / "plan.json").plan)
     write_csv(made.trajectory, tmp_path / "first.csv")
     write_csv(again.trajectory, tmp_path / "again.csv")
@@ -125,10 +135,10 @@ def test_a_plan_plays_the_same_file_again(tmp_path: Path, name: str) -> None:
 
 def test_a_plan_of_nothing_reads_back(tmp_path: Path) -> None:
     here = Configuration.from_angles((0.1, 0.2, 0.3), (1, 2, 3), (4, 5, 6))
-    write_plan(PlanDocument(plan(here, here).plan, 0.05), tmp_path / "plan.json")
+    write_plan(PlanDocument(plan(here, here).plan), tmp_path / "plan.json")
     found = load_plan(tmp_path / "plan.json")
     assert found.plan.blocks == ()
-    assert carried_out(found.plan, found.dt_s).verdict == "reached"
+    assert carried_out(found.plan, found.options).verdict == "reached"
 
 
 # --- The commands --------------------------------------------------------------------------------------------------
@@ -275,7 +285,7 @@ def test_a_document_with_a_stretch_of_other_characters_reads_or_is_refused(tmp_p
     except InputError as error:
         assert re.match(rf"{re.escape(str(path))}:\d+: .*: wanted .*, found ", str(error))  # noqa: PT017  # or reads
     else:
-        assert found.plan.duration_s / found.dt_s <= 3e6
+        assert found.plan.duration_s / found.options.dt_s <= 3e6
 
 
 def test_the_good_document_that_the_bad_ones_are_made_from_is_good(run: Any, tmp_path: Path) -> None:

@@ -39,7 +39,7 @@ STRUCTURES = (Structure("roll and swim", 12.5), Structure("swim sideways", 14.0)
 @functools.cache
 def solution(name: str) -> Solution:
     scenario = load_scenario(stored_scenarios()[name])
-    return plan(scenario.start, scenario.goal, scenario.swimmer)
+    return plan(scenario.start, scenario.goal, swimmer=scenario.swimmer)
 
 
 @functools.cache

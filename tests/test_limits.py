@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from helpers import assert_close, calls, mostly_slow, random_rotations, random_shapes
 
-from purcell_cli import Configuration, Swimmer, plan
+from purcell_cli import Configuration, PlanOptions, Swimmer, plan
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.mechanics.connection import COLLINEAR
@@ -69,7 +69,7 @@ def test_a_motion_of_nothing_has_a_clearance_and_no_bends() -> None:
 @pytest.mark.parametrize("clearance", [-1e-9, math.nan, math.inf])
 def test_a_clearance_that_is_none_is_refused(clearance: float) -> None:
     with pytest.raises(ParameterError, match="clearance: a finite length of 0 m or more is wanted, found"):
-        plan(Configuration(), Configuration(), clearance_m=clearance)
+        plan(Configuration(), Configuration(), options=PlanOptions(clearance_m=clearance))
 
 
 def test_a_start_or_goal_in_collision_is_refused_and_one_that_just_keeps_its_clearance_is_not() -> None:
@@ -77,19 +77,21 @@ def test_a_start_or_goal_in_collision_is_refused_and_one_that_just_keeps_its_cle
     for name, query in (("start", (folded, Configuration())), ("goal", (Configuration(), folded))):
         with pytest.raises(ParameterError, match=f"{name}: a clearance .* between limb 1 and limb 2 .* overlap"):
             plan(*query)
-    assert plan(Configuration(), Configuration(), clearance_m=0.196).verdict == "reached"
+    assert plan(Configuration(), Configuration(), options=PlanOptions(clearance_m=0.196)).verdict == "reached"
     with pytest.raises(ParameterError, match=r"start: a clearance of at least 0\.196001 m"):
-        plan(Configuration(), Configuration(), clearance_m=0.196001)
+        plan(Configuration(), Configuration(), options=PlanOptions(clearance_m=0.196001))
 
 
 @pytest.mark.slow
 def test_a_plan_outside_its_workspace_is_not_found_within_limits() -> None:
     goal = Configuration.from_angles((0.02, 0.0, 0.0))
-    found = plan(Configuration(), goal, workspace=Workspace((-0.5, -0.01, -0.01), (0.5, 0.01, 0.01)))
+    found = plan(
+        Configuration(), goal, options=PlanOptions(workspace=Workspace((-0.5, -0.01, -0.01), (0.5, 0.01, 0.01)))
+    )
     assert found.certificate.reached
     assert found.verdict == "not found within limits"
     assert [v.limit for v in found.limits.violations] == ["workspace"]
-    roomy = plan(Configuration(), goal, workspace=Workspace((-1, -1, -1), (1, 1, 1)))
+    roomy = plan(Configuration(), goal, options=PlanOptions(workspace=Workspace((-1, -1, -1), (1, 1, 1))))
     assert roomy.verdict == "reached"
 
 
@@ -160,7 +162,7 @@ def test_a_bend_limit_at_which_limbs_could_meet_is_used_as_far_as_they_cannot(se
     swimmer = Swimmer(max_bend_rad=2.6)
     rng = np.random.default_rng(seed)
     goal = Configuration(se3.pose(random_rotations(rng), 0.5 * rng.normal(size=3)), COLLINEAR)
-    solution = plan(Configuration(), goal, swimmer)
+    solution = plan(Configuration(), goal, swimmer=swimmer)
     assert solution.verdict == "reached"
     assert solution.limits.clearance.distance_m >= 0.0
     largest = solution.limits.largest_bend_rad[1]

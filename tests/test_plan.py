@@ -25,7 +25,7 @@ from helpers import (
 )
 from scipy.spatial.transform import Rotation
 
-from purcell_cli import Configuration, Swimmer, certify, plan, write_csv
+from purcell_cli import Configuration, PlanOptions, Swimmer, certify, plan, write_csv
 from purcell_cli.errors import GaitError, ParameterError, UnknownNameError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
@@ -112,13 +112,13 @@ QUERIES: dict[str, Query] = {
 def solved(name: str) -> Solution:
     """Return the plan of a query by its name; planned once in a process."""
     start, goal, swimmer = QUERIES[name]
-    return plan(start, goal, swimmer, dt_s=DT)
+    return plan(start, goal, swimmer=swimmer, options=PlanOptions(dt_s=DT))
 
 
 @functools.cache
 def bent() -> Solution:
     """Return the plan that the laws are shown on: all twelve coordinates change."""
-    return plan(BENT, NEAR, Swimmer(), dt_s=DT)
+    return plan(BENT, NEAR, swimmer=Swimmer(), options=PlanOptions(dt_s=DT))
 
 
 def random_query(seed: int) -> Query:
@@ -230,7 +230,7 @@ def test_a_goal_of_every_kind_is_reached_by_primitives_in_three_phases(name: str
 @pytest.mark.parametrize("seed", mostly_slow(range(100), 4))
 def test_a_random_goal_of_a_random_swimmer_is_reached_by_primitives_in_three_phases(seed: int) -> None:
     query = random_query(seed)
-    assert_lawful(plan(*query, dt_s=DT), query)
+    assert_lawful(plan(*query[:2], swimmer=query[2], options=PlanOptions(dt_s=DT)), query)
 
 
 @pytest.mark.slow
@@ -241,7 +241,7 @@ def test_a_thousand_lengths_are_no_farther_than_a_few(turned: tuple[float, float
     """Rounding to the clock, times thousands of cycles and a long lever, is made up for by the last strokes."""
     goal = at((80.0, 50.0, 33.0), *turned)
     query = (HERE, goal, Swimmer())
-    solution = plan(*query)
+    solution = plan(*query[:2], swimmer=query[2])
     assert_reached(solution, query)
     straight = np.linalg.norm(goal.pose[:3, 3]) / Swimmer().length_m / 0.0451
     assert straight < solution.joint_travel_rad < 1.01 * straight + 200.0
@@ -257,21 +257,21 @@ def test_to_stay_where_one_is_takes_nothing(where: Configuration) -> None:
 
 
 def test_bent_limbs_that_stay_where_they_are_reach_their_goal() -> None:
-    assert_lawful(plan(BENT, BENT, dt_s=DT), (BENT, BENT, Swimmer()))
+    assert_lawful(plan(BENT, BENT, options=PlanOptions(dt_s=DT)), (BENT, BENT, Swimmer()))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["a little psi"])
 def test_to_look_longer_finds_no_longer_plan(name: str) -> None:
     start, goal, swimmer = QUERIES[name]
-    thorough = plan(start, goal, swimmer, dt_s=DT, effort="thorough")
+    thorough = plan(start, goal, swimmer=swimmer, options=PlanOptions(dt_s=DT, effort="thorough"))
     assert_lawful(thorough, QUERIES[name])
     assert thorough.joint_travel_rad <= solved(name).joint_travel_rad
 
 
 def test_an_effort_that_is_none_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="effort: one of quick, standard, thorough is wanted, found 'lazy'"):
-        plan(BENT, NEAR, effort="lazy")
+        plan(BENT, NEAR, options=PlanOptions(effort="lazy"))
 
 
 def test_a_longer_way_takes_more_joint_travel() -> None:
@@ -287,7 +287,7 @@ def test_a_longer_way_takes_more_joint_travel() -> None:
 )
 def test_stored_gaits_bend_a_limb_no_further_than_the_swimmer_allows(query: Query) -> None:
     """Within a thousandth, which the exact finish may add."""
-    trajectory = plan(*query, dt_s=DT).trajectory
+    trajectory = plan(*query[:2], swimmer=query[2], options=PlanOptions(dt_s=DT)).trajectory
     axes = trajectory.shape[trajectory.phase == 2][:, :, :, 0]
     bend = np.arctan2(np.linalg.norm(axes[..., 1:], axis=-1), axes[..., 0])
     assert 0.0 < np.max(bend) <= 1.001 * query[2].max_bend_rad
@@ -317,7 +317,7 @@ def test_the_displacements_of_the_phases_make_the_displacement_of_the_plan() -> 
 @pytest.mark.slow
 def test_rows_are_as_close_as_asked_for_and_the_motion_is_the_same() -> None:
     for dt in (0.013, 10.0):
-        other = plan(BENT, NEAR, dt_s=dt)
+        other = plan(BENT, NEAR, options=PlanOptions(dt_s=dt))
         assert_primitives_only(other, dt)
         assert_same_controls(other, bent(), 0.0)
         assert (len(other.trajectory) > len(bent().trajectory)) == (dt < DT)
@@ -326,7 +326,7 @@ def test_rows_are_as_close_as_asked_for_and_the_motion_is_the_same() -> None:
 @pytest.mark.parametrize("dt", [0.0, -1.0, math.nan])
 def test_a_time_between_rows_that_is_none_is_refused(dt: float) -> None:
     with pytest.raises(ParameterError, match="dt: a time above"):
-        plan(HERE, at((0.1, 0.0, 0.0)), dt_s=dt)
+        plan(HERE, at((0.1, 0.0, 0.0)), options=PlanOptions(dt_s=dt))
 
 
 def test_without_gaits_a_plan_says_what_it_lacks() -> None:
@@ -407,7 +407,7 @@ def test_equal_queries_have_equal_trajectories_to_the_byte(tmp_path: Path) -> No
     """Twice in this process, and twice in others with other hash seeds."""
     files = [tmp_path / f"{k}.csv" for k in range(4)]
     write_csv(bent().trajectory, files[0])
-    write_csv(plan(BENT, NEAR, Swimmer(), dt_s=DT).trajectory, files[1])
+    write_csv(plan(BENT, NEAR, swimmer=Swimmer(), options=PlanOptions(dt_s=DT)).trajectory, files[1])
     (tmp_path / "start.yaml").write_text(START_YAML)
     (tmp_path / "goal.yaml").write_text(GOAL_YAML)
     for file, hash_seed in ((files[2], "0"), (files[3], "4711")):
@@ -428,7 +428,11 @@ def test_the_same_world_motion_of_start_and_goal_leaves_the_controls(seed: int) 
     """To 1e-7 rad: one free angle of a crank hardly matters, and carries the rounding of the moved poses."""
     rng = np.random.default_rng(seed)
     world = se3.pose(random_rotations(rng), rng.normal(size=3))
-    moved = plan(Configuration(world @ BENT.pose, BENT.shape), Configuration(world @ NEAR.pose, NEAR.shape), dt_s=DT)
+    moved = plan(
+        Configuration(world @ BENT.pose, BENT.shape),
+        Configuration(world @ NEAR.pose, NEAR.shape),
+        options=PlanOptions(dt_s=DT),
+    )
     assert_same_controls(moved, bent(), 1e-7)
     assert_close(in_lengths(Swimmer(), moved.trajectory.pose[-1]), in_lengths(Swimmer(), world @ NEAR.pose), REACHED)
 
@@ -436,22 +440,26 @@ def test_the_same_world_motion_of_start_and_goal_leaves_the_controls(seed: int) 
 def test_a_motion_in_the_body_frames_of_start_and_goal_changes_the_controls() -> None:
     """The foil of left invariance: the same motion from the right."""
     body = se3.pose(random_rotations(np.random.default_rng(0)), [0.3, 0.1, -0.2])
-    moved = plan(Configuration(BENT.pose @ body, BENT.shape), Configuration(NEAR.pose @ body, NEAR.shape), dt_s=DT)
+    moved = plan(
+        Configuration(BENT.pose @ body, BENT.shape),
+        Configuration(NEAR.pose @ body, NEAR.shape),
+        options=PlanOptions(dt_s=DT),
+    )
     assert differ(moved, bent())
 
 
 @pytest.mark.slow
 def test_viscosity_leaves_the_controls_and_scales_the_energy() -> None:
-    thick = plan(BENT, NEAR, Swimmer(viscosity_pa_s=9.5), dt_s=DT)
+    thick = plan(BENT, NEAR, swimmer=Swimmer(viscosity_pa_s=9.5), options=PlanOptions(dt_s=DT))
     assert_same_controls(thick, bent(), 0.0)
     assert_close(thick.energy_j / bent().energy_j, np.full(len(bent().energy_j), 10.0), 1e-9)
-    assert differ(plan(BENT, NEAR, Swimmer(drag_ratio=2.1), dt_s=DT), bent())
+    assert differ(plan(BENT, NEAR, swimmer=Swimmer(drag_ratio=2.1), options=PlanOptions(dt_s=DT)), bent())
 
 
 def test_the_joint_rate_scales_the_times_alone() -> None:
     """Three times the rate: the same angles, poses and travel, a third of the time, three times the energy."""
     rate = 3.0
-    fast = plan(BENT, NEAR, Swimmer(joint_rate_rad_s=rate), dt_s=DT / rate)
+    fast = plan(BENT, NEAR, swimmer=Swimmer(joint_rate_rad_s=rate), options=PlanOptions(dt_s=DT / rate))
     assert_same_controls(fast, bent(), faster=rate)
     assert_close(fast.joint_travel_rad, bent().joint_travel_rad, 1e-9)
     assert_close(rate * fast.trajectory.time_s[-1], bent().trajectory.time_s[-1], 1e-9)
@@ -468,13 +476,13 @@ def test_scaling_all_lengths_scales_the_path(scale: float) -> None:
         return Configuration(pose, c.shape)
 
     swimmer = Swimmer(base_half_length_m=0.1 * scale, limb_half_length_m=0.1 * scale)
-    scaled = plan(larger(BENT), larger(NEAR), swimmer, dt_s=DT)
+    scaled = plan(larger(BENT), larger(NEAR), swimmer=swimmer, options=PlanOptions(dt_s=DT))
     assert_same_controls(scaled, bent(), 1e-6)  # the search lets rounding grow
     if len(scaled.trajectory) == len(bent().trajectory):
         found = in_lengths(swimmer, scaled.trajectory.pose)
         assert_close(found, in_lengths(Swimmer(), bent().trajectory.pose), 1e-6)
     if scale == 4.0:
-        assert differ(plan(larger(BENT), larger(NEAR), Swimmer(), dt_s=DT), bent())
+        assert differ(plan(larger(BENT), larger(NEAR), swimmer=Swimmer(), options=PlanOptions(dt_s=DT)), bent())
 
 
 @pytest.mark.slow

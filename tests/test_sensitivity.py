@@ -21,7 +21,7 @@ from purcell_cli.verification.certificate import replay
 @functools.cache
 def solution(name: str) -> Solution:
     scenario = load_scenario(stored_scenarios()[name])
-    return plan(scenario.start, scenario.goal, scenario.swimmer)
+    return plan(scenario.start, scenario.goal, swimmer=scenario.swimmer)
 
 
 def replayed(made: Solution, parameter: str, change: float) -> tuple[float, float]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from helpers import assert_close, is_close
 
-from purcell_cli import Configuration, Swimmer, plan
+from purcell_cli import Configuration, PlanOptions, Swimmer, plan
 from purcell_cli.mechanics.configuration import displacement_between
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
@@ -35,12 +35,12 @@ def test_plans_meet_the_best_known_joint_travel(name: str) -> None:
     """Within 1.5 %; the quick plan, the foil, is longer where strokes can be joined."""
     position, angles, bend, best = KNOWN[name]
     swimmer, goal = Swimmer(max_bend_rad=bend), Configuration.from_angles(position, angles)
-    found = plan(Configuration(), goal, swimmer)
+    found = plan(Configuration(), goal, swimmer=swimmer)
     assert found.verdict == "reached"
     assert found.joint_travel_rad <= 1.015 * best
     axes = found.trajectory.shape[:, :, 0, 0]
     assert np.max(np.arccos(np.clip(axes, -1.0, 1.0))) <= bend + 1e-8
-    quick = plan(Configuration(), goal, swimmer, effort="quick")
+    quick = plan(Configuration(), goal, swimmer=swimmer, options=PlanOptions(effort="quick"))
     assert quick.verdict == "reached"
     assert quick.joint_travel_rad >= found.joint_travel_rad - 1e-6
     # The cruise, the crank and words of the book leave little to be joined.
@@ -125,7 +125,7 @@ def test_a_motion_with_bent_limbs_becomes_shorter_and_keeps_its_limits() -> None
     swimmer = Swimmer()
     start = Configuration.from_angles(limb1_euler_deg=(120.0, 0.0, 30.0), limb2_euler_deg=(-110.0, 20.0, 0.0))
     goal = Configuration.from_angles((0.02, 0.01, -0.01), (20.0, 10.0, 30.0), limb1_euler_deg=(0.0, 70.0, 0.0))
-    begun = plan(start, goal, swimmer, effort="quick").plan
+    begun = plan(start, goal, swimmer=swimmer, options=PlanOptions(effort="quick")).plan
     wanted = displacement_between(start, goal, swimmer.length_m)
     equations = Equations(swimmer.scaled(), stretches_of(begun.blocks), start.shape, goal.shape, wanted)
     found = shorten(equations, swimmer.max_bend_rad - 1e-5, Pace(rounds=2, steps=20))
@@ -140,6 +140,9 @@ def test_a_motion_with_bent_limbs_becomes_shorter_and_keeps_its_limits() -> None
 def test_a_small_displacement_in_all_directions_takes_a_word_that_no_hand_would_write() -> None:
     """(0.1, 0.05, 0.02) L and 5 degrees of yaw, pitch and roll: best known 8.72 rad; to look longer is no worse."""
     goal = Configuration.from_angles([0.01, 0.005, 0.002], [5.0, 5.0, 5.0])
-    found, known = (plan(Configuration(), goal, Swimmer(max_bend_rad=1.5), effort=e) for e in ("thorough", "standard"))
+    swimmer = Swimmer(max_bend_rad=1.5)
+    found, known = (
+        plan(Configuration(), goal, swimmer=swimmer, options=PlanOptions(effort=e)) for e in ("thorough", "standard")
+    )
     assert found.verdict == "reached"
     assert found.joint_travel_rad <= min(1.03 * 8.72, known.joint_travel_rad)

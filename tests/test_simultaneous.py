@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from helpers import assert_close
 
-from purcell_cli import Configuration, Swimmer, plan, read_csv, write_csv
+from purcell_cli import Configuration, PlanOptions, Swimmer, plan, read_csv, write_csv
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.files.builtin import find_scenario
 from purcell_cli.files.plan_file import PlanDocument, load_plan
@@ -47,14 +47,14 @@ EVERY = [pytest.param(name, marks=planned(name)) for name in QUERIES]
 def solved(name: str, controls: str = "simultaneous") -> Solution:
     """Return the plan of a query; planned once in a process."""
     start, goal, swimmer = QUERIES[name]
-    return plan(start, goal, swimmer, controls=controls)
+    return plan(start, goal, swimmer=swimmer, options=PlanOptions(controls=controls))
 
 
 @functools.cache
 def far(bend: float) -> Solution:
     """Return the plan of 20 L along x with a bend limit [rad]."""
     goal = Configuration.from_angles((2.0, 0.0, 0.0))
-    return plan(Configuration(), goal, Swimmer(max_bend_rad=bend), controls="simultaneous")
+    return plan(Configuration(), goal, swimmer=Swimmer(max_bend_rad=bend), options=PlanOptions(controls="simultaneous"))
 
 
 # --- Plans ---------------------------------------------------------------------------------------------------------
@@ -122,7 +122,7 @@ def test_the_file_of_a_quick_plan_replays_it(tmp_path: Path) -> None:
 @pytest.mark.xdist_group("simultaneous bent limbs")
 def test_the_document_of_a_quick_plan_makes_the_same_trajectory(tmp_path: Path) -> None:
     solution = solved("bent limbs")
-    (tmp_path / "plan.json").write_text(PlanDocument(solution.plan, 0.05).as_text())
+    (tmp_path / "plan.json").write_text(PlanDocument(solution.plan).as_text())
     again = carried_out(load_plan(tmp_path / "plan.json").plan)
     assert_close(again.trajectory.rate_rad_s, solution.trajectory.rate_rad_s, 0.0)
     assert_close(again.trajectory.time_s, solution.trajectory.time_s, 0.0)
@@ -133,12 +133,12 @@ def test_the_document_of_a_quick_plan_makes_the_same_trajectory(tmp_path: Path) 
 @pytest.mark.xdist_group("simultaneous fast joints")
 def test_planning_twice_makes_the_same_plan() -> None:
     start, goal, swimmer = QUERIES["fast joints"]
-    again = plan(start, goal, swimmer, controls="simultaneous")
+    again = plan(start, goal, swimmer=swimmer, options=PlanOptions(controls="simultaneous"))
     assert_close(again.trajectory.rate_rad_s, solved("fast joints").trajectory.rate_rad_s, 0.0)
 
 
 def test_a_goal_already_reached_needs_no_moves() -> None:
-    found = plan(Configuration(), Configuration(), controls="simultaneous")
+    found = plan(Configuration(), Configuration(), options=PlanOptions(controls="simultaneous"))
     assert (found.verdict, found.duration_s, found.plan.blocks) == ("reached", 0.0, ())
 
 
@@ -153,7 +153,7 @@ def test_a_quick_plan_that_breaks_a_limit_is_not_taken() -> None:
 
 def test_unknown_controls_are_refused() -> None:
     with pytest.raises(UnknownNameError, match="primitive, simultaneous"):
-        plan(Configuration(), Configuration(), controls="both")
+        plan(Configuration(), Configuration(), options=PlanOptions(controls="both"))
 
 
 @pytest.mark.slow
@@ -161,7 +161,8 @@ def test_a_stored_scenario_is_quicker_by_far() -> None:
     """`nearby` in less than half the time of its plan by primitives."""
     scenario = find_scenario("nearby")
     quick, plain = (
-        plan(scenario.start, scenario.goal, scenario.swimmer, controls=c) for c in ("simultaneous", "primitive")
+        plan(scenario.start, scenario.goal, swimmer=scenario.swimmer, options=PlanOptions(controls=c))
+        for c in ("simultaneous", "primitive")
     )
     assert quick.verdict == "reached"
     assert 2.0 * quick.duration_s < plain.duration_s

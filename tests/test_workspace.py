@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from helpers import assert_close, mostly_slow, random_shapes, random_swimmer
 
-from purcell_cli import Configuration, Swimmer, load_scenario, plan, stored_scenarios
+from purcell_cli import Configuration, PlanOptions, Swimmer, load_scenario, plan, stored_scenarios
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.mechanics.connection import connection
@@ -29,7 +29,7 @@ FINE_S = 5e-4
 def finely(name: str) -> Solution:
     """Return a stored scenario's plan with very many rows."""
     scenario = load_scenario(stored_scenarios()[name])
-    return plan(scenario.start, scenario.goal, scenario.swimmer, dt_s=FINE_S)
+    return plan(scenario.start, scenario.goal, swimmer=scenario.swimmer, options=PlanOptions(dt_s=FINE_S))
 
 
 def extent(solution: Solution) -> tuple[Array, Array]:

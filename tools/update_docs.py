@@ -143,7 +143,7 @@ def renewed(text: str, transcripts: list[tuple[Block, str]]) -> str:
 
 def times_table() -> str:
     """Return how long motions take by primitives and with all joints at once, planned anew, as a table."""
-    from purcell_cli import Configuration, Swimmer, load_scenario, plan, stored_scenarios
+    from purcell_cli import Configuration, PlanOptions, Swimmer, load_scenario, plan, stored_scenarios
 
     stored = [
         (f"`{name}`", load_scenario(stored_scenarios()[name]))
@@ -154,7 +154,10 @@ def times_table() -> str:
     asked += [("20 L along x", Configuration(), ahead, Swimmer(max_bend_rad=bend)) for bend in (1.0, 1.6)]
     rows = ["| motion | bend limit [rad] | primitive [s] | simultaneous [s] |", "| --- | --- | --- | --- |"]
     for name, start, goal, swimmer in asked:
-        took = [plan(start, goal, swimmer, controls=c).duration_s for c in ("primitive", "simultaneous")]
+        took = [
+            plan(start, goal, swimmer=swimmer, options=PlanOptions(controls=c)).duration_s
+            for c in ("primitive", "simultaneous")
+        ]
         rows.append(f"| {name} | {swimmer.max_bend_rad:g} | {took[0]:.1f} | {took[1]:.1f} |")
     return "\n".join(rows) + "\n"
 

@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.peers import sampling, shooting
 from benchmarks.peers.judge import Answer, error
 from benchmarks.peers.queries import Query
-from purcell_cli import plan
+from purcell_cli import PlanOptions, plan
 
 START_S, PATIENCE = 300.0, 10.0
 """By the wall's clock a process may take this long to start [s], and so many times its cap, before it is ended."""
@@ -29,7 +29,7 @@ def planned(effort: str, asked: Query, cap_s: float, _: int) -> Answer | None:
     signal.signal(signal.SIGPROF, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_PROF, cap_s)
     try:
-        swum = plan(asked.start, asked.goal, asked.swimmer, effort=effort).trajectory
+        swum = plan(asked.start, asked.goal, swimmer=asked.swimmer, options=PlanOptions(effort=effort)).trajectory
     except KeyboardInterrupt:
         return None
     finally:
@@ -48,7 +48,7 @@ PLANNERS: dict[str, Planner] = {
 
 def figures(planner: Planner, asked: Query, cap_s: float, seed: int, out: Any) -> None:
     """Let one planner answer one query and send its figures; the process then ends without ado."""
-    plan(asked.start, asked.start, asked.swimmer)  # everything is loaded
+    plan(asked.start, asked.start, swimmer=asked.swimmer)  # everything is loaded
     wall, processor = time.perf_counter(), time.process_time()
     answer = planner(asked, cap_s, seed)
     found: dict[str, Any] = {"wall_s": time.perf_counter() - wall, "processor_s": time.process_time() - processor}

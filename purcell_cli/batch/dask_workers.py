@@ -10,9 +10,11 @@ from typing import Any
 from purcell_cli.batch.cases import Case
 from purcell_cli.batch.local_workers import Finished
 from purcell_cli.batch.results_folder import write_files
-from purcell_cli.batch.solve_one import CRASHED, Settings, Solved, solve, without_plan
+from purcell_cli.batch.rows import CRASHED
+from purcell_cli.batch.solve_one import Settings, Solved, solve, without_plan
 from purcell_cli.errors import InputError, ResultsError
 from purcell_cli.files.place import shortened
+from purcell_cli.motion.verdict import Verdict
 
 _WAITING_EACH = 3
 """Scenarios at the scheduler for each of its threads: one is solved, and two wait so that no thread idles."""
@@ -88,4 +90,4 @@ def _finished(case: Case, future: Any, folder: Path, address: str) -> Finished:
 
 def _solved(case: Case, settings: Settings) -> Solved:
     """Solve one scenario: this runs on the cluster."""
-    return without_plan("error", case.error) if case.scenario is None else solve(case.scenario, settings)
+    return without_plan(Verdict.ERROR, case.error) if case.scenario is None else solve(case.scenario, settings)

@@ -10,6 +10,7 @@ from typing import Any
 
 from purcell_cli.errors import InputError, ParameterError
 from purcell_cli.files.scenario_file import Expect
+from purcell_cli.motion.verdict import Verdict
 
 ERRORS = ("position_error_over_L", "base_error_rad", "limb1_error_rad", "limb2_error_rad")
 """The errors of a row: the base's position in units of L, and three angles [rad]."""
@@ -75,7 +76,7 @@ class Baseline:
         if before is None:
             return []
         if row["verdict"] != before["verdict"]:
-            worse = before["verdict"] == "reached"
+            worse = before["verdict"] == Verdict.REACHED
             return [f"regression: verdict {row['verdict']}, reached in the baseline"] if worse else []
         out = []
         for key in ("joint_travel_rad", *ERRORS):

@@ -13,12 +13,12 @@ from xml.sax.saxutils import XMLGenerator
 from xml.sax.xmlreader import AttributesImpl
 
 from purcell_cli.batch.results_folder import kept_file
-from purcell_cli.batch.solve_one import CRASHED
+from purcell_cli.batch.rows import CRASHED, Row
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def write_report(rows: Iterable[Mapping[str, Any]], totals: Mapping[str, int], path: Path, seconds: float) -> None:
+def write_report(rows: Iterable[Row], totals: Mapping[str, int], path: Path, seconds: float) -> None:
     """Write the report.
 
     Args:
@@ -51,7 +51,7 @@ def write_report(rows: Iterable[Mapping[str, Any]], totals: Mapping[str, int], p
                     pass
 
 
-def _write_case(xml: XMLGenerator, row: Mapping[str, Any]) -> None:
+def _write_case(xml: XMLGenerator, row: Row) -> None:
     attributes = {"name": row["name"], "classname": _class(row["file"]), "time": f"{row['wall_time_s']:.3f}"}
     with _element(xml, "testcase", attributes):
         if not row["passed"]:

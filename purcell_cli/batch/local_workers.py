@@ -20,8 +20,10 @@ from typing import Any
 
 from purcell_cli.batch.cases import Case
 from purcell_cli.batch.results_folder import write_files
-from purcell_cli.batch.solve_one import CRASHED, Settings, solve, without_plan
+from purcell_cli.batch.rows import CRASHED, Result
+from purcell_cli.batch.solve_one import Settings, solve, without_plan
 from purcell_cli.errors import ResultsError
+from purcell_cli.motion.verdict import Verdict
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "POLARS_MAX_THREADS")
 """Environment variables by which the libraries of a worker use one thread each."""
@@ -45,7 +47,7 @@ class Finished:
     """
 
     case: Case
-    row: dict[str, Any]
+    row: Result
     digests: dict[str, str] | None
 
 
@@ -159,7 +161,7 @@ def _serve(pipe: Connection, settings: Settings, folder: str) -> None:
     with contextlib.suppress(EOFError, OSError):
         while True:
             name, scenario = pipe.recv()
-            solved = without_plan("error", scenario) if isinstance(scenario, str) else solve(scenario, settings)
+            solved = without_plan(Verdict.ERROR, scenario) if isinstance(scenario, str) else solve(scenario, settings)
             try:
                 digests = write_files(Path(folder), name, solved.files)
             except ResultsError as error:

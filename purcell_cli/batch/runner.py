@@ -8,13 +8,14 @@ import hashlib
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, cast
 
 from purcell_cli.batch import dask_workers, junit, local_workers, summary
 from purcell_cli.batch.cases import Case, Cases
 from purcell_cli.batch.expectations import Baseline, shortfalls
 from purcell_cli.batch.results_folder import ResultsFolder, write_files
-from purcell_cli.batch.solve_one import CRASHED, Settings
+from purcell_cli.batch.rows import CRASHED, Row
+from purcell_cli.batch.solve_one import Settings
 from purcell_cli.errors import ResultsError, StoppedError
 from purcell_cli.files.atomic_file import writable
 
@@ -64,11 +65,11 @@ class Outcome:
     failed: int = 0
     crashed: int = 0
     compared: int = 0
-    failures: list[dict[str, Any]] = dataclasses.field(default_factory=list)
+    failures: list[Row] = dataclasses.field(default_factory=list)
     wall_time_s: float = 0.0
 
     @property
-    def verdict(self) -> str:
+    def verdict(self) -> Literal["passed", "failed"]:
         """'passed' where all scenarios are what they must be, else 'failed'."""
         return "failed" if self.failed else "passed"
 
@@ -125,14 +126,14 @@ class _Batch:
         self.outcome.scenarios += 1
         progress(self.outcome, row)
 
-    def rows(self) -> Iterator[dict[str, Any]]:
+    def rows(self) -> Iterator[Row]:
         """Return all rows in order, judged."""
         baseline = self.options.baseline
         for name in self.order:
             row = self.crashes.get(name) or self.folder.row(name)
             if row is not None:
                 reasons = row["reasons"] + ([] if baseline is None else baseline.regressions(name, row))
-                yield {**row, "passed": not reasons, "reasons": reasons}
+                yield cast(Row, {**row, "passed": not reasons, "reasons": reasons})
 
     def write(self) -> None:
         """Count the failures and write the summaries and the report."""

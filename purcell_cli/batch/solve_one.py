@@ -10,38 +10,19 @@ import math
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 from purcell_cli import __version__
-from purcell_cli.errors import ParameterError, PurcellError, UnknownNameError
+from purcell_cli.batch.rows import CRASHED, NUMBERS, Numbers, Result, RowVerdict
+from purcell_cli.errors import PurcellError
 from purcell_cli.files.place import shortened
 from purcell_cli.files.plan_file import PlanDocument
 from purcell_cli.files.scenario_file import Scenario
 from purcell_cli.files.trajectory_csv import write_rows
 from purcell_cli.gaits.gait import Gait
-from purcell_cli.motion.limits import Limits
-from purcell_cli.planner.effort import EFFORTS
-from purcell_cli.planner.objectives import known_measure
-from purcell_cli.solution import CONTROLS, Solution, plan, stroke_cycles
-
-NUMBERS = (
-    "joint_travel_rad",
-    "duration_s",
-    "energy_j",
-    "position_error_over_L",
-    "base_error_rad",
-    "limb1_error_rad",
-    "limb2_error_rad",
-    "clearance_m",
-    "largest_bend_rad",
-    "primitives",
-    "cycles",
-    "rows",
-)
-"""What is measured of a plan, in the order of the summary's columns."""
-
-CRASHED = "crashed"
-"""The verdict of a scenario that no input explains: a fault of the program, or a worker that died."""
+from purcell_cli.motion.options import PlanOptions
+from purcell_cli.motion.verdict import Verdict
+from purcell_cli.solution import Solution, plan, stroke_cycles
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -49,37 +30,14 @@ class Settings:
     """How all scenarios of a batch are solved.
 
     Attributes:
-        effort: How long to look for a short plan.
-        controls: One joint at a time, or all at once.
-        minimize: What to spend least of.
-        clearance_m: How far the limbs stay apart [m].
-        dt_s: Longest time between rows of a trajectory [s].
+        options: What is asked of every plan; the workspace is the scenario's own.
         trajectories: Whether trajectories are written.
         gaits: The user's own stored gaits; None where there are none.
     """
 
-    effort: str = "standard"
-    controls: str = "primitive"
-    minimize: str = "travel"
-    clearance_m: float = 0.0
-    dt_s: float = 0.05
+    options: PlanOptions = PlanOptions()
     trajectories: bool = True
     gaits: Mapping[str, Gait] | None = None
-
-    def check(self) -> None:
-        """Refuse settings that no scenario could be solved with.
-
-        Raises:
-            UnknownNameError: An effort, a measure or a kind of control that there is not.
-            ParameterError: A number out of range.
-        """
-        for name, found, known in (("effort", self.effort, EFFORTS), ("controls", self.controls, CONTROLS)):
-            if found not in known:
-                raise UnknownNameError(f"{name}: one of {', '.join(known)} is wanted, found {found!r}")
-        known_measure(self.minimize)
-        Limits(self.clearance_m)
-        if not 0.0 < self.dt_s < math.inf:
-            raise ParameterError(f"dt: a finite time above 0 s is wanted, found {self.dt_s!r}")
 
     def fingerprint(self) -> str:
         """Return a text that changes with anything that results depend on."""
@@ -105,13 +63,14 @@ class Solved:
         files: What its files hold, by ending.
     """
 
-    row: dict[str, Any]
+    row: Result
     files: dict[str, bytes] = dataclasses.field(default_factory=dict)
 
 
-def without_plan(verdict: str, error: str, wall_time_s: float = 0.0) -> Solved:
+def without_plan(verdict: RowVerdict, error: str, wall_time_s: float = 0.0) -> Solved:
     """Return what came of a scenario that has no plan."""
-    return Solved({"verdict": verdict, "error": error, **dict.fromkeys(NUMBERS), "wall_time_s": wall_time_s})
+    nothing = cast(Numbers, dict.fromkeys(NUMBERS))
+    return Solved({"verdict": verdict, "error": error, **nothing, "wall_time_s": wall_time_s})
 
 
 def solve(scenario: Scenario, settings: Settings) -> Solved:
@@ -126,25 +85,21 @@ def solve(scenario: Scenario, settings: Settings) -> Solved:
         solution = plan(
             scenario.start,
             scenario.goal,
-            scenario.swimmer,
-            settings.gaits,
-            settings.dt_s,
-            settings.effort,
-            settings.controls,
-            settings.minimize,
-            settings.clearance_m,
-            scenario.workspace,
+            swimmer=scenario.swimmer,
+            options=dataclasses.replace(settings.options, workspace=scenario.workspace),
+            gaits=settings.gaits,
         )
-        row, files = _row(solution), _files(solution, settings)
+        numbers, files = _numbers(solution), _files(solution, settings)
     except PurcellError as error:
-        return without_plan("error", str(error), time.perf_counter() - begun)
+        return without_plan(Verdict.ERROR, str(error), time.perf_counter() - begun)
     except Exception as error:  # a fault of one scenario must not stop the others
         return without_plan(CRASHED, shortened(f"{type(error).__name__}: {error}", 1000), time.perf_counter() - begun)
-    return Solved({**row, "wall_time_s": time.perf_counter() - begun}, files)
+    lasted = time.perf_counter() - begun
+    return Solved({"verdict": solution.verdict, "error": None, **numbers, "wall_time_s": lasted}, files)
 
 
 def _files(solution: Solution, settings: Settings) -> dict[str, bytes]:
-    document = PlanDocument(solution.plan, settings.dt_s, solution.limits.limits)
+    document = PlanDocument(solution.plan, solution.options)
     files = {".json": document.as_text().encode()}
     if settings.trajectories:
         stream = io.BytesIO()
@@ -153,26 +108,25 @@ def _files(solution: Solution, settings: Settings) -> dict[str, bytes]:
     return files
 
 
-def _row(solution: Solution) -> dict[str, Any]:
+def _numbers(solution: Solution) -> Numbers:
     found, length = solution.certificate.deviation, solution.plan.swimmer.length_m
     blocks = solution.plan.blocks
     strokes = (blocks[part] for part in solution.strokes if blocks[part][0].phase == 2)
-    clearance = solution.limits.clearance.distance_m
     bend = solution.limits.largest_bend_rad[1]
-    numbers = (
-        float(solution.joint_travel_rad),
-        float(solution.duration_s),
-        float(solution.energy_j.sum()),
-        float(found.position_m / length),
-        float(found.base_rad),
-        float(found.limb1_rad),
-        float(found.limb2_rad),
-        None if clearance is None else float(clearance),
-        None if bend is None else float(bend),
-        int(solution.plan.primitives),
-        sum(stroke_cycles(stroke) for stroke in strokes),
-        len(solution.trajectory),
-    )
-    if not all(math.isfinite(number) for number in numbers if number is not None):
+    numbers: Numbers = {
+        "joint_travel_rad": float(solution.joint_travel_rad),
+        "duration_s": float(solution.duration_s),
+        "energy_j": float(solution.energy_j.sum()),
+        "position_error_over_L": float(found.position_m / length),
+        "base_error_rad": float(found.base_rad),
+        "limb1_error_rad": float(found.limb1_rad),
+        "limb2_error_rad": float(found.limb2_rad),
+        "clearance_m": float(solution.limits.clearance.distance_m),
+        "largest_bend_rad": None if bend is None else float(bend),
+        "primitives": int(solution.plan.primitives),
+        "cycles": sum(stroke_cycles(stroke) for stroke in strokes),
+        "rows": len(solution.trajectory),
+    }
+    if not all(math.isfinite(cast(float, number)) for number in numbers.values() if number is not None):
         raise ArithmeticError("a number of the plan that is not finite")
-    return {"verdict": solution.verdict, "error": None, **dict(zip(NUMBERS, numbers, strict=True))}
+    return numbers

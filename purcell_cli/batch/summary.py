@@ -10,15 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from purcell_cli.batch.results_folder import kept_file
-from purcell_cli.batch.solve_one import NUMBERS
+from purcell_cli.batch.rows import COLUMNS, Row
 from purcell_cli.errors import ResultsError
 
-COLUMNS = ("name", "file", "sweep", "verdict", "passed", "reasons", "error", *NUMBERS, "wall_time_s")
-"""The columns of a summary. All but wall_time_s are the same from run to run."""
-
 SCHEMA = "purcell/batch-summary/1"
-
-Row = Mapping[str, Any]
 
 
 def write_json(rows: Iterable[Row], totals: Mapping[str, Any], path: Path) -> None:
@@ -28,7 +23,7 @@ def write_json(rows: Iterable[Row], totals: Mapping[str, Any], path: Path) -> No
         stream.write(f'{head[:-1]}, "rows": ['.encode())
         between = "\n"
         for row in rows:
-            text = json.dumps({name: row[name] for name in COLUMNS}, allow_nan=False, ensure_ascii=False)
+            text = json.dumps(_in_order(row), allow_nan=False, ensure_ascii=False)
             stream.write(f"{between}{text}".encode())
             between = ",\n"
         stream.write(b"\n]}\n")
@@ -41,8 +36,13 @@ def write_csv(rows: Iterable[Row], path: Path) -> None:
         table = csv.writer(text, lineterminator="\n")
         table.writerow(COLUMNS)
         for row in rows:
-            table.writerow([_cell(row[name]) for name in COLUMNS])
+            table.writerow([_cell(value) for value in _in_order(row).values()])
         text.detach()
+
+
+def _in_order(row: Row) -> dict[str, Any]:
+    values: Mapping[str, Any] = row
+    return {name: values[name] for name in COLUMNS}
 
 
 def _cell(value: Any) -> str:

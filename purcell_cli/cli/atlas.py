@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
+from purcell_cli.cli.documents.gait import AtlasDocument, LinkRatioDocument, SweepDocument
 from purcell_cli.cli.reports import atlas as reports
 from purcell_cli.errors import GaitError
 from purcell_cli.files.atomic_file import whole_file
@@ -13,16 +13,14 @@ from purcell_cli.gaits.atlas import Entry, entry, ratio_sweep, steps, sweep
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.mechanics.swimmer import Swimmer
 
-Document = dict[str, Any]
 
-
-def _write(rows: Sequence[Mapping[str, Any]], out: Path | None) -> None:
+def _write(rows: Sequence[Mapping[str, object]], out: Path | None) -> None:
     if out is not None:
         with whole_file(out) as file:
             file.write(reports.as_csv(rows))
 
 
-def atlas(gaits: Mapping[str, Gait], swimmer: Swimmer, out: Path | None) -> Document:
+def atlas(gaits: Mapping[str, Gait], swimmer: Swimmer, out: Path | None) -> AtlasDocument:
     """Make the atlas of all gaits, and write it as CSV where a file is named."""
     entries: list[Entry] = []
     left_out: dict[str, str] = {}
@@ -36,7 +34,7 @@ def atlas(gaits: Mapping[str, Gait], swimmer: Swimmer, out: Path | None) -> Docu
     return document
 
 
-def amplitudes(gait: Gait, swimmer: Swimmer, text: str, out: Path | None) -> Document:
+def amplitudes(gait: Gait, swimmer: Swimmer, text: str, out: Path | None) -> SweepDocument:
     """Sweep a gait's amplitude over A:B:STEP, and write the table as CSV where a file is named."""
     found = sweep(gait, swimmer, steps(text, "--sweep"))
     document = reports.sweep_document(found, swimmer, None if out is None else str(out))
@@ -44,7 +42,7 @@ def amplitudes(gait: Gait, swimmer: Swimmer, text: str, out: Path | None) -> Doc
     return document
 
 
-def ratios(gait: Gait, swimmer: Swimmer, amplitude: float | None, text: str, out: Path | None) -> Document:
+def ratios(gait: Gait, swimmer: Swimmer, amplitude: float | None, text: str, out: Path | None) -> LinkRatioDocument:
     """Sweep the ratio of middle to outer link over A:B:STEP, and write the table as CSV where a file is named."""
     along, rows = ratio_sweep(gait, swimmer, amplitude, steps(text, "--link-ratio"))
     document = reports.ratio_document(gait, along, rows, swimmer, None if out is None else str(out))

@@ -12,14 +12,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from purcell_cli.cli.terminal import GaitFolder, Json, show
+from purcell_cli.cli.options import takes_plan_options
+from purcell_cli.cli.terminal import DONE, NOT_REACHED, GaitFolder, Json, show
+from purcell_cli.motion.options import PlanOptions
 from purcell_cli.wording import counted
 
 if TYPE_CHECKING:
-    from purcell_cli.batch.runner import Outcome
+    from rich.console import Console
 
-PASSED, FAILED = 0, 1
-"""Exit codes: all scenarios came to what they must, or one did not."""
+    from purcell_cli.batch.runner import Options, Outcome
+    from purcell_cli.cli.documents.batch import BatchDocument
 
 _SECONDS_BETWEEN_LINES = 10.0
 """How often a batch says on a pipe how far it is [s]: a night's log has some three thousand such lines."""
@@ -30,6 +32,7 @@ def register(app: typer.Typer) -> None:
     app.command(epilog="Example: purcell batch scenarios/ --jobs 4 --junit report.xml")(batch)
 
 
+@takes_plan_options
 def batch(
     paths: Annotated[
         list[str],
@@ -64,15 +67,7 @@ def batch(
         typer.Option("--dask", metavar="ADDRESS", help="Send scenarios to a Dask scheduler, such as tcp://host:8786."),
     ] = None,
     gaits: GaitFolder = None,
-    dt: Annotated[float, typer.Option("--dt", metavar="SECONDS", help="Longest time between rows.")] = 0.05,
-    effort: Annotated[str, typer.Option("--effort", metavar="HOW", help="quick, standard or thorough.")] = "standard",
-    controls: Annotated[
-        str, typer.Option("--controls", metavar="HOW", help="primitive or simultaneous.")
-    ] = "primitive",
-    minimize: Annotated[str, typer.Option("--minimize", metavar="WHAT", help="travel, energy or switches.")] = "travel",
-    clearance: Annotated[
-        float, typer.Option("--clearance", metavar="METRES", help="How far the two limbs stay apart.")
-    ] = 0.0,
+    options: PlanOptions = PlanOptions(),
     json: Json = False,
 ) -> int:
     """Plan many scenarios with several workers, and judge each by what it expects."""
@@ -83,17 +78,14 @@ def batch(
     from purcell_cli.files.builtin import stored_gaits
 
     own = None if gaits is None else stored_gaits(gaits)
-    settings = Settings(effort, controls, minimize, clearance, dt, trajectories, own)
-    settings.check()
+    settings = Settings(options, trajectories, own)
     earlier = None if baseline is None else load_baseline(baseline, fraction(max_regress))
     cases = find_cases(paths, name_filter)
-    options = Options(out, jobs or _cores(), dask, resume, junit, parquet, earlier)
+    task = Options(out, jobs or _cores(), dask, resume, junit, parquet, earlier)
     with _progress(cases.count) as progress:
-        outcome = run_batch(cases, settings, options, progress)
-    document = _document(outcome, options)
-    document["passed_over"] = cases.passed_over
-    show(document, json, _show)
-    return FAILED if outcome.failed else PASSED
+        outcome = run_batch(cases, settings, task, progress)
+    show(_document(outcome, task, cases.passed_over), json, _show)
+    return NOT_REACHED if outcome.failed else DONE
 
 
 def _cores() -> int:
@@ -151,8 +143,7 @@ def _lines(count: int) -> Callable[[Outcome, dict[str, Any]], None]:
     return tell
 
 
-def _document(outcome: Outcome, options: Any) -> dict[str, Any]:
-    keys = ("name", "file", "verdict", "reasons")
+def _document(outcome: Outcome, options: Options, passed_over: int) -> BatchDocument:
     return {
         "schema": "purcell/batch/1",
         "verdict": outcome.verdict,
@@ -161,14 +152,18 @@ def _document(outcome: Outcome, options: Any) -> dict[str, Any]:
         "failed": outcome.failed,
         "crashed": outcome.crashed,
         "compared": outcome.compared if options.baseline is not None else None,
-        "failures": [{key: row[key] for key in keys} for row in outcome.failures],
+        "failures": [
+            {"name": row["name"], "file": row["file"], "verdict": row["verdict"], "reasons": row["reasons"]}
+            for row in outcome.failures
+        ],
         "wall_time_s": outcome.wall_time_s,
         "folder": str(options.folder),
         "junit": None if options.junit is None else str(options.junit),
+        "passed_over": passed_over,
     }
 
 
-def _show(console: Any, document: dict[str, Any]) -> None:
+def _show(console: Console, document: BatchDocument) -> None:
     from rich.table import Table
 
     if document["failures"]:

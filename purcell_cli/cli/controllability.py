@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from purcell_cli.cli.terminal import Json, SwimmerFile, busy, show, swimmer_of
+from purcell_cli.cli.terminal import DONE, NOT_REACHED, Json, SwimmerFile, busy, show, swimmer_of
 
 if TYPE_CHECKING:
     from purcell_cli.mechanics.swimmer import Swimmer
@@ -73,7 +73,7 @@ def controllability(
         found = analysed(body, at.shape, deepest, planar)
         document = report.controllability_document(found, planar, deepest)
     show(document, json, report.show_controllability)
-    return 0 if found.verdict in {"controllable", "weakly controllable"} else 1
+    return DONE if found.verdict in {"controllable", "weakly controllable"} else NOT_REACHED
 
 
 def _map(body: Swimmer, depth: int, picture: Path | None, json: bool) -> int:
@@ -95,4 +95,4 @@ def _map(body: Swimmer, depth: int, picture: Path | None, json: bool) -> int:
         if picture is not None:
             draw_map(found, depth, picture)
     show(document, json, report.show_map)
-    return 0
+    return DONE

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, get_args
 
 import typer
 
-from purcell_cli.cli.terminal import Json, show
+from purcell_cli.cli.documents.files import Kind
+from purcell_cli.cli.terminal import DONE, MISUSE, Json, show
 
-GOOD, BAD = 0, 2
-"""Exit codes: every document is good, or one is not."""
+if TYPE_CHECKING:
+    from rich.console import Console
 
-_KINDS = ("start", "goal", "swimmer", "scenario", "gait", "plan")
+    from purcell_cli.cli.documents.files import InitDocument, ValidateDocument
+
+_KINDS: tuple[str, ...] = get_args(Kind)
 
 
 def register(app: typer.Typer) -> None:
@@ -62,12 +65,13 @@ def init(
             stream.write(text.encode())
     files = [str(folder / name) for name in FILES]
 
-    def table(console: Any, document: dict[str, Any]) -> None:
+    def table(console: Console, document: InitDocument) -> None:
         for file in document["files"]:
             console.print(file, soft_wrap=True, markup=False)
         console.print(f"next: purcell plan {document['files'][-1]}", soft_wrap=True, markup=False)
 
-    show({"schema": "purcell/init/1", "verdict": "done", "files": files}, json, table)
+    document: InitDocument = {"schema": "purcell/init/1", "verdict": "done", "files": files}
+    show(document, json, table)
 
 
 def validate(
@@ -83,24 +87,29 @@ def validate(
     json: Json = False,
 ) -> int:
     """Check files without planning: each fault with its file, line and key, and what was meant."""
-    from dataclasses import asdict
-
+    from purcell_cli.cli.documents.common import as_part
+    from purcell_cli.cli.documents.files import CheckedPart
     from purcell_cli.files.validate import check_file
 
     wanted = None if kind is None else _known(kind)
     found = [check_file(file, wanted) for file in files]
     good = all(checked.error is None for checked in found)
 
-    def table(console: Any, document: dict[str, Any]) -> None:
+    def table(console: Console, document: ValidateDocument) -> None:
         for checked in document["files"]:
             many = checked["scenarios"]
             text = f"good, a {checked['kind']}" + (f" of {many} combinations" if many not in {None, 1} else "")
             line = f"{checked['file']}: {text}" if checked["error"] is None else checked["error"]
             console.print(line, soft_wrap=True, markup=False)
 
-    document = {"schema": "purcell/validate/1", "verdict": "good" if good else "bad"}
-    show({**document, "files": [asdict(checked) for checked in found]}, json, table)
-    return GOOD if good else BAD
+    parts = [as_part(checked, CheckedPart) for checked in found]
+    document: ValidateDocument = {
+        "schema": "purcell/validate/1",
+        "verdict": "good" if good else "bad",
+        "files": parts,
+    }
+    show(document, json, table)
+    return DONE if good else MISUSE
 
 
 def schema(

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from purcell_cli.cli.options import Dt, Format
+from purcell_cli.cli.options import DT_DEFAULT_S, Dt, Format
 from purcell_cli.cli.terminal import GaitFolder, Json, SwimmerFile
 from purcell_cli.cli.terminal import busy as _busy
 from purcell_cli.cli.terminal import show as _show
@@ -36,7 +36,7 @@ def gait(
     form: Format = None,
     swimmer: SwimmerFile = None,
     gaits: GaitFolder = None,
-    dt: Dt = 0.05,
+    dt: Dt = DT_DEFAULT_S,
     show_all: Annotated[bool, typer.Option("--list", help="Show all stored gaits, one line each.")] = False,
     atlas: Annotated[bool, typer.Option("--all", help="Show what one cycle of every stored gait does.")] = False,
     sweep: Annotated[
@@ -72,8 +72,8 @@ def gait(
         writable(out)
     if atlas:
         with _busy("swimming"):
-            document = many_strokes.atlas(stored, _swimmer(swimmer), out)
-        _show(document, json, many_reports.show_atlas)
+            every = many_strokes.atlas(stored, _swimmer(swimmer), out)
+        _show(every, json, many_reports.show_atlas)
         return
     if name is None:
         raise InputError("a gait's name is wanted; purcell gait --list shows all")
@@ -81,13 +81,13 @@ def gait(
     chosen = find(stored, name)
     if sweep is not None:
         with _busy("swimming"):
-            document = many_strokes.amplitudes(chosen, body, sweep, out)
-        _show(document, json, many_reports.show_sweep)
+            swept = many_strokes.amplitudes(chosen, body, sweep, out)
+        _show(swept, json, many_reports.show_sweep)
         return
     if link_ratio is not None:
         with _busy("swimming"):
-            document = many_strokes.ratios(chosen, body, amplitude, link_ratio, out)
-        _show(document, json, many_reports.show_ratios)
+            compared = many_strokes.ratios(chosen, body, amplitude, link_ratio, out)
+        _show(compared, json, many_reports.show_ratios)
         return
     stroke = realise(chosen, body, amplitude)
     form = chosen_format(form, out)

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import inspect
+from collections.abc import Callable
+from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
 import typer
 
 from purcell_cli.cli.terminal import swimmer_of as _swimmer
+from purcell_cli.motion.options import OPTIONS, Option, PlanOptions
+
+R = TypeVar("R")
 
 if TYPE_CHECKING:
     from purcell_cli.files.scenario_file import Scenario
@@ -27,7 +34,58 @@ Format = Annotated[
 ]
 
 
-Dt = Annotated[float, typer.Option("--dt", metavar="SECONDS", help="Longest time between rows.")]
+DT_DEFAULT_S: float = OPTIONS["dt_s"].default
+"""Longest time between rows where none is given [s]."""
+
+
+def _shown(option: Option) -> Any:
+    """Return how typer reads an option of a plan and shows it in the help."""
+    meaning = f"{option.meaning[0].upper()}{option.meaning[1:]}."
+    if option.kind is None or not issubclass(option.kind, StrEnum):
+        return typer.Option(option.flag, metavar=option.metavar, help=meaning)
+    names, place = [str(choice) for choice in option.kind], str(option.flag).lstrip("-")
+
+    def completions(begun: str) -> list[str]:
+        return [name for name in names if name.startswith(begun)]
+
+    return typer.Option(
+        option.flag,
+        metavar="|".join(names),
+        help=meaning,
+        parser=lambda name: option.checked(str(name), place),
+        autocompletion=completions,
+    )
+
+
+Dt = Annotated[float, _shown(OPTIONS["dt_s"])]
+
+
+def takes_plan_options(command: Callable[..., R]) -> Callable[..., R]:
+    """Return a command that takes an option for each of `PlanOptions` with a flag, where this one takes `options`.
+
+    Args:
+        command: The command; it gets what was given as one `PlanOptions`, its argument `options`.
+    """
+    flags = {name: option for name, option in OPTIONS.items() if option.flag is not None}
+    hints = get_type_hints(command, include_extras=True)
+    parameters = []
+    for name, parameter in inspect.signature(command).parameters.items():
+        if name == "options":
+            parameters += [
+                parameter.replace(name=flag, annotation=Annotated[option.kind, _shown(option)], default=option.default)
+                for flag, option in flags.items()
+            ]
+        else:
+            parameters.append(parameter.replace(annotation=hints[name]))
+
+    @functools.wraps(command)
+    def taking(**given: Any) -> R:
+        options = PlanOptions(**{name: given.pop(name) for name in flags})
+        return command(options=options, **given)
+
+    taking.__signature__ = inspect.Signature(parameters, return_annotation=hints["return"])  # type: ignore[attr-defined]
+    taking.__annotations__ = {p.name: p.annotation for p in parameters} | {"return": hints["return"]}
+    return taking
 
 
 def query_of(start: str, goal: str | None, swimmer: Path | None) -> Scenario:

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from purcell_cli.cli.terminal import GaitFolder, Json, SwimmerFile, busy, show, swimmer_of
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from purcell_cli.cli.documents.files import FiguresDocument, PlotDocument, ViewDocument
 
 PAPER_MOTIONS = ("x-motion", "y-motion", "z-motion", "z-rotation", "y-rotation", "x-rotation")
 """The gaits of the six motions that the paper draws, in its order: x, y, z, psi, theta, phi."""
@@ -53,8 +58,13 @@ def plot(
             save_figure(time_figure(read_csv(path), path.name), file)
         else:
             save_figure(_stroke_figures(what, amplitude, swimmer, gaits)["stroke"], file)
-    kind = "trajectory" if is_file else "gait"
-    document = {"schema": "purcell/plot/1", "verdict": "done", "of": what, "kind": kind, "picture": str(file)}
+    document: PlotDocument = {
+        "schema": "purcell/plot/1",
+        "verdict": "done",
+        "of": what,
+        "kind": "trajectory" if is_file else "gait",
+        "picture": str(file),
+    }
     show(document, json, _show_plot)
 
 
@@ -79,7 +89,8 @@ def figures(
                 file = out / f"{name}-{kind}.{form}"
                 save_figure(figure, file)
                 files.append(str(file))
-    show({"schema": "purcell/figures/1", "verdict": "done", "pictures": files}, json, _show_figures)
+    document: FiguresDocument = {"schema": "purcell/figures/1", "verdict": "done", "pictures": files}
+    show(document, json, _show_figures)
 
 
 def view(
@@ -99,9 +110,16 @@ def view(
     table = read_csv(trajectory)
     with busy("drawing"):
         size = write_page(table, body, trajectory.name, file)
-    document = {"schema": "purcell/view/1", "verdict": "done", "trajectory": str(trajectory), "page": str(file)}
-    rows = {"rows": len(table.time_s), "frames": len(shown_rows(table)), "bytes": size}
-    show({**document, **rows}, json, _show_view)
+    document: ViewDocument = {
+        "schema": "purcell/view/1",
+        "verdict": "done",
+        "trajectory": str(trajectory),
+        "page": str(file),
+        "rows": len(table.time_s),
+        "frames": len(shown_rows(table)),
+        "bytes": size,
+    }
+    show(document, json, _show_view)
 
 
 def _stroke_figures(name: str, amplitude: float | None, swimmer: Path | None, gaits: Path | None) -> dict[str, Any]:
@@ -129,15 +147,15 @@ def _stroke_figures(name: str, amplitude: float | None, swimmer: Path | None, ga
     }
 
 
-def _show_plot(console: Any, document: dict[str, Any]) -> None:
+def _show_plot(console: Console, document: PlotDocument) -> None:
     console.print(f"picture in {document['picture']}", soft_wrap=True)
 
 
-def _show_figures(console: Any, document: dict[str, Any]) -> None:
+def _show_figures(console: Console, document: FiguresDocument) -> None:
     for file in document["pictures"]:
         console.print(file, soft_wrap=True)
 
 
-def _show_view(console: Any, document: dict[str, Any]) -> None:
+def _show_view(console: Console, document: ViewDocument) -> None:
     text = f"{document['frames']} of {document['rows']} rows" if document["frames"] < document["rows"] else "all rows"
     console.print(f"page in {document['page']}: {text}, {document['bytes'] / 1e6:.2f} MB", soft_wrap=True)

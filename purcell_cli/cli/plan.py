@@ -3,54 +3,29 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from purcell_cli.cli.options import Dt, Format, Out, query_of
+from purcell_cli.cli.options import Format, Out, query_of, takes_plan_options
 from purcell_cli.cli.terminal import DONE, NOT_REACHED, GaitFolder, Json, SwimmerFile
 from purcell_cli.cli.terminal import bar as _bar
 from purcell_cli.cli.terminal import busy as _busy
 from purcell_cli.cli.terminal import show as _show
+from purcell_cli.motion.options import PlanOptions
+from purcell_cli.motion.verdict import Verdict
 from purcell_cli.verification.certifier_process import certifier
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
+    from purcell_cli.cli.documents.plan import PlanDocument
     from purcell_cli.solution import Solution
-
-Effort = Annotated[
-    str,
-    typer.Option(
-        "--effort",
-        metavar="HOW",
-        help="quick; standard; or thorough, for a shorter plan in minutes: Ctrl-C takes the best so far.",
-    ),
-]
-
-
-Minimize = Annotated[
-    str,
-    typer.Option("--minimize", metavar="WHAT", help="What to spend least of: travel, energy or switches."),
-]
-
-
-Controls = Annotated[
-    str, typer.Option("--controls", metavar="HOW", help="primitive: one joint at a time; or simultaneous: all at once.")
-]
-
 
 Explain = Annotated[
     bool, typer.Option("--explain", help="Say what each stroke is for, what limits it and what would upset the plan.")
-]
-
-
-Clearance = Annotated[
-    float,
-    typer.Option(
-        "--clearance",
-        metavar="METRES",
-        help="How far the two limbs stay apart over the whole path, from 0 (may touch).",
-    ),
 ]
 
 
@@ -62,7 +37,7 @@ def register(app: typer.Typer) -> None:
     )
 
 
-def _show_solution(solution: Solution, document: dict[str, Any], json: bool, explain: bool) -> int:
+def _show_solution(solution: Solution, document: PlanDocument, json: bool, explain: bool) -> int:
     """Show a plan that was carried out, and why it is as it is; return the exit code."""
     from purcell_cli.cli.reports.plan import show_plan
 
@@ -72,13 +47,14 @@ def _show_solution(solution: Solution, document: dict[str, Any], json: bool, exp
         from purcell_cli.cli.reports.explanation import explanation_document, show_explanation
         from purcell_cli.explanation import explain as explained
 
-        def show(console: Any, told: dict[str, Any]) -> None:
+        def show(console: Console, told: PlanDocument) -> None:
             show_plan(console, told)
             show_explanation(console, told)
 
         reasons = explanation_document(explained(solution), solution.plan.swimmer)
-        _show({**document, "explanation": reasons}, json, show)
-    return DONE if solution.verdict == "reached" else NOT_REACHED
+        explained_document: PlanDocument = {**document, "explanation": reasons}
+        _show(explained_document, json, show)
+    return DONE if solution.verdict == Verdict.REACHED else NOT_REACHED
 
 
 def _two_files(option: str, file: Path, other: Path) -> None:
@@ -89,6 +65,7 @@ def _two_files(option: str, file: Path, other: Path) -> None:
         raise InputError(f"{option}: wanted a file other than {other}, found the same")
 
 
+@takes_plan_options
 def plan(
     start: Annotated[
         str,
@@ -101,11 +78,7 @@ def plan(
     form: Format = None,
     swimmer: SwimmerFile = None,
     gaits: GaitFolder = None,
-    dt: Dt = 0.05,
-    effort: Effort = "standard",
-    controls: Controls = "primitive",
-    minimize: Minimize = "travel",
-    clearance: Clearance = 0.0,
+    options: PlanOptions = PlanOptions(),
     plan_out: Annotated[
         Path | None,
         typer.Option("--plan-out", metavar="FILE", help="Write the plan itself too, as JSON for purcell run."),
@@ -114,11 +87,11 @@ def plan(
     json: Json = False,
 ) -> int:
     """Plan a motion from a start to a goal configuration and write it as CSV."""
-    with certifier() as certifying, _bar("planning") as progress:
+    with certifier() as certify, _bar("planning") as progress:
         from purcell_cli.cli.reports.plan import plan_document
         from purcell_cli.files.atomic_file import whole_file, writable
         from purcell_cli.files.builtin import stored_gaits
-        from purcell_cli.files.plan_file import PlanDocument
+        from purcell_cli.files.plan_file import PlanDocument as Saved
         from purcell_cli.files.trajectory_formats import chosen_format, write_trajectory
         from purcell_cli.solution import plan as solve
 
@@ -132,21 +105,16 @@ def plan(
         solution = solve(
             query.start,
             query.goal,
-            query.swimmer,
-            stored_gaits(gaits),
-            dt,
-            effort,
-            controls,
-            minimize,
-            clearance,
-            query.workspace,
-            progress,
-            certifying,
+            swimmer=query.swimmer,
+            options=dataclasses.replace(options, workspace=query.workspace),
+            gaits=stored_gaits(gaits),
+            progress=progress,
+            certify=certify,
         )
         document = plan_document(solution, str(file), None if plan_out is None else str(plan_out))
         with contextlib.ExitStack() as both:
             if plan_out is not None:  # it appears only when the trajectory has
-                text = PlanDocument(solution.plan, dt, solution.limits.limits).as_text()
+                text = Saved(solution.plan, solution.options).as_text()
                 both.enter_context(whole_file(plan_out)).write(text.encode())
             write_trajectory(solution.trajectory, file, form)
     return _show_solution(solution, document, json, explain)
@@ -162,7 +130,7 @@ def run(
     json: Json = False,
 ) -> int:
     """Play a plan again from its document: the same trajectory, checked anew."""
-    with certifier() as certifying:
+    with certifier() as certify:
         from purcell_cli.cli.reports.plan import plan_document
         from purcell_cli.files.atomic_file import writable
         from purcell_cli.files.plan_file import load_plan
@@ -175,7 +143,7 @@ def run(
         writable(file)
         _two_files("--out", file, document)
         with _busy("swimming"):
-            solution = carried_out(saved.plan, saved.dt_s, saved.limits, certifying)
+            solution = carried_out(saved.plan, saved.options, certify=certify)
             told = plan_document(solution, str(file), str(document), "run")
             write_trajectory(solution.trajectory, file, form)
     return _show_solution(solution, told, json, explain)

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import contextlib
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from purcell_cli.mechanics.swimmer import Swimmer
 
+D = TypeVar("D", bound=Mapping[str, object])
+
 DONE, NOT_REACHED, MISUSE, INTERRUPTED = 0, 1, 2, 130
-"""Exit codes."""
+"""Exit codes: success; another numerical outcome; wrong usage or bad input; ended by the user."""
 
 _WIDTH = 128
 """Columns of a table that is not shown on a terminal."""
@@ -27,7 +31,7 @@ SwimmerFile = Annotated[
 GaitFolder = Annotated[Path | None, typer.Option("--gaits", metavar="DIR", help="A folder of your own gait files.")]
 
 
-def show(document: dict[str, Any], json: bool, table: Callable[[Any, dict[str, Any]], None]) -> None:
+def show(document: D, json: bool, table: Callable[[Console, D], None]) -> None:
     """Print a document as JSON, or show it as tables."""
     from purcell_cli.cli.reports.common import as_json
 

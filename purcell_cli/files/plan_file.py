@@ -18,9 +18,9 @@ import numpy as np
 
 from purcell_cli import __version__
 from purcell_cli.files.atomic_file import whole_file
-from purcell_cli.files.configuration_file import WORKSPACE
 from purcell_cli.files.containers import Field, ListOf, Pair, Record
 from purcell_cli.files.documents import Document, Made
+from purcell_cli.files.option_elements import OPTION_FIELDS, options_read, options_written
 from purcell_cli.files.place import Place
 from purcell_cli.files.scalars import Choice, Number, Text, Whole
 from purcell_cli.files.scenario_file import SCHEMAS
@@ -31,7 +31,7 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.moves import ControlSequence, MoveSequence
 from purcell_cli.mechanics.primitives import CONTROL_NAMES, PrimitiveSequence
 from purcell_cli.motion.blocks import Block
-from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import MOST_ROWS
 
@@ -53,14 +53,12 @@ class PlanDocument:
 
     Attributes:
         plan: The plan.
-        dt_s: Longest time between rows of the trajectory [s].
-        limits: What the plan was to keep besides the bend limit.
+        options: What was asked of it: the limits it keeps, how its trajectory is sampled, and how it was looked for.
         version: The version of this package that made the plan; what it did is in the plan itself.
     """
 
     plan: Plan
-    dt_s: float
-    limits: Limits = dataclasses.field(default_factory=Limits)
+    options: PlanOptions = PlanOptions()
     version: str = __version__
 
     def as_text(self) -> str:
@@ -72,11 +70,8 @@ class PlanDocument:
             "swimmer": dataclasses.asdict(plan.swimmer),
             "start": _configuration(plan.start),
             "goal": _configuration(plan.goal),
-            "dt_s": self.dt_s,
-            "clearance_m": self.limits.clearance_m,
+            **options_written(self.options),
         }
-        if self.limits.workspace is not None:
-            head["workspace_m"] = dataclasses.asdict(self.limits.workspace)
         lines = [f"  {_json(key)}: {_json(value)}" for key, value in head.items()]
         blocks = ",\n".join(f"    {_json(_block(block))}" for block in plan.blocks)
         lines.append(f'  "blocks": [\n{blocks}\n  ]' if blocks else '  "blocks": []')
@@ -141,11 +136,11 @@ def _plan_read(value: dict[str, Any], place: Place) -> PlanDocument:
     plan = Plan(value["swimmer"], value["start"], value["goal"], tuple(blocks))
     if plan.primitives > MOST_ROWS:
         raise place.at("blocks").error(f"at most {MOST_ROWS:.0e} primitives", f"{plan.primitives}")
-    if plan.duration_s / value["dt_s"] > MOST_ROWS:
+    options = options_read(value)
+    if plan.duration_s / options.dt_s > MOST_ROWS:
         least = f"a time above {plan.duration_s / MOST_ROWS:.2g} s (at most {MOST_ROWS:.0e} rows)"
-        raise place.at("dt_s").error(least, f"{value['dt_s']!r}")
-    limits = Limits(value.get("clearance_m", 0.0), value.get("workspace_m"))
-    return PlanDocument(plan, value["dt_s"], limits, value["purcell"])
+        raise place.at("dt_s").error(least, f"{options.dt_s!r}")
+    return PlanDocument(plan, options, value["purcell"])
 
 
 _BLOCK = Record(
@@ -184,9 +179,7 @@ PLAN = Document(
                 "swimmer": Field(SCHEMAS["swimmer"], "who swims", required=True),
                 "start": Field(SCHEMAS["start"], "where it starts", required=True),
                 "goal": Field(SCHEMAS["start"], "where it is to end", required=True),
-                "dt_s": Field(Number(above=0.0), "longest time between rows of the trajectory [s]", required=True),
-                "clearance_m": Field(Number(at_least=0.0), "how far the limbs stay apart [m]", default=0.0),
-                "workspace_m": Field(WORKSPACE, "a box that all three links stay in; left out, there is none"),
+                **OPTION_FIELDS,
                 "blocks": Field(ListOf(Made(_BLOCK, _block_read)), "the strokes, in order", required=True),
             }
         ),

@@ -13,13 +13,15 @@ from purcell_cli.files.containers import Either, Field, Record
 from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.elements import Element, ValueT
 from purcell_cli.files.gait_file import GAIT
+from purcell_cli.files.option_elements import choice
 from purcell_cli.files.place import Place, shortened
-from purcell_cli.files.scalars import NAME, Choice, Number, Text
+from purcell_cli.files.scalars import NAME, Number, Text
 from purcell_cli.files.sweep import SWEEP
 from purcell_cli.files.swimmer_file import SWIMMER
 from purcell_cli.files.yaml_source import UnreadableError, file_bytes, load, read_document
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.verdict import Verdict
 from purcell_cli.motion.workspace import Workspace
 
 
@@ -37,16 +39,12 @@ def _inline_or_path(document: Document[ValueT]) -> Element[ValueT]:
     return Either(Made(Text(meaning="the path of a file"), read), document.element)
 
 
-VERDICTS = ("reached", "not reached", "not found within limits", "error")
-"""How a scenario can end."""
-
-
 @dataclasses.dataclass(frozen=True, slots=True)
 class Expect:
     """What a scenario must come to; None asks for nothing beyond the planner's own.
 
     Attributes:
-        verdict: The one of `VERDICTS` it must end with.
+        verdict: What it must end with.
         position_tolerance: How far from the goal the base may end, in units of L.
         angle_tolerance_rad: How far from the goal an orientation may end [rad].
         max_joint_travel_rad: How far the joints may turn in sum [rad].
@@ -55,7 +53,7 @@ class Expect:
         error: A part of the message that it must be refused with; the verdict wanted is then "error".
     """
 
-    verdict: str = "reached"
+    verdict: Verdict = Verdict.REACHED
     position_tolerance: float | None = None
     angle_tolerance_rad: float | None = None
     max_joint_travel_rad: float | None = None
@@ -87,16 +85,16 @@ class Scenario:
 
 def _expect(value: dict[str, Any], place: Place) -> Expect:
     if "error" in value:
-        if value.get("verdict", "error") != "error":
+        if value.get("verdict", Verdict.ERROR) != Verdict.ERROR:
             raise place.at("verdict").error("error, which the key error asks for")
-        value = {**value, "verdict": "error"}
+        value = {**value, "verdict": Verdict.ERROR}
     return Expect(**value)
 
 
 EXPECT: Element[Expect] = Made(
     Record(
         {
-            "verdict": Field(Choice(VERDICTS), "how it must end", default="reached"),
+            "verdict": Field(choice(Verdict), "how it must end", default=Verdict.REACHED),
             "position_tolerance": Field(Number(above=0.0), "how far from the goal the base may end, in units of L"),
             "angle_tolerance_rad": Field(Number(above=0.0), "how far from the goal an orientation may end [rad]"),
             "max_joint_travel_rad": Field(Number(at_least=0.0), "how far the joints may turn in sum [rad]"),

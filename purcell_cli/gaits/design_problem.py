@@ -23,8 +23,9 @@ from purcell_cli.mechanics.lift_derivatives import flow_and_jacobian_of_moves
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.options import Controls
 
-CONTROLS = ("simultaneous", "primitive")
+CONTROLS = tuple(str(controls) for controls in Controls)
 """Whether a move turns all joints or one."""
 AIMS = ("speed", "efficiency")
 """What a stroke can be made to have most of: displacement per joint travel, or per dissipation (see `atlas`)."""

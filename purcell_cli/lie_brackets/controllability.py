@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,6 +39,9 @@ from purcell_cli.mechanics.swimmer import Swimmer
 
 DIRECTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 """The base's directions: along x, y, z and about them."""
+
+Shown = Literal["controllable", "weakly controllable", "undecided", "not shown"]
+"""What can be shown of a shape within a depth."""
 
 PLANAR_ROWS = (0, 1, 5)
 """The directions of a swimmer that stays in its x-y plane."""
@@ -120,9 +124,11 @@ class Controllability:
         return self.growth[-1] == self.dimension
 
     @property
-    def verdict(self) -> str:
+    def verdict(self) -> Shown:
         """What is shown: controllable, weakly controllable, undecided (rounding could be it) or not shown."""
-        for levels, verdict in ((self.depths, "controllable"), (self.levels, "weakly controllable")):
+        ways: tuple[tuple[tuple[Level, ...], Shown], ...]
+        ways = (self.depths, "controllable"), (self.levels, "weakly controllable")
+        for levels, verdict in ways:
             full = [level for level in levels if level.rank.dimension == len(self.rows)]
             if any(level.rank.robustness != "undecided" for level in full):
                 return verdict

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Literal
 
 import numpy as np
 
@@ -53,7 +54,7 @@ class Rank:
         return self.smallest / max(self.floor, float(rest.max(initial=0.0)))
 
     @property
-    def robustness(self) -> str:
+    def robustness(self) -> Literal["clear", "weak", "undecided"]:
         """How safe the decision is: clear; weak, where a direction hangs on little; or undecided by rounding."""
         if self.dimension and self.smallest < _DOUBT * self.floor:
             return "undecided"

@@ -8,7 +8,6 @@ swimmer's; in phases 1 and 3 a limb may also bend as far as it does at the start
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -25,6 +24,7 @@ from purcell_cli.motion.blocks import Block, BlockPieces
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
 from purcell_cli.motion.clearance import Clearance, least_clearance, limb_distance
 from purcell_cli.motion.limb_circles import LimbCircles, bends
+from purcell_cli.motion.options import OPTIONS, PlanOptions
 from purcell_cli.motion.workspace import ENDS, WALLS, Excess, Workspace, largest_excess
 from purcell_cli.motion.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
 
@@ -48,8 +48,12 @@ class Limits:
     workspace: Workspace | None = None
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.clearance_m < math.inf:
-            raise ParameterError(f"clearance: a finite length of 0 m or more is wanted, found {self.clearance_m!r}")
+        object.__setattr__(self, "clearance_m", OPTIONS["clearance_m"].checked(self.clearance_m, "clearance_m"))
+
+    @classmethod
+    def of(cls, options: PlanOptions) -> Limits:
+        """Return the limits that options ask for."""
+        return cls(options.clearance_m, options.workspace)
 
     def refuse(self, swimmer: Swimmer, name: str, configuration: Configuration) -> None:
         """Refuse a start or goal at which the limbs are too near each other.

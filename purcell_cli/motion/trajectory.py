@@ -176,7 +176,7 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
     Raises:
         ParameterError: A time between rows that is not positive, or that asks for too many rows.
     """
-    spacing(swimmer, blocks, dt_s)
+    check_spacing(swimmer, blocks, dt_s)
     rate = swimmer.joint_rate_rad_s
     pieces = BlockPieces.of(blocks, start.shape)
     rows = _Rows.of(pieces, rate, dt_s, clock_step(sum(b.duration for b in blocks) / rate))
@@ -207,8 +207,8 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
     return Trajectory(time, phase, gait, names, poses, limbs, controls)
 
 
-def spacing(swimmer: Swimmer, blocks: Sequence[Block], dt_s: float) -> float:
-    """Return the longest time between rows, where it asks for no more than `MOST_ROWS` rows [s].
+def check_spacing(swimmer: Swimmer, blocks: Sequence[Block], dt_s: float) -> None:
+    """Refuse a longest time between rows that asks for more than `MOST_ROWS` rows.
 
     Raises:
         ParameterError: A time that is not positive, or that asks for too many rows.
@@ -218,7 +218,6 @@ def spacing(swimmer: Swimmer, blocks: Sequence[Block], dt_s: float) -> float:
         raise ParameterError(
             f"dt: a time above {duration / MOST_ROWS:.2g} s is wanted (at most {MOST_ROWS:.0e} rows), found {dt_s!r}"
         )
-    return dt_s
 
 
 def as_table(trajectory: Trajectory) -> Table:

@@ -10,8 +10,9 @@ from purcell_cli.errors import UnknownNameError
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, energies
+from purcell_cli.motion.options import Objective
 
-MEASURES = ("travel", "energy", "switches")
+MEASURES = tuple(str(objective) for objective in Objective)
 
 
 def known_measure(name: str) -> str:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, cast
 
+from purcell_cli.cli.documents.common import Moves, keys
+from purcell_cli.cli.documents.gait import AtlasDocument, EntryPart, LinkRatioDocument, MotionPart, SweepDocument
 from purcell_cli.cli.reports.common import swimmer_document
 from purcell_cli.gaits.atlas import Entry, RatioRow, Sweep
 from purcell_cli.gaits.gait import MOTIONS, Gait
@@ -15,22 +17,18 @@ from purcell_cli.mechanics.swimmer import Swimmer
 if TYPE_CHECKING:
     from rich.console import Console
 
-Document = dict[str, Any]
-_UNITS = ("L", "L", "L", "rad", "rad", "rad")
-_NAMES = tuple(f"{motion}_{unit}" for motion, unit in zip(MOTIONS, _UNITS, strict=True))
+
+def _unit(along: str) -> Literal["L", "rad"]:
+    return "L" if MOTIONS.index(along) < 3 else "rad"
 
 
-def _unit(along: str) -> str:
-    return _UNITS[MOTIONS.index(along)]
-
-
-def entry_document(found: Entry) -> Document:
+def entry_document(found: Entry) -> EntryPart:
     """Return a gait's entry in the atlas."""
     return {
         "gait": found.gait.name,
-        "moves": found.gait.moves,
+        "moves": cast(Moves, found.gait.moves),
         "amplitude_rad": found.amplitude_rad,
-        **dict(zip(_NAMES, found.displacement.tolist(), strict=True)),
+        **cast(MotionPart, dict(zip(keys(MotionPart), found.displacement.tolist(), strict=True))),
         "cross_talk": found.cross_talk,
         "joint_travel_rad": found.joint_travel_rad,
         "duration_s": found.duration_s,
@@ -43,7 +41,7 @@ def entry_document(found: Entry) -> Document:
 
 def atlas_document(
     entries: Sequence[Entry], left_out: Mapping[str, str], swimmer: Swimmer, file: str | None
-) -> Document:
+) -> AtlasDocument:
     """Return the atlas.
 
     Args:
@@ -62,14 +60,14 @@ def atlas_document(
     }
 
 
-def sweep_document(found: Sweep, swimmer: Swimmer, file: str | None) -> Document:
+def sweep_document(found: Sweep, swimmer: Swimmer, file: str | None) -> SweepDocument:
     """Return a gait at many amplitudes."""
     return {
         "schema": "purcell/sweep/1",
         "verdict": "done",
         "gait": found.gait.name,
         "swimmer": swimmer_document(swimmer),
-        "along": found.along,
+        "along": cast(Moves, found.along),
         "unit": _unit(found.along),
         "rows": [
             {
@@ -85,7 +83,9 @@ def sweep_document(found: Sweep, swimmer: Swimmer, file: str | None) -> Document
     }
 
 
-def ratio_document(gait: Gait, along: str, rows: Sequence[RatioRow], swimmer: Swimmer, file: str | None) -> Document:
+def ratio_document(
+    gait: Gait, along: str, rows: Sequence[RatioRow], swimmer: Swimmer, file: str | None
+) -> LinkRatioDocument:
     """Return a gait for swimmers of many link ratios."""
     best = max(rows, key=lambda row: abs(row.displacement))
     return {
@@ -93,7 +93,7 @@ def ratio_document(gait: Gait, along: str, rows: Sequence[RatioRow], swimmer: Sw
         "verdict": "done",
         "gait": gait.name,
         "swimmer": swimmer_document(swimmer),
-        "along": along,
+        "along": cast(Moves, along),
         "unit": "full lengths" if _unit(along) == "L" else "rad",
         "best_ratio": best.ratio,
         "rows": [{"ratio": row.ratio, "displacement": row.displacement} for row in rows],
@@ -114,7 +114,7 @@ def _cell(value: float | None) -> str:
     return "" if value is None else f"{value:.4g}" if abs(value) > 1e-11 else "0"
 
 
-def show_atlas(console: Console, document: Document) -> None:
+def show_atlas(console: Console, document: AtlasDocument) -> None:
     """Show the atlas as a table, one line for each gait."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
@@ -127,7 +127,7 @@ def show_atlas(console: Console, document: Document) -> None:
     for heading in ("time\n[s]", "energy\n[J]", "speed\n[L/rad]", "effic.\n[%]"):
         table.add_column(heading.replace("[", "\\["), justify="right", no_wrap=True)
     for g in document["gaits"]:
-        moved = [_cell(g[name]) for name in _NAMES]
+        moved = [_cell(cast(Mapping[str, float], g)[name]) for name in keys(MotionPart)]
         cross = "" if g["cross_talk"] is None else f"{g['cross_talk']:.0e}"
         cells = [f"{g['joint_travel_rad']:.4g}", f"{g['duration_s']:.4g}", f"{g['energy_j']:.3g}"]
         last = [f"{g['L_per_rad']:.4f}", f"{100.0 * g['efficiency']:.3f}"]
@@ -141,7 +141,7 @@ def show_atlas(console: Console, document: Document) -> None:
         console.print(f"atlas in {document['atlas']}", soft_wrap=True)
 
 
-def show_sweep(console: Console, document: Document) -> None:
+def show_sweep(console: Console, document: SweepDocument) -> None:
     """Show a gait at many amplitudes."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
@@ -163,7 +163,7 @@ def show_sweep(console: Console, document: Document) -> None:
         console.print(f"sweep in {document['sweep']}", soft_wrap=True)
 
 
-def show_ratios(console: Console, document: Document) -> None:
+def show_ratios(console: Console, document: LinkRatioDocument) -> None:
     """Show a gait for swimmers of many link ratios."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table

@@ -6,8 +6,15 @@ import dataclasses
 import json
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
+from purcell_cli.cli.documents.common import (
+    CertificatePart,
+    DeviationPart,
+    DisplacementPart,
+    Failure,
+    SwimmerPart,
+)
 from purcell_cli.geometry.rotations import Array, as_euler
 from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -16,26 +23,23 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-Document = dict[str, Any]
-
-
 def as_json(document: Mapping[str, Any]) -> str:
     """Return a document as one line of JSON; NaN has no place in it."""
     return json.dumps(document, allow_nan=False, ensure_ascii=False)
 
 
-def error_document(command: str, message: str) -> Document:
+def error_document(command: str, message: str) -> Failure:
     """Return the document of a command that could not be carried out."""
     return {"schema": f"purcell/{command}/1", "verdict": "error", "error": message}
 
 
-def displacement_document(g: Array) -> Document:
+def displacement_document(g: Array) -> DisplacementPart:
     """Return a body displacement."""
     psi, theta, phi = as_euler(g[:3, :3]).tolist()
     return {"position_m": g[:3, 3].tolist(), "psi_rad": psi, "theta_rad": theta, "phi_rad": phi}
 
 
-def _deviation(deviation: Deviation, length_m: float) -> Document:
+def _deviation(deviation: Deviation, length_m: float) -> DeviationPart:
     return {
         "position_m": deviation.position_m,
         "position_over_L": deviation.position_m / length_m,
@@ -45,26 +49,26 @@ def _deviation(deviation: Deviation, length_m: float) -> Document:
     }
 
 
-def swimmer_document(swimmer: Swimmer) -> Document:
+def swimmer_document(swimmer: Swimmer) -> SwimmerPart:
     """Return a swimmer's parameters."""
-    return {**dataclasses.asdict(swimmer), "L_m": swimmer.length_m}
+    return cast(SwimmerPart, {**dataclasses.asdict(swimmer), "L_m": swimmer.length_m})
 
 
-def displacement_cells(displacement: Mapping[str, Any], length_m: float, digits: int) -> list[str]:
+def displacement_cells(displacement: DisplacementPart, length_m: float, digits: int) -> list[str]:
     """Return a displacement's x, y, z in mm and psi, theta, phi in degrees, for a table."""
 
     def shown(value: float, unit: float, scale: float) -> str:
         places = digits - 2 - math.floor(math.log10(scale * unit / 50.0))
         return f"{round(scale * value, places) + 0.0:.{digits}g}"
 
-    angles = [displacement[f"{a}_rad"] for a in ("psi", "theta", "phi")]
+    angles = displacement["psi_rad"], displacement["theta_rad"], displacement["phi_rad"]
     return [
         ", ".join(shown(v, length_m, 1e3) for v in displacement["position_m"]),
         ", ".join(shown(v, 1.0, math.degrees(1.0)) for v in angles),
     ]
 
 
-def _checked(console: Console, certificate: Mapping[str, Any]) -> None:
+def _checked(console: Console, certificate: CertificatePart) -> None:
     counts = (
         f"{certificate['stretches']} stretches of control, {certificate['integrated']} of them distinct and integrated"
     )

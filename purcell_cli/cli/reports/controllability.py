@@ -4,11 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from purcell_cli.cli.reports.common import Document, swimmer_document
+from purcell_cli.cli.documents.common import Direction
+from purcell_cli.cli.documents.controllability import (
+    BracketPart,
+    ControllabilityDocument,
+    LevelPart,
+    MapDocument,
+    RankPart,
+    WeakestPart,
+)
+from purcell_cli.cli.reports.common import swimmer_document
 from purcell_cli.geometry.rotations import Array, as_euler
 from purcell_cli.lie_brackets.bracket_gaits import TRUST, prediction
 from purcell_cli.lie_brackets.control_fields import word_name
@@ -21,12 +30,12 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-def _named(rows: Array, names: Sequence[str]) -> list[Document]:
+def _named(rows: Array, names: Sequence[str]) -> list[dict[str, float]]:
     """Return vectors as what they have of each name, zeros left out."""
     return [{name: float(x) for name, x in zip(names, row, strict=True) if x != 0.0} for row in rows]
 
 
-def _rank(rank: Rank) -> Document:
+def _rank(rank: Rank) -> RankPart:
     return {
         "dimension": rank.dimension,
         "not_weak": rank.clear_dimension,
@@ -37,7 +46,7 @@ def _rank(rank: Rank) -> Document:
     }
 
 
-def _level(level: Level, names: Sequence[str]) -> Document:
+def _level(level: Level, names: Sequence[str]) -> LevelPart:
     return {
         "level": level.number,
         "brackets": level.count,
@@ -46,7 +55,7 @@ def _level(level: Level, names: Sequence[str]) -> Document:
     }
 
 
-def _bracket(found: Controllability, bracket: Bracket, direction: int) -> Document:
+def _bracket(found: Controllability, bracket: Bracket, direction: int) -> BracketPart:
     told = prediction(found.swimmer, found.shape, bracket, direction)
     limbs = [word_name((control,)) for control in range(6)]
     return {
@@ -59,7 +68,7 @@ def _bracket(found: Controllability, bracket: Bracket, direction: int) -> Docume
     }
 
 
-def controllability_document(found: Controllability, planar: bool, depth: int) -> Document:
+def controllability_document(found: Controllability, planar: bool, depth: int) -> ControllabilityDocument:
     """Return what can be reached from a shape, by which brackets, and how safely that is known."""
     names = [DIRECTIONS[row] for row in found.rows]
     limbs = [word_name((control,)) for control in found.controls]
@@ -82,18 +91,21 @@ def controllability_document(found: Controllability, planar: bool, depth: int) -
         "filtration": [_level(level, names) for level in found.levels],
         "trusted_within": TRUST,
         "directions": [
-            {"direction": DIRECTIONS[row], "brackets": [_bracket(found, b, row) for b in makers(found, row)]}
+            {
+                "direction": cast(Direction, DIRECTIONS[row]),
+                "brackets": [_bracket(found, b, row) for b in makers(found, row)],
+            }
             for row in found.rows
         ],
     }
 
 
-def _weakest(rank: Rank) -> Document:
+def _weakest(rank: Rank) -> WeakestPart:
     value, direction = weakest(rank)
-    return {**_rank(rank), "least": value, "weakest": direction}
+    return {**_rank(rank), "least": value, "weakest": cast(Direction, direction)}
 
 
-def map_document(found: Sequence[ShapeStrength], swimmer: Swimmer, depth: int, picture: str | None) -> Document:
+def map_document(found: Sequence[ShapeStrength], swimmer: Swimmer, depth: int, picture: str | None) -> MapDocument:
     """Return how strong the weakest direction is over a grid of shapes."""
     return {
         "schema": "purcell/controllability-map/1",
@@ -125,21 +137,22 @@ def sum_text(parts: Mapping[str, float]) -> str:
     return out
 
 
-def _values(rank: Mapping[str, Any]) -> str:
+def _values(rank: RankPart) -> str:
     return " ".join(f"{v:.2g}" if k < rank["dimension"] else "0" for k, v in enumerate(rank["singular_values"]))
 
 
-def show_controllability(console: Console, document: Document) -> None:
+def show_controllability(console: Console, document: ControllabilityDocument) -> None:
     """Show what can be reached from a shape as tables and sentences."""
     from rich.table import Table
 
     shape, swimmer = document["shape"], "planar swimmer" if document["planar"] else "swimmer"
-    angles = [", ".join(f"{x + 0.0:.6g}" for x in shape[f"limb{limb}_euler_deg"]) for limb in (1, 2)]
+    limbs = shape["limb1_euler_deg"], shape["limb2_euler_deg"]
+    angles = [", ".join(f"{x + 0.0:.6g}" for x in limb) for limb in limbs]
     console.print(f"[bold]{swimmer}[/], limb 1 at ({angles[0]}), limb 2 at ({angles[1]}): psi, theta, phi \\[deg]")
     controls = document["growth_vector"][0]
-    for title, key, low in (
-        ("Brackets of the control fields, the limbs brought back", "depths", controls),
-        ("Spaces of appendix A, the shape left free", "filtration", 0),
+    for title, levels, low in (
+        ("Brackets of the control fields, the limbs brought back", document["depths"], controls),
+        ("Spaces of appendix A, the shape left free", document["filtration"], 0),
     ):
         table = Table(title=title, title_justify="left")
         for heading in ("depth" if low else "space", "brackets", "dimension", "not weak"):
@@ -148,7 +161,7 @@ def show_controllability(console: Console, document: Document) -> None:
             table.add_column(heading)
         if low:
             table.add_row("1", str(low), str(low), str(low), "the limbs", "", "", "clear")
-        for level in document[key]:
+        for level in levels:
             number = level["level"]
             table.add_row(
                 str(number) if low else " + ".join(f"h{k}" for k in range(1, number + 1)),
@@ -173,7 +186,7 @@ def show_controllability(console: Console, document: Document) -> None:
     console.print(f"[bold {'green' if good else 'red'}]{document['verdict']}[/]")
 
 
-def _show_brackets(console: Console, document: Document) -> None:
+def _show_brackets(console: Console, document: ControllabilityDocument) -> None:
     from rich.table import Table
 
     table = Table(title="Which bracket gives which motion, for turns of a \\[rad]", title_justify="left")
@@ -194,19 +207,19 @@ def _show_brackets(console: Console, document: Document) -> None:
     console.print(table)
 
 
-def conclusions(document: Document) -> list[str]:
+def conclusions(document: ControllabilityDocument) -> list[str]:
     """Return the answers in sentences, with what they hang on."""
     full, low = document["dimension"], document["growth_vector"][0]
     growth = ", ".join(map(str, document["growth_vector"]))
     lines = [f"growth vector ({growth}) of {full}"]
-    for key, wanted, what in (
-        ("depths", full - low, "Chow's condition"),
-        ("filtration", full - low, "weak controllability"),
+    wanted = full - low
+    for word, levels, what in (
+        ("depth", document["depths"], "Chow's condition"),
+        ("level", document["filtration"], "weak controllability"),
     ):
-        word = "depth" if key == "depths" else "level"
-        there = [x for x in document[key] if x["dimension"] == wanted]
+        there = [x for x in levels if x["dimension"] == wanted]
         if not there:
-            last = document[key][-1]
+            last = levels[-1]
             lines.append(
                 f"{what} is not seen up to {word} {last['level']}: {wanted - last['dimension']} directions lack"
             )
@@ -232,22 +245,23 @@ def conclusions(document: Document) -> list[str]:
     return lines
 
 
-def show_map(console: Console, document: Document) -> None:
+def show_map(console: Console, document: MapDocument) -> None:
     """Show how strong the weakest direction is over a grid of shapes."""
     from rich.table import Table
 
     shapes = document["shapes"]
     rolls = list(dict.fromkeys(s["roll_deg"] for s in shapes))
-    for title, key in (
-        ("Least singular value of h1 + h2, the shape left free", "filtration_2"),
-        (f"Least singular value of the brackets to depth {document['depth']}, the limbs brought back", "brackets"),
+    free, back = [s["filtration_2"] for s in shapes], [s["brackets"] for s in shapes]
+    for title, found in (
+        ("Least singular value of h1 + h2, the shape left free", free),
+        (f"Least singular value of the brackets to depth {document['depth']}, the limbs brought back", back),
     ):
         table = Table(title=f"{title} \\[L, rad]", title_justify="left")
         table.add_column("bend \\[deg]", justify="right")
         for roll in rolls:
             table.add_column(f"roll {roll:.4g}", justify="right")
         for bend in dict.fromkeys(s["bend_deg"] for s in shapes):
-            mine = [s[key] for s in shapes if s["bend_deg"] == bend]
+            mine = [m for s, m in zip(shapes, found, strict=True) if s["bend_deg"] == bend]
             table.add_row(f"{bend:.4g}", *(f"{m['least']:.1e} {m['weakest']}" for m in mine))
         console.print(table)
     weak = min(shapes, key=lambda s: s["brackets"]["least"])

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal, cast
 
+from purcell_cli.cli.documents.common import Moves
+from purcell_cli.cli.documents.gait import DesignDocument
 from purcell_cli.cli.reports.atlas import entry_document
 from purcell_cli.cli.reports.common import swimmer_document
 from purcell_cli.gaits.design import Designed
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.options import Controls
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-Document = dict[str, Any]
 
-
-def design_document(found: Designed, swimmer: Swimmer, file: str, *, interrupted: bool) -> Document:
+def design_document(found: Designed, swimmer: Swimmer, file: str, *, interrupted: bool) -> DesignDocument:
     """Return the best stroke found.
 
     Args:
@@ -29,10 +30,10 @@ def design_document(found: Designed, swimmer: Swimmer, file: str, *, interrupted
     return {
         "schema": "purcell/design/1",
         "verdict": "done",
-        "direction": task.direction,
-        "maximize": task.maximize,
+        "direction": cast(Moves, task.direction),
+        "maximize": cast(Literal["speed", "efficiency"], task.maximize),
         "planar": task.planar,
-        "controls": task.controls,
+        "controls": Controls(task.controls),
         "max_bend_rad": task.max_bend_rad,
         "moves": task.moves,
         "seed": found.seed,
@@ -47,7 +48,7 @@ def design_document(found: Designed, swimmer: Swimmer, file: str, *, interrupted
     }
 
 
-def show_design(console: Console, document: Document) -> None:
+def show_design(console: Console, document: DesignDocument) -> None:
     """Show the best stroke found."""
     plane = "planar" if document["planar"] else "spatial"
     bend = f"bends within {document['max_bend_rad']:g} rad"

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from purcell_cli.cli.reports.common import Document, displacement_cells, displacement_document
+from purcell_cli.cli.documents.common import as_part
+from purcell_cli.cli.documents.plan import (
+    ExplanationPart,
+    PlanDocument,
+    SensitivityPart,
+    StrokeReasonPart,
+    StructurePart,
+)
+from purcell_cli.cli.reports.common import displacement_cells, displacement_document
 from purcell_cli.explanation import Explanation, figure
 from purcell_cli.geometry.rotations import angle_between
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -29,9 +37,9 @@ _MOST_STRUCTURES = 5
 """How many structures are shown."""
 
 
-def explanation_document(explanation: Explanation, swimmer: Swimmer) -> Document:
+def explanation_document(explanation: Explanation, swimmer: Swimmer) -> ExplanationPart:
     """Return why a plan is as it is."""
-    strokes = [
+    strokes: list[StrokeReasonPart] = [
         {
             "phase": s.phase,
             "gait": s.gait,
@@ -49,7 +57,7 @@ def explanation_document(explanation: Explanation, swimmer: Swimmer) -> Document
         }
         for s in explanation.strokes
     ]
-    sensitivity = [
+    sensitivity: list[SensitivityPart] = [
         {
             "parameter": s.parameter,
             "change": s.change,
@@ -60,11 +68,11 @@ def explanation_document(explanation: Explanation, swimmer: Swimmer) -> Document
         }
         for s, c in zip(explanation.sensitivities, explanation.culprits, strict=True)
     ]
-    structures = [{"words": s.words, "joint_travel_rad": s.joint_travel_rad} for s in explanation.structures]
+    structures = [as_part(s, StructurePart) for s in explanation.structures]
     return {"strokes": strokes, "structures": structures, "sensitivity": sensitivity}
 
 
-def show_explanation(console: Console, document: Document) -> None:
+def show_explanation(console: Console, document: PlanDocument) -> None:
     """Show the explanation in a plan's document."""
     explanation = document["explanation"]
     console.print()
@@ -84,7 +92,7 @@ def _table(title: str) -> Table:
     return Table(title=title, title_justify="left", box=SIMPLE_HEAD)
 
 
-def _show_strokes(console: Console, strokes: list[Document], length_m: float) -> None:
+def _show_strokes(console: Console, strokes: list[StrokeReasonPart], length_m: float) -> None:
     narrow = console.width < _ROOMY
     table = _table("Stroke by stroke")
     table.add_column("stroke")
@@ -107,12 +115,12 @@ def _show_strokes(console: Console, strokes: list[Document], length_m: float) ->
     console.print(table)
 
 
-def _name(k: int, stroke: Document) -> str:
+def _name(k: int, stroke: StrokeReasonPart) -> str:
     """Return what a stroke is called in tables: its number, its name and how often it is played."""
     return f"{k + 1} {stroke['gait']}" + (f" x {stroke['cycles']}" if stroke["cycles"] > 1 else "")
 
 
-def _show_structures(console: Console, structures: list[Document]) -> None:
+def _show_structures(console: Console, structures: list[StructurePart]) -> None:
     table = _table("Why this way: what was weighed, by estimated joint travel")
     table.add_column("")
     table.add_column("structure")
@@ -129,7 +137,7 @@ def _show_structures(console: Console, structures: list[Document]) -> None:
         console.print(f"and {len(structures) - _MOST_STRUCTURES} that cost more")
 
 
-def _show_sensitivity(console: Console, explanation: Document) -> None:
+def _show_sensitivity(console: Console, explanation: ExplanationPart) -> None:
     table = _table(f"If the swimmer were {100.0 * CHANGE:g} % off, the same controls would end off by")
     table.add_column("parameter")
     for heading in ("position\n\\[L]", "\n\\[mm]", "angle\n\\[deg]"):

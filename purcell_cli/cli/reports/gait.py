@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -20,10 +20,12 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-from purcell_cli.cli.reports.common import Document, swimmer_document
+from purcell_cli.cli.documents.common import Moves, keys
+from purcell_cli.cli.documents.gait import GaitDocument, GaitListDocument, MovePart, PrimitivePart, TwistPart
+from purcell_cli.cli.reports.common import swimmer_document
 
 
-def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, file: str | None) -> Document:
+def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, file: str | None) -> GaitDocument:
     """Return what a stroke does in a number of cycles."""
     inner = stroke.approach.shapes(COLLINEAR)[-1]
     travel = 2.0 * stroke.approach.joint_travel_rad + cycles * stroke.cycle.joint_travel_rad
@@ -34,9 +36,8 @@ def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, fil
     g = stroke.displacement(swimmer, cycles)
     moved = np.concatenate([g[:3, 3] / swimmer.length_m, as_euler(g[:3, :3])[::-1]])
     own = MOTIONS.index(gait.moves) if gait.moves in MOTIONS else None
-    scale = [swimmer.length_m] * 3 + [1.0] * 3
-    units = ["m"] * 3 + ["rad"] * 3
-    turned = se3.log(g) / np.array([swimmer.length_m] * 3 + [1.0] * 3)
+    scale = np.repeat([swimmer.length_m, 1.0], 3)
+    turned = se3.log(g) / scale
     return {
         "schema": "purcell/gait/1",
         "verdict": "done",
@@ -50,8 +51,8 @@ def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, fil
         "cycle": _pieces(stroke.cycle),
         "joint_travel_rad": travel,
         "duration_s": sum(n * float(np.sum(s.duration)) for s, n in stroke.parts(cycles)) / swimmer.joint_rate_rad_s,
-        "displacement": {f"{m}_{u}": float(v * s) for m, u, v, s in zip(MOTIONS, units, moved, scale, strict=True)},
-        "moves": gait.moves,
+        "displacement": cast(TwistPart, dict(zip(keys(TwistPart), (moved * scale).tolist(), strict=True))),
+        "moves": cast(Moves, gait.moves),
         "cross_talk": None if own is None else float(np.max(np.abs(np.delete(turned, own)))),
         "closure_rad": stroke.closure_rad(),
         "energy_j": 2.0 * approach_j + cycles * cycle_j,
@@ -59,15 +60,17 @@ def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, fil
     }
 
 
-def _pieces(sequence: ControlSequence) -> list[Document]:
+def _pieces(sequence: ControlSequence) -> list[PrimitivePart] | list[MovePart]:
     """Return primitives by control and angle, moves by how they turn each joint."""
     if isinstance(sequence, PrimitiveSequence):
-        return [{"control": c, "angle_rad": a} for c, a in sequence]
+        primitives: list[PrimitivePart] = [{"control": c, "angle_rad": a} for c, a in sequence]
+        return primitives
     turns = np.asarray(sequence.rates() * sequence.duration[:, None]).tolist()
-    return [{"turn_rad": dict(zip(CONTROL_NAMES, turn, strict=True))} for turn in turns]
+    moves: list[MovePart] = [{"turn_rad": dict(zip(CONTROL_NAMES, turn, strict=True))} for turn in turns]
+    return moves
 
 
-def gait_list_document(gaits: Sequence[Gait]) -> Document:
+def gait_list_document(gaits: Sequence[Gait]) -> GaitListDocument:
     """Return one line on each gait."""
     return {
         "schema": "purcell/gait-list/1",
@@ -76,7 +79,7 @@ def gait_list_document(gaits: Sequence[Gait]) -> Document:
             {
                 "name": g.name,
                 "also": list(g.also),
-                "moves": g.moves,
+                "moves": cast(Moves, g.moves),
                 "amplitude_means": g.means,
                 "default_amplitude_rad": g.default_rad,
                 "summary": g.summary,
@@ -86,22 +89,21 @@ def gait_list_document(gaits: Sequence[Gait]) -> Document:
     }
 
 
-def _primitives_table(document: Document) -> Table:
+def _primitives_table(approach: list[PrimitivePart], cycle: list[PrimitivePart]) -> Table:
     from rich.table import Table
 
     table = Table(title="One cycle, as primitives", title_justify="left")
     table.add_column("")
     table.add_column("control")
     table.add_column("angle \\[rad]", justify="right")
-    parts = [("approach, once", document["approach"]), ("cycle", document["cycle"])]
-    parts.append(("back, once", [{**p, "angle_rad": -p["angle_rad"]} for p in reversed(document["approach"])]))
-    for label, primitives in parts:
+    back: list[PrimitivePart] = [{"control": p["control"], "angle_rad": -p["angle_rad"]} for p in reversed(approach)]
+    for label, primitives in (("approach, once", approach), ("cycle", cycle), ("back, once", back)):
         for k, p in enumerate(primitives):
             table.add_row(label if k == 0 else "", p["control"], f"{p['angle_rad']:+.9f}")
     return table
 
 
-def show_gait(console: Console, document: Document) -> None:
+def show_gait(console: Console, document: GaitDocument) -> None:
     """Show what a stroke does as tables."""
     from rich.table import Table
 
@@ -109,16 +111,19 @@ def show_gait(console: Console, document: Document) -> None:
     console.print(
         f"amplitude {document['amplitude_rad']:.6g} rad ({document['amplitude_means']}), cycles {document['cycles']}"
     )
-    if "control" in document["cycle"][0]:
-        console.print(_primitives_table(document))
+    cycle = document["cycle"]
+    if "control" in cycle[0]:
+        primitives = cast(list[PrimitivePart], document["approach"]), cast(list[PrimitivePart], cycle)
+        console.print(_primitives_table(*primitives))
     else:
-        console.print(f"one cycle: {len(document['cycle'])} straight moves, all joints at once")
+        console.print(f"one cycle: {len(cycle)} straight moves, all joints at once")
     d = document["displacement"]
     moved = Table(title="Net displacement", title_justify="left")
     for name in d:
         motion, unit = name.split("_")
         moved.add_column(f"{motion} \\[{unit}]", justify="right")
-    moved.add_row(*(f"{v:.9g}" if abs(v) > 1e-12 else "0" for v in d.values()))
+    values = cast(Mapping[str, float], d).values()
+    moved.add_row(*(f"{v:.9g}" if abs(v) > 1e-12 else "0" for v in values))
     console.print(moved)
     cross = document["cross_talk"]
     told = "" if cross is None else f"cross-talk {cross:.1e} (L, rad), "
@@ -130,7 +135,7 @@ def show_gait(console: Console, document: Document) -> None:
         console.print(f"trajectory in {document['trajectory']}", soft_wrap=True)
 
 
-def show_gait_list(console: Console, document: Document) -> None:
+def show_gait_list(console: Console, document: GaitListDocument) -> None:
     """Show one line on each gait."""
     from rich.table import Table
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -19,8 +17,16 @@ from purcell_cli.wording import counted
 if TYPE_CHECKING:
     from rich.console import Console
 
+from purcell_cli.cli.documents.common import as_part
+from purcell_cli.cli.documents.plan import (
+    LimitsPart,
+    PhasePart,
+    PlanDocument,
+    StrokePart,
+    ViolationPart,
+    WorkspacePart,
+)
 from purcell_cli.cli.reports.common import (
-    Document,
     _checked,
     _deviation,
     _verdict,
@@ -30,20 +36,22 @@ from purcell_cli.cli.reports.common import (
 )
 
 
-def _limits(found: LimitsReport, swimmer: Swimmer) -> Document:
+def _limits(found: LimitsReport, swimmer: Swimmer) -> LimitsPart:
     """Return the limits of a plan, and what of it breaks them most."""
     workspace, excess = found.limits.workspace, found.workspace
     return {
         "clearance_m": found.limits.clearance_m,
         "max_bend_rad": swimmer.max_bend_rad,
-        "workspace_m": None if workspace is None else dataclasses.asdict(workspace),
+        "workspace_m": None if workspace is None else as_part(workspace, WorkspacePart),
         "workspace_violation_m": None if excess is None else excess.distance_m,
         "kept": found.kept,
-        "violations": [dataclasses.asdict(v) for v in found.violations],
+        "violations": [as_part(v, ViolationPart) for v in found.violations],
     }
 
 
-def plan_document(solution: Solution, file: str | None, saved: str | None = None, command: str = "plan") -> Document:
+def plan_document(
+    solution: Solution, file: str | None, saved: str | None = None, command: Literal["plan", "run"] = "plan"
+) -> PlanDocument:
     """Return what is known of a plan.
 
     Args:
@@ -54,7 +62,7 @@ def plan_document(solution: Solution, file: str | None, saved: str | None = None
     """
     plan, swimmer = solution.plan, solution.plan.swimmer
     rate = swimmer.joint_rate_rad_s
-    strokes: dict[int, list[Document]] = {1: [], 2: [], 3: []}
+    strokes: dict[int, list[StrokePart]] = {1: [], 2: [], 3: []}
     for part in solution.strokes:
         blocks = plan.blocks[part]
         travel = sum(b.joint_travel_rad for b in blocks)
@@ -71,7 +79,7 @@ def plan_document(solution: Solution, file: str | None, saved: str | None = None
                 "displacement": displacement_document(se3.prefix_products(solution.displacement[part])[-1]),
             }
         )
-    phases = [
+    phases: list[PhasePart] = [
         {
             "phase": phase,
             "name": name,
@@ -87,7 +95,7 @@ def plan_document(solution: Solution, file: str | None, saved: str | None = None
     ]
     found = solution.certificate
     return {
-        "schema": f"purcell/{command}/1",
+        "schema": "purcell/plan/1" if command == "plan" else "purcell/run/1",
         "verdict": solution.verdict,
         "swimmer": swimmer_document(swimmer),
         "controls": solution.controls,
@@ -114,7 +122,7 @@ _ROOMY = 116
 """Columns a terminal needs to show a plan with amplitudes and times."""
 
 
-def show_plan(console: Console, document: Document) -> None:
+def show_plan(console: Console, document: PlanDocument) -> None:
     """Show a plan's document as tables."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
@@ -127,7 +135,7 @@ def show_plan(console: Console, document: Document) -> None:
         table.add_column(heading.replace(" [", "\n\\["), justify="right", no_wrap=True)
     length_m = document["swimmer"]["L_m"]
 
-    def row(label: str, amplitude: str, cycles: str, part: Mapping[str, Any], style: str) -> None:
+    def row(label: str, amplitude: str, cycles: str, part: PhasePart | StrokePart, style: str) -> None:
         travel, time = f"{part['joint_travel_rad']:.4f}", f"{part['duration_s']:.2f}"
         moved = (
             displacement_cells(part["displacement"], length_m, 3 if narrow else 4)
@@ -147,9 +155,9 @@ def show_plan(console: Console, document: Document) -> None:
     errors.add_column("")
     for heading in ("position [L]", "base [rad]", "limb 1 [rad]", "limb 2 [rad]"):
         errors.add_column(heading.replace("[", "\\["), justify="right")
-    for label, key in (("planned", "planned_error"), ("re-integrated", "verified_error")):
-        e = document[key]
-        errors.add_row(label, *(f"{e[k]:.1e}" for k in ("position_over_L", "base_rad", "limb1_rad", "limb2_rad")))
+    for label, e in (("planned", document["planned_error"]), ("re-integrated", document["verified_error"])):
+        found = (e["position_over_L"], e["base_rad"], e["limb1_rad"], e["limb2_rad"])
+        errors.add_row(label, *(f"{value:.1e}" for value in found))
     console.print(errors)
     piece = "primitive" if document["controls"] == "primitive" else "move"
     console.print(
@@ -166,7 +174,7 @@ def show_plan(console: Console, document: Document) -> None:
         console.print(f"plan in {document['plan_document']}", soft_wrap=True)
 
 
-def _show_limits(console: Console, document: Document) -> None:
+def _show_limits(console: Console, document: PlanDocument) -> None:
     """Show how near a plan comes to its limits on one line, and one more for each that it breaks."""
     limits, bend = document["limits"], document["largest_bend_rad"]
     told = [f"limbs {1e3 * document['clearance_m']:.4g} mm apart or more"]

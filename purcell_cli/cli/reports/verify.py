@@ -5,19 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.verdict import Verdict
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from purcell_cli.verification.verify import Verification
-from purcell_cli.cli.reports.common import Document, _checked, _deviation, _verdict, swimmer_document
+from purcell_cli.cli.documents.plan import VerifyDocument
+from purcell_cli.cli.reports.common import _checked, _deviation, _verdict, swimmer_document
 
 
-def verify_document(found: Verification, swimmer: Swimmer) -> Document:
+def verify_document(found: Verification, swimmer: Swimmer) -> VerifyDocument:
     """Return what the check of a trajectory file found."""
     return {
         "schema": "purcell/verify/1",
-        "verdict": "reached" if found.holds else "not reached",
+        "verdict": Verdict.REACHED if found.holds else Verdict.NOT_REACHED,
         "swimmer": swimmer_document(swimmer),
         "start_error": _deviation(found.start, swimmer.length_m),
         "verified_error": _deviation(found.certificate.deviation, swimmer.length_m),
@@ -32,7 +34,7 @@ def verify_document(found: Verification, swimmer: Swimmer) -> Document:
     }
 
 
-def show_verify(console: Console, document: Document) -> None:
+def show_verify(console: Console, document: VerifyDocument) -> None:
     """Show what the check of a trajectory file found."""
     e = document["verified_error"]
     console.print(

@@ -1,0 +1,87 @@
+"""Parts that several documents have, and the document of a failure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict, TypeVar, cast
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+D = TypeVar("D")
+
+Done = Annotated[Literal["done"], "that it is done"]
+Error = Annotated[Literal["error"], "that it could not be done"]
+
+Direction = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
+"""The base's directions: along x, y, z and about them."""
+
+Moves = Literal["x", "y", "z", "roll", "pitch", "yaw", "none"]
+"""What a gait is made to do."""
+
+
+class Failure(TypedDict):
+    """What any command prints when it could not be carried out."""
+
+    schema: Annotated[str, "purcell/COMMAND/1"]
+    verdict: Error
+    error: Annotated[str, "why, in one line: place, what was wanted and what was found"]
+
+
+class SwimmerPart(TypedDict):
+    """The swimmer."""
+
+    base_half_length_m: Annotated[float, "half length of the base link [m]"]
+    limb_half_length_m: Annotated[float, "half length of each limb [m]"]
+    slenderness: Annotated[float, "radius over full length of a link"]
+    viscosity_pa_s: Annotated[float, "dynamic viscosity of the fluid [Pa s]"]
+    drag_ratio: Annotated[float, "lateral over longitudinal drag"]
+    max_bend_rad: Annotated[float, "how far a gait may bend a limb's axis from the base's axis [rad]"]
+    joint_rate_rad_s: Annotated[float, "the rate at which one joint turns [rad/s]"]
+    L_m: Annotated[float, "the length L: the mean half length of the links [m]"]
+
+
+class DisplacementPart(TypedDict):
+    """A displacement of the base, in its own frame."""
+
+    position_m: Annotated[list[float], "x, y, z [m]"]
+    psi_rad: Annotated[float, "Euler angle psi [rad]"]
+    theta_rad: Annotated[float, "Euler angle theta [rad]"]
+    phi_rad: Annotated[float, "Euler angle phi [rad]"]
+
+
+class DeviationPart(TypedDict):
+    """How far one configuration is from another."""
+
+    position_m: Annotated[float, "distance of the base's middles [m]"]
+    position_over_L: Annotated[float, "the same in units of L"]
+    base_rad: Annotated[float, "angle between the base's orientations [rad]"]
+    limb1_rad: Annotated[float, "angle between limb 1's orientations in the base [rad]"]
+    limb2_rad: Annotated[float, "angle between limb 2's orientations in the base [rad]"]
+
+
+class TolerancePart(TypedDict):
+    """Deviations up to which the goal is reached."""
+
+    position_m: Annotated[float, "of the base's position [m]"]
+    angle_rad: Annotated[float, "of the base's and the limbs' orientations [rad]"]
+
+
+class CertificatePart(TypedDict):
+    """How the controls were re-integrated."""
+
+    method: Annotated[Literal["DOP853"], "the integrator"]
+    stretches: Annotated[int, "stretches of constant control"]
+    integrated: Annotated[int, "how many of them are distinct and were integrated"]
+
+
+def as_part(value: DataclassInstance, _kind: Callable[..., D]) -> D:
+    """Return a dataclass as the part of a document that has just its fields as keys."""
+    import dataclasses
+
+    return cast(D, dataclasses.asdict(value))
+
+
+def keys(kind: Any) -> tuple[str, ...]:
+    """Return the keys of a document's type, in order."""
+    return tuple(kind.__annotations__)

@@ -1,0 +1,64 @@
+"""The documents of `purcell init`, `validate`, `plot`, `figures` and `view`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypedDict
+
+from purcell_cli.cli.documents.common import Done
+
+Kind = Literal["start", "goal", "swimmer", "scenario", "gait", "plan"]
+
+
+class InitDocument(TypedDict):
+    """What `purcell init` prints."""
+
+    schema: Annotated[Literal["purcell/init/1"], "the form of the document"]
+    verdict: Done
+    files: Annotated[list[str], "the files that were written"]
+
+
+class CheckedPart(TypedDict):
+    """One file that was checked."""
+
+    file: Annotated[str, "the file"]
+    kind: Annotated[Kind | None, "what kind of document it is; null if that cannot be told"]
+    error: Annotated[str | None, "what is wrong; null if nothing is"]
+    scenarios: Annotated[int | None, "how many scenarios a scenario's file stands for; null for others"]
+
+
+class ValidateDocument(TypedDict):
+    """What `purcell validate` prints."""
+
+    schema: Annotated[Literal["purcell/validate/1"], "the form of the document"]
+    verdict: Annotated[Literal["good", "bad"], "whether all files are good"]
+    files: Annotated[list[CheckedPart], "the files, in the order given"]
+
+
+class PlotDocument(TypedDict):
+    """What `purcell plot` prints."""
+
+    schema: Annotated[Literal["purcell/plot/1"], "the form of the document"]
+    verdict: Done
+    of: Annotated[str, "the file or gait that is drawn"]
+    kind: Annotated[Literal["trajectory", "gait"], "which of the two"]
+    picture: Annotated[str, "the picture's file"]
+
+
+class FiguresDocument(TypedDict):
+    """What `purcell figures` prints."""
+
+    schema: Annotated[Literal["purcell/figures/1"], "the form of the document"]
+    verdict: Done
+    pictures: Annotated[list[str], "the pictures' files"]
+
+
+class ViewDocument(TypedDict):
+    """What `purcell view` prints."""
+
+    schema: Annotated[Literal["purcell/view/1"], "the form of the document"]
+    verdict: Done
+    trajectory: Annotated[str, "the trajectory's file"]
+    page: Annotated[str, "the page's file"]
+    rows: Annotated[int, "rows of the trajectory"]
+    frames: Annotated[int, "rows that the page has"]
+    bytes: Annotated[int, "size of the page [bytes]"]

@@ -1,0 +1,166 @@
+"""The documents of `purcell plan`, `purcell run` and `purcell verify`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, NotRequired, TypedDict
+
+from purcell_cli.cli.documents.common import (
+    CertificatePart,
+    DeviationPart,
+    DisplacementPart,
+    SwimmerPart,
+    TolerancePart,
+)
+from purcell_cli.motion.options import Controls
+from purcell_cli.motion.verdict import PlanVerdict, Verdict
+
+
+class StrokePart(TypedDict):
+    """One stroke: a gait played a number of times."""
+
+    gait: Annotated[str, "its name"]
+    amplitude_rad: Annotated[float | None, "its amplitude, if it has one [rad]"]
+    cycles: Annotated[int, "how often it is played"]
+    primitives: Annotated[int, "primitives or moves, of all cycles"]
+    joint_travel_rad: Annotated[float, "sum of |angle| over them [rad]"]
+    duration_s: Annotated[float, "how long it takes [s]"]
+    energy_j: Annotated[float, "energy dissipated [J]"]
+    displacement: Annotated[DisplacementPart, "what it moves the base by"]
+
+
+class PhasePart(TypedDict):
+    """One of the three phases of a plan."""
+
+    phase: Annotated[int, "1, 2 or 3"]
+    name: Annotated[str, "what it does"]
+    primitives: Annotated[int, "primitives or moves"]
+    joint_travel_rad: Annotated[float, "sum of |angle| over them [rad]"]
+    duration_s: Annotated[float, "how long it takes [s]"]
+    energy_j: Annotated[float, "energy dissipated [J]"]
+    largest_bend_rad: Annotated[float | None, "largest angle between a limb's axis and the base's; null if still [rad]"]
+    displacement: Annotated[DisplacementPart, "what it moves the base by"]
+    strokes: Annotated[list[StrokePart], "its strokes, in order"]
+
+
+class WorkspacePart(TypedDict):
+    """A box that all links stay in."""
+
+    min: Annotated[list[float], "the corner of least x, y and z [m]"]
+    max: Annotated[list[float], "the opposite corner [m]"]
+
+
+class ViolationPart(TypedDict):
+    """A limit that the motion breaks, where it breaks it most."""
+
+    limit: Annotated[Literal["clearance", "bend", "workspace"], "which limit"]
+    excess: Annotated[float, "by how much, in `unit`"]
+    unit: Annotated[Literal["m", "rad"], "the unit of `excess`"]
+    time_s: Annotated[float, "when [s]"]
+    phase: Annotated[int, "in which phase"]
+    what: Annotated[str, "what breaks it, in words"]
+
+
+class LimitsPart(TypedDict):
+    """The limits of a plan and whether it keeps them."""
+
+    clearance_m: Annotated[float, "least distance wanted between the limbs' surfaces [m]"]
+    max_bend_rad: Annotated[float, "largest bend wanted [rad]"]
+    workspace_m: Annotated[WorkspacePart | None, "the box to stay in, if there is one [m]"]
+    workspace_violation_m: Annotated[float | None, "how far a link leaves the box; null without a box [m]"]
+    kept: Annotated[bool, "whether all limits are kept over the whole path"]
+    violations: Annotated[list[ViolationPart], "the limits that are broken"]
+
+
+class MissingPart(DisplacementPart):
+    """A displacement still to be made, and its size."""
+
+    position_over_L: Annotated[float, "its distance in units of L"]  # noqa: N815  # L is the length
+    angle_rad: Annotated[float, "its angle [rad]"]
+
+
+class StrokeReasonPart(TypedDict):
+    """What a stroke is for."""
+
+    phase: Annotated[int, "1, 2 or 3"]
+    gait: Annotated[str, "its name"]
+    words: Annotated[str, "what it does, in words"]
+    cycles: Annotated[int, "how often it is played"]
+    joint_travel_rad: Annotated[float, "what it costs [rad]"]
+    energy_j: Annotated[float, "energy dissipated [J]"]
+    missing: Annotated[MissingPart, "what is left to be done after it: to phase 3, or to the goal"]
+    largest_bend_rad: Annotated[float, "largest bend of a limb while it is played [rad]"]
+    limits: Annotated[list[str], "which limits it is at"]
+
+
+class StructurePart(TypedDict):
+    """A way to build the plan that was weighed."""
+
+    words: Annotated[str, "what it does, in words"]
+    joint_travel_rad: Annotated[float, "its joint travel, as estimated [rad]"]
+
+
+class LargestPart(TypedDict):
+    """The stroke that has the largest part in a sensitivity."""
+
+    stroke: Annotated[int, "its index in `strokes`, from 0"]
+    share: Annotated[float, "its part of the whole, 0 to 1"]
+    words: Annotated[str, "what makes it delicate; empty if nothing does"]
+
+
+class SensitivityPart(TypedDict):
+    """What a swimmer that is a little off does to the end of the motion."""
+
+    parameter: Annotated[str, "which parameter of the swimmer is off"]
+    change: Annotated[float, "by which fraction; of both signs the worse"]
+    position_m: Annotated[float, "how far the end moves [m]"]
+    position_over_L: Annotated[float, "the same in units of L"]
+    angle_rad: Annotated[float, "how far the end turns [rad]"]
+    largest_part: Annotated[LargestPart | None, "where most of it comes from; null if nothing moves"]
+
+
+class ExplanationPart(TypedDict):
+    """Why a plan is as it is."""
+
+    strokes: Annotated[list[StrokeReasonPart], "what each stroke is for, in order"]
+    structures: Annotated[list[StructurePart], "what was weighed, the one taken first"]
+    sensitivity: Annotated[list[SensitivityPart], "what would upset the plan, a parameter each"]
+
+
+class PlanDocument(TypedDict):
+    """What `purcell plan` and `purcell run` print."""
+
+    schema: Annotated[Literal["purcell/plan/1", "purcell/run/1"], "the form of the document"]
+    verdict: Annotated[PlanVerdict, "how it ended; only `reached` is success"]
+    swimmer: Annotated[SwimmerPart, "who swims"]
+    controls: Annotated[Controls, "whether joints turn one after the other or at once"]
+    joint_travel_rad: Annotated[float, "sum of |angle| over all primitives, or over all moves and joints [rad]"]
+    duration_s: Annotated[float, "how long the motion takes [s]"]
+    energy_j: Annotated[float, "energy dissipated [J]"]
+    primitives: Annotated[int, "primitives or moves"]
+    cycles: Annotated[int, "cycles of the strokes of phase 2"]
+    phases: Annotated[list[PhasePart], "the three phases"]
+    planned_error: Annotated[DeviationPart, "from the goal to the end by the planner's own flow"]
+    verified_error: Annotated[DeviationPart, "from the goal to the end by re-integration"]
+    tolerance: Annotated[TolerancePart, "deviations up to which the goal is reached"]
+    certificate: Annotated[CertificatePart, "how the controls were re-integrated"]
+    clearance_m: Annotated[float, "least distance of the limbs' surfaces over the whole path [m]"]
+    largest_bend_rad: Annotated[float | None, "largest bend in phase 2; null if nothing moves in it [rad]"]
+    limits: Annotated[LimitsPart, "the limits, and what breaks them"]
+    rows: Annotated[int, "rows of the trajectory"]
+    trajectory: Annotated[str | None, "the trajectory's file"]
+    plan_document: Annotated[str | None, "the plan document's file, written or read"]
+    explanation: NotRequired[Annotated[ExplanationPart, "with `--explain`: why the plan is as it is"]]
+
+
+class VerifyDocument(TypedDict):
+    """What `purcell verify` prints."""
+
+    schema: Annotated[Literal["purcell/verify/1"], "the form of the document"]
+    verdict: Annotated[Literal[Verdict.REACHED, Verdict.NOT_REACHED], "whether the file holds"]
+    swimmer: Annotated[SwimmerPart, "who swims"]
+    start_error: Annotated[DeviationPart, "from the start to the first row"]
+    verified_error: Annotated[DeviationPart, "from the goal to the end by re-integration"]
+    tolerance: Annotated[TolerancePart, "deviations that are allowed"]
+    certificate: Annotated[CertificatePart, "how the controls were re-integrated"]
+    clearance_m: Annotated[float | None, "least distance of the limbs' surfaces; null if the file does not hold [m]"]
+    faults: Annotated[list[str], "what is wrong, a sentence each"]

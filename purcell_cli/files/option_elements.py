@@ -1,0 +1,57 @@
+"""Plan options in documents: elements and values made from how each option is declared."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from enum import StrEnum
+from typing import Any
+
+from purcell_cli.files.configuration_file import WORKSPACE
+from purcell_cli.files.containers import Field
+from purcell_cli.files.documents import Made
+from purcell_cli.files.elements import Element
+from purcell_cli.files.scalars import Choice, Number
+from purcell_cli.motion.options import OPTIONS, E, Option, PlanOptions
+from purcell_cli.motion.workspace import Workspace
+
+_ELEMENTS: Mapping[str, Element[Any]] = {"workspace": WORKSPACE}
+"""The elements of options that are neither a name nor a number."""
+
+
+def choice(choices: type[E]) -> Element[E]:
+    """Return the element for a member of an enumeration."""
+    return Made(Choice(tuple(str(one) for one in choices)), lambda name, _: choices(name))
+
+
+def _element(name: str, option: Option) -> Element[Any]:
+    if option.kind is None:
+        return _ELEMENTS[name]
+    if issubclass(option.kind, StrEnum):
+        return choice(option.kind)
+    return Number(above=option.above, at_least=option.at_least)
+
+
+def _field(name: str, option: Option) -> Field:
+    meaning = f"{option.meaning} [{option.unit}]" if option.unit else option.meaning
+    return Field(_element(name, option), meaning, default=option.default)
+
+
+OPTION_FIELDS: Mapping[str, Field] = {option.key: _field(name, option) for name, option in OPTIONS.items()}
+"""The keys of a document that say what was asked of a plan."""
+
+
+def options_read(value: Mapping[str, Any]) -> PlanOptions:
+    """Return the options that a document's values say; those left out are the default."""
+    given = {name: value[option.key] for name, option in OPTIONS.items() if option.key in value}
+    return PlanOptions(**given)
+
+
+def options_written(options: PlanOptions) -> dict[str, Any]:
+    """Return options as a document's values: those that are always written, and those that are not the default."""
+    out = {}
+    for name, option in OPTIONS.items():
+        value = getattr(options, name)
+        if option.always or value != option.default:
+            out[option.key] = dataclasses.asdict(value) if isinstance(value, Workspace) else value
+    return out
