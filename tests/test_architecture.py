@@ -129,7 +129,7 @@ def test_imports_point_down() -> None:
     assert upward(PACKAGE) == []
     assert cycle(PACKAGE) == set()
     assert "files.trajectory_formats" in graph["cli.plan"], "imports inside functions are seen"
-    assert graph["geometry.se3"] == {"geometry.rotations"}
+    assert graph["geometry.se3"] == {"geometry.reproducible", "geometry.rotations"}
 
 
 def test_every_room_says_what_it_is_for() -> None:

@@ -20,7 +20,7 @@ from purcell_cli.errors import InputError, ParameterError, UnknownNameError
 from purcell_cli.files.option_elements import OPTION_FIELDS
 from purcell_cli.files.plan_file import PLAN, SCHEMA, PlanDocument
 from purcell_cli.files.scenario_file import EXPECT
-from purcell_cli.files.yaml_source import read
+from purcell_cli.files.yaml_source import read_document
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.options import OPTIONS
 from purcell_cli.motion.plan import Plan
@@ -185,7 +185,7 @@ def document(**changes: Any) -> str:
 
 
 def options_in(text: str) -> PlanOptions:
-    return read(PLAN, text.encode(), "plan.json", Path()).options
+    return read_document(PLAN, text.encode(), "plan.json", Path()).options
 
 
 @pytest.mark.parametrize("name", list(NAMED))
@@ -226,7 +226,7 @@ every_option: dict[str, Any] = {
 def test_options_read_back_from_a_plan_document(asked: PlanOptions) -> None:
     assert set(every_option) == set(OPTIONS)
     made = PlanDocument(Plan(Swimmer(), HERE, HERE, ()), asked)
-    found = read(PLAN, made.as_text().encode(), "plan.json", Path())
+    found = read_document(PLAN, made.as_text().encode(), "plan.json", Path())
     assert found.options == asked
     assert found.as_text() == made.as_text()
 

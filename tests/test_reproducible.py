@@ -10,6 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from purcell_cli.geometry import linear_systems as systems
 from purcell_cli.geometry import reproducible as r
 
 RNG = np.random.default_rng(7)
@@ -95,25 +96,25 @@ def test_products_take_vectors_as_numpy_does() -> None:
 def test_solutions_solve_their_systems_with_zeros_on_the_diagonal_too() -> None:
     a, b = RNG.normal(size=(40, 6, 6)), RNG.normal(size=(40, 6, 2))
     a[:, 0, 0] = 0.0
-    assert np.max(np.abs(a @ r.solve(a, b) - b)) < 1e-10
-    assert np.allclose(a @ r.inverse(a), np.eye(6), atol=1e-10)
-    assert not np.all(np.isfinite(r.solve(np.zeros((2, 2)), np.ones(2))))
+    assert np.max(np.abs(a @ systems.solve(a, b) - b)) < 1e-10
+    assert np.allclose(a @ systems.inverse(a), np.eye(6), atol=1e-10)
+    assert not np.all(np.isfinite(systems.solve(np.zeros((2, 2)), np.ones(2))))
 
 
 @pytest.mark.parametrize("shape", [(12, 5), (5, 12), (40, 12), (6, 6), (7, 1), (3, 2)])
 def test_least_squares_and_singular_values_agree_with_lapack(shape: tuple[int, int]) -> None:
     a, b = RNG.normal(size=shape), RNG.normal(size=shape[0])
-    u, s, vt = r.singular_values(a)
+    u, s, vt = systems.singular_values(a)
     assert np.allclose((u * s) @ vt, a, rtol=0.0, atol=1e-13)
     assert np.allclose(s, np.linalg.svd(a, compute_uv=False), rtol=1e-13)
-    assert np.allclose(r.least_squares(a, b), np.linalg.lstsq(a, b, rcond=None)[0], rtol=0.0, atol=1e-12)
+    assert np.allclose(systems.least_squares(a, b), np.linalg.lstsq(a, b, rcond=None)[0], rtol=0.0, atol=1e-12)
 
 
 def test_equations_that_depend_on_others_are_left_out() -> None:
     a, b = RNG.normal(size=(8, 30)), RNG.normal(size=8)
     a[5] = a[3] + a[2]
-    assert np.allclose(r.least_squares(a, b, 1e-9), np.linalg.lstsq(a, b, rcond=1e-9)[0], rtol=0.0, atol=1e-12)
-    assert r.orthogonal_columns(a.T, 1e-9)[0].shape == (30, 7)
+    assert np.allclose(systems.least_squares(a, b, 1e-9), np.linalg.lstsq(a, b, rcond=1e-9)[0], rtol=0.0, atol=1e-12)
+    assert systems.orthogonal_columns(a.T, 1e-9)[0].shape == (30, 7)
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 8])

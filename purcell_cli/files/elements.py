@@ -3,7 +3,7 @@
 An element reads one node of a YAML document at a `Place` and returns a checked value. Whatever is
 wrong is an `InputError` that reads ``FILE:LINE: KEY: wanted ..., found ...``. Nodes are kept until
 the value is made, so that a later check (a matrix that is no rotation) still knows its line. Why this is
-not pydantic: docs/decisions.md.
+not pydantic: docs/explanation/decisions.md.
 """
 
 from __future__ import annotations

@@ -15,7 +15,8 @@ import numpy as np
 from purcell_cli.errors import GaitError, ParameterError
 from purcell_cli.gaits.gait import MOTIONS, Gait, Stroke
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.reproducible import least_squares, matmul, singular_values
+from purcell_cli.geometry.linear_systems import least_squares, singular_values
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift_derivatives import flow_and_jacobian, shape_gap

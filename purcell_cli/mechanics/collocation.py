@@ -9,7 +9,8 @@ import numpy as np
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.component_first import cross_rows, dot_rows
-from purcell_cli.geometry.reproducible import apply, exp_coefficients, gauss_legendre, matmul, solve
+from purcell_cli.geometry.linear_systems import solve
+from purcell_cli.geometry.reproducible import apply, exp_coefficients, gauss_legendre, matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.base_velocity import TwistModel
 

@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.component_first import cross_rows, dot_rows, factored_rows, solved_rows
-from purcell_cli.geometry.reproducible import apply, inner, matmul, solve
+from purcell_cli.geometry.linear_systems import solve
+from purcell_cli.geometry.reproducible import apply, inner, matmul
 from purcell_cli.geometry.rotations import Array, hat
 from purcell_cli.mechanics.swimmer import Swimmer
 

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.linear_systems import inverse as inverted
 from purcell_cli.geometry.reproducible import arccos, arcsin, arctan, arctan2, cos, matmul, sin, tan
-from purcell_cli.geometry.reproducible import inverse as inverted
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift import piece_work, run_displacements

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from purcell_cli.geometry.component_first import solve_positive
-from purcell_cli.geometry.reproducible import least_squares, matmul, solve
+from purcell_cli.geometry.linear_systems import least_squares, solve
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 
 _PINNED, _MET, _SHIFT = 6, 1e-4, 1e-8

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.reproducible import apply, arctan2, inner, least_squares, matmul, norm
+from purcell_cli.geometry.linear_systems import least_squares
+from purcell_cli.geometry.reproducible import apply, arctan2, inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, as_vector
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian_of_moves
