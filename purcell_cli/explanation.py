@@ -30,7 +30,7 @@ _NOTHING = 1e-8
 """A displacement below this (L, rad) is none."""
 
 _NEARLY_STRAIGHT_RAD = 0.5
-"""Limbs bent no more than this are called nearly straight: a roll stroke that stays there is a crank."""
+"""Limbs bent no more than this are called nearly straight: small bends then roll the base [rad]."""
 
 _MANY_CYCLES = 4
 """From this many cycles on, the explanation says that each cycle's error adds up."""
@@ -181,11 +181,11 @@ def _culprit(solution: Solution, found: Sensitivity, reasons: Sequence[StrokeRea
     if not np.any(sizes > _NOTHING):
         return None
     worst = int(np.argmax(sizes))
-    return Culprit(worst, float(sizes[worst] / np.sum(sizes)), _what_is_delicate(solution, worst, reasons))
+    return Culprit(worst, float(sizes[worst] / np.sum(sizes)), _what_is_sensitive(solution, worst, reasons))
 
 
-def _what_is_delicate(solution: Solution, stroke: int, reasons: Sequence[StrokeReason]) -> str:
-    """Return what makes a stroke sensitive: a crank, a turn before a long way, or many cycles."""
+def _what_is_sensitive(solution: Solution, stroke: int, reasons: Sequence[StrokeReason]) -> str:
+    """Return what makes a stroke sensitive: a roll stroke, a rotation before a long way, or many cycles."""
     length_m = solution.plan.swimmer.length_m
     part, reason = solution.strokes[stroke], reasons[stroke]
     moved = se3.prefix_products(solution.displacement[part])[-1]
@@ -198,7 +198,9 @@ def _what_is_delicate(solution: Solution, stroke: int, reasons: Sequence[StrokeR
     if turns[2] > max(turns[0], turns[1], way) and reason.largest_bend_rad <= _NEARLY_STRAIGHT_RAD:
         out.append("it rolls with nearly straight limbs, where little resists a roll")
     if reason.cycles >= _MANY_CYCLES:
-        out.append(f"what one cycle is off adds up over {reason.cycles}")
+        out.append(f"the error of one cycle adds up over {reason.cycles} cycles")
     if np.max(turns) > way and swung > 1.0:
-        out.append(f"it sets the direction of a way of {figure(float(np.linalg.norm(rest[:3, 3])) / length_m)} L")
+        out.append(
+            f"it sets the direction of a displacement of {figure(float(np.linalg.norm(rest[:3, 3])) / length_m)} L"
+        )
     return "; ".join(out)

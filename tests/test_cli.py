@@ -119,7 +119,7 @@ SWIMMER_KEYS = dict.fromkeys(
 DISPLACEMENT_KEYS = dict.fromkeys(("position_m", "psi_rad", "theta_rad", "phi_rad"))
 DEVIATION_KEYS = dict.fromkeys(("position_m", "position_over_L", "base_rad", "limb1_rad", "limb2_rad"))
 TOLERANCE_KEYS = dict.fromkeys(("position_m", "angle_rad"))
-CERTIFICATE_KEYS = dict.fromkeys(("method", "stretches", "integrated"))
+CERTIFICATE_KEYS = dict.fromkeys(("method", "segments", "integrated"))
 COST_KEYS = dict.fromkeys(("primitives", "joint_travel_rad", "duration_s", "energy_j"))
 STROKE_KEYS = {"gait": None, "amplitude_rad": None, "cycles": None, **COST_KEYS, "displacement": DISPLACEMENT_KEYS}
 PHASE_KEYS = {
@@ -336,7 +336,7 @@ def test_a_plan_that_does_not_arrive_is_no_success(run: Run, folder: Path, monke
     def almost(*_: object, **__: object) -> Solution:
         found = solution()
         c = found.certificate
-        missed = Certificate(False, c.deviation, c.tolerance_m, c.tolerance_rad, c.stretches, c.integrated)
+        missed = Certificate(False, c.deviation, c.tolerance_m, c.tolerance_rad, c.segments, c.integrated)
         fields = {name: getattr(found, name) for name in Solution.__dataclass_fields__}
         return Solution(**{**fields, "certificate": missed})
 

@@ -30,7 +30,17 @@ from purcell_cli.solution import Solution, carried_out
 
 DISPLACEMENT_KEYS = {"position_m", "psi_rad", "theta_rad", "phi_rad"}
 STROKE_KEYS = {
-    *("phase", "gait", "words", "cycles", "joint_travel_rad", "energy_j", "missing", "largest_bend_rad", "limits"),
+    *(
+        "phase",
+        "gait",
+        "description",
+        "cycles",
+        "joint_travel_rad",
+        "energy_j",
+        "missing",
+        "largest_bend_rad",
+        "limits",
+    ),
 }
 SENSITIVITY_KEYS = {"parameter", "change", "position_m", "position_over_L", "angle_rad", "largest_part"}
 STRUCTURES = (Structure("roll and swim", 12.5), Structure("swim sideways", 14.0), Structure("turn, then swim", 20.0))
@@ -144,7 +154,7 @@ def test_a_stroke_at_the_bend_limit_says_so(bend: float, limits: tuple[str, ...]
     assert played(("limb1 yaw", bend), swimmer=Swimmer(max_bend_rad=2.0)).strokes[0].limits == ()
 
 
-# --- What is delicate -----------------------------------------------------------------------------------------------
+# --- What is sensitive -----------------------------------------------------------------------------------------------
 
 
 def aimed(way: int) -> tuple[Explanation, list[str]]:
@@ -216,8 +226,10 @@ def test_an_explanation_has_exactly_its_keys() -> None:
     assert all(set(s) == STROKE_KEYS for s in document["strokes"])
     assert all(set(s["missing"]) == DISPLACEMENT_KEYS | {"position_over_L", "angle_rad"} for s in document["strokes"])
     assert all(set(s) == SENSITIVITY_KEYS for s in document["sensitivity"])
-    assert all(set(s["largest_part"]) == {"stroke", "share", "words"} for s in document["sensitivity"])
-    assert document["structures"] == [{"words": s.words, "joint_travel_rad": s.joint_travel_rad} for s in STRUCTURES]
+    assert all(set(s["largest_part"]) == {"stroke", "share", "description"} for s in document["sensitivity"])
+    assert document["structures"] == [
+        {"description": s.words, "joint_travel_rad": s.joint_travel_rad} for s in STRUCTURES
+    ]
 
 
 @pytest.mark.parametrize("width", [80, 128])

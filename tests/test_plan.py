@@ -147,8 +147,8 @@ def largest(solution: Solution) -> float:
     return max(d.position_m / solution.plan.swimmer.length_m, d.base_rad, d.limb1_rad, d.limb2_rad)
 
 
-def stretches(solution: Solution) -> tuple[Array, Array]:
-    """Return rates and durations of the stretches of constant control. Shapes (m, 6), (m,)."""
+def segments(solution: Solution) -> tuple[Array, Array]:
+    """Return rates and durations of the segments of constant control. Shapes (m, 6), (m,)."""
     t, rates = solution.trajectory.time_s, solution.trajectory.rate_rad_s
     first = np.flatnonzero(np.append(True, np.any(rates[1:-1] != rates[:-2], axis=1)))
     return rates[first], np.diff(np.append(t[first], t[-1]))
@@ -156,14 +156,14 @@ def stretches(solution: Solution) -> tuple[Array, Array]:
 
 def assert_same_controls(found: Solution, wanted: Solution, tolerance: float = 1e-9, faster: float = 1.0) -> None:
     """Assert that two plans turn the same joints by the same angles, one `faster` times as fast."""
-    (rates, seconds), (other_rates, other_seconds) = stretches(found), stretches(wanted)
+    (rates, seconds), (other_rates, other_seconds) = segments(found), segments(wanted)
     assert_close(rates, faster * other_rates, 1e-12, faster)
     assert_close(faster * seconds, other_seconds, tolerance)
 
 
 def differ(found: Solution, wanted: Solution) -> bool:
     """Return whether two plans turn joints differently; for foils."""
-    (rates, seconds), (other_rates, other_seconds) = stretches(found), stretches(wanted)
+    (rates, seconds), (other_rates, other_seconds) = segments(found), segments(wanted)
     return rates.shape != other_rates.shape or not (
         np.array_equal(rates, other_rates) and is_close(seconds, other_seconds, 1e-6)
     )
@@ -298,7 +298,7 @@ def test_a_plan_is_what_the_plain_equations_of_motion_do() -> None:
     """Integrated in the world, limbs and all, by code that shares only the connection; an early stop is the foil."""
     name = "a quarter turn of phi"
     start, goal, swimmer = QUERIES[name]
-    rates, seconds = stretches(solved(name))
+    rates, seconds = segments(solved(name))
     found = dop853_rates(swimmer, rates, seconds, start.shape, start.pose)
     assert_close(in_lengths(swimmer, found), in_lengths(swimmer, goal.pose), REACHED)
     early = dop853_rates(swimmer, rates[:-1], seconds[:-1], start.shape, start.pose)
@@ -394,7 +394,7 @@ def test_a_certificate_is_for_one_swimmer(other: Swimmer) -> None:
 
 def test_a_certificate_tells_what_it_did() -> None:
     found = bent().certificate
-    assert 0 < found.integrated <= found.stretches == len(stretches(bent())[1])
+    assert 0 < found.integrated <= found.segments == len(segments(bent())[1])
     assert found.tolerance_m == REACHED * Swimmer().length_m
     assert found.tolerance_rad == REACHED
 

@@ -161,7 +161,7 @@ def drawn(browser: webdriver.Chrome) -> list[str]:
 def test_the_page_opens_plays_pauses_and_scrubs(browser: webdriver.Chrome, tmp_path: Path) -> None:
     opened(browser, tmp_path, motion("y-motion"), "</script> & <b>swim")
     assert browser.find_element(By.ID, "title").text == "</script> & <b>swim"
-    assert browser.find_element(By.ID, "phase").text == "2 stored gaits: y-motion"
+    assert browser.find_element(By.ID, "phase").text == "2 base displacement: y-motion"
     assert clock(browser) == 0.0
     begun = drawn(browser)
     play = browser.find_element(By.ID, "play")

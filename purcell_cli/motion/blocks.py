@@ -111,4 +111,4 @@ def energies(swimmer: Swimmer, blocks: Sequence[Block], start: ArrayLike) -> Arr
     return np.asarray(pieces.cycles * np.bincount(pieces.block, weights=once, minlength=len(blocks)))
 
 
-PHASES = {1: "limbs to collinear", 2: "stored gaits", 3: "limbs to the goal shape"}
+PHASES = {1: "limbs to collinear", 2: "base displacement", 3: "limbs to the goal shape"}

@@ -56,7 +56,10 @@ class Exploration:
             done += 1
             self._tell(stage, done)
             if stage.pace is not None and near.joint_travel_rad < stage.longest_rad:
-                apart, words = near.of(stretches_of(cycles_apart(near, stage.most_apart))), f"{candidate.words}, joined"
+                apart, words = (
+                    near.of(stretches_of(cycles_apart(near, stage.most_apart))),
+                    f"{candidate.words}, refined",
+                )
                 shorter.append((self.consider(self.refinement.shorter(apart, stage.pace), words), words))
         shorter.sort(key=lambda one: round(one[0].joint_travel_rad, 9))
         for motion, words in shorter[: stage.finalists]:
@@ -105,7 +108,7 @@ class Exploration:
             if off < _ARRIVED:
                 first = tightened(near, bend, pace, clearance)
                 if first.joint_travel_rad < _PROMISING * self.incumbent.joint_travel_rad:
-                    self.consider(self.refinement.shorter(first, pace), "one word of joined strokes")
+                    self.consider(self.refinement.shorter(first, pace), "a random short plan, refined")
             self._tell(stage, stage.candidates + stage.finalists + k + 1)
 
     def _tell(self, stage: Stage, done: int) -> None:

@@ -2,7 +2,7 @@
 
 Nothing here uses the code that made the plan. The shape is replayed from the controls as written,
 the base by scipy's DOP853 on the plain equation g' = -g hat(A(r) omega) with A(r) = P^-1 Q from
-`connection`. Left invariance is used, and only where it holds: a stretch of control is integrated
+`connection`. Left invariance is used, and only where it holds: a segment of control is integrated
 again unless one with the same rates, the same duration to the bit and the same shape within
 2e-11 rad has been.
 """
@@ -31,7 +31,7 @@ TOLERANCE_RAD = 1e-9
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class _Care:
-    """How carefully stretches are integrated.
+    """How carefully segments are integrated.
 
     Attributes:
         relative: Relative tolerance of DOP853.
@@ -47,11 +47,11 @@ class _Care:
 _USUAL, _MORE = _Care(1e-12, 1e-13, 1.0), _Care(1e-13, 1e-14, 0.6)
 """More care is taken of long repetitions, whose errors grow with their square."""
 _LONG = 10
-"""A motion with more than this many times as many stretches as distinct ones is a long repetition."""
+"""A motion with more than this many times as many segments as distinct ones is a long repetition."""
 _SAME_SHAPE_DIGITS = 11
-"""Decimal places to which two shapes are the same, as quaternions, and their stretch is integrated once.
+"""Decimal places to which two shapes are the same, as quaternions, and their segment is integrated once.
 
-A hundredth of the tolerances. With 13, rounding makes a thousand cycles of a curve seven times as many stretches."""
+A hundredth of the tolerances. With 13, rounding makes a thousand cycles of a curve seven times as many segments."""
 
 _COARSE_RAD = 0.2
 """Longest pieces whose distance from the straight line is measured, at both ends [rad]."""
@@ -72,7 +72,7 @@ class Certificate:
         deviation: How far the replayed end is from the goal.
         tolerance_m: Position tolerance [m].
         tolerance_rad: Angle tolerance [rad].
-        stretches: How many stretches of constant control there are.
+        segments: How many segments of constant control there are.
         integrated: How many of them had to be integrated; the rest repeat those.
     """
 
@@ -80,7 +80,7 @@ class Certificate:
     deviation: Deviation
     tolerance_m: float
     tolerance_rad: float
-    stretches: int
+    segments: int
     integrated: int
 
 
@@ -89,11 +89,11 @@ class Replay:
     """A motion replayed from its controls alone.
 
     Attributes:
-        row: The row at which each stretch of control begins, and the last row. Shape (m + 1,).
+        row: The row at which each segment of control begins, and the last row. Shape (m + 1,).
         begun: The configuration at the first.
         turned: How the limbs are turned since, as quaternions (w, x, y, z). Shape (m + 1, 2, 4).
-        moves: Its displacements on the stretches that were integrated [m], in extended precision. Shape (k, 4, 4).
-        which: Which of them each stretch makes. Shape (m,).
+        moves: Its displacements on the segments that were integrated [m], in extended precision. Shape (k, 4, 4).
+        which: Which of them each segment makes. Shape (m,).
     """
 
     row: Rows
@@ -104,12 +104,12 @@ class Replay:
 
     @property
     def shape(self) -> Array:
-        """The limbs' orientations where stretches begin, and at the end. Shape (m + 1, 2, 3, 3)."""
+        """The limbs' orientations where segments begin, and at the end. Shape (m + 1, 2, 3, 3)."""
         return _shapes(self.begun.shape, self.turned)
 
     @property
     def pose(self) -> Array:
-        """The base's poses where stretches begin, and at the end [m]. Shape (m + 1, 4, 4)."""
+        """The base's poses where segments begin, and at the end [m]. Shape (m + 1, 4, 4)."""
         return se3.running_products(se3.extended(self.begun.pose), self.moves[self.which]).astype(np.float64)
 
     @property
@@ -173,7 +173,7 @@ def judged(found: Replay, goal: Configuration, tolerance_m: float, tolerance_rad
 
 
 def _turned(rates: Array, durations: Array) -> Array:
-    """Return how limbs are turned before, between and after stretches, as quaternions. Shape (m + 1, 2, 4)."""
+    """Return how limbs are turned before, between and after segments, as quaternions. Shape (m + 1, 2, 4)."""
     half = 0.5 * rates.reshape(-1, 2, 3) * durations[:, None, None]
     size = np.sqrt(np.einsum("...i,...i->...", half, half))[..., None]
     each = np.zeros((len(rates) + 1, 2, 4))
@@ -253,9 +253,9 @@ class _Turning:
 
 
 def _integrate(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array, care: _Care) -> Array:
-    """Return the displacements of stretches of constant control by DOP853 [m]. Shape (m, 4, 4).
+    """Return the displacements of segments of constant control by DOP853 [m]. Shape (m, 4, 4).
 
-    Long stretches are cut into pieces so short that one step or two will do.
+    Long segments are cut into pieces so short that one step or two will do.
     """
     if not len(durations):
         return np.empty((0, 4, 4))

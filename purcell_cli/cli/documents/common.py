@@ -71,7 +71,7 @@ class CertificatePart(TypedDict):
     """How the controls were re-integrated."""
 
     method: Annotated[Literal["DOP853"], "the integrator"]
-    stretches: Annotated[int, "stretches of constant control"]
+    segments: Annotated[int, "segments of constant control"]
     integrated: Annotated[int, "how many of them are distinct and were integrated"]
 
 

@@ -83,7 +83,7 @@ class StrokeReasonPart(TypedDict):
 
     phase: Annotated[int, "1, 2 or 3"]
     gait: Annotated[str, "its name"]
-    words: Annotated[str, "what it does, in words"]
+    description: Annotated[str, "what it does"]
     cycles: Annotated[int, "how often it is played"]
     joint_travel_rad: Annotated[float, "what it costs [rad]"]
     energy_j: Annotated[float, "energy dissipated [J]"]
@@ -95,7 +95,7 @@ class StrokeReasonPart(TypedDict):
 class StructurePart(TypedDict):
     """A way to build the plan that was weighed."""
 
-    words: Annotated[str, "what it does, in words"]
+    description: Annotated[str, "what it does"]
     joint_travel_rad: Annotated[float, "its joint travel, as estimated [rad]"]
 
 
@@ -104,7 +104,7 @@ class LargestPart(TypedDict):
 
     stroke: Annotated[int, "its index in `strokes`, from 0"]
     share: Annotated[float, "its part of the whole, 0 to 1"]
-    words: Annotated[str, "what makes it delicate; empty if nothing does"]
+    description: Annotated[str, "what makes it sensitive; empty if nothing does"]
 
 
 class SensitivityPart(TypedDict):

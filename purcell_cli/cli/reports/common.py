@@ -69,9 +69,7 @@ def displacement_cells(displacement: DisplacementPart, length_m: float, digits: 
 
 
 def _checked(console: Console, certificate: CertificatePart) -> None:
-    counts = (
-        f"{certificate['stretches']} stretches of control, {certificate['integrated']} of them distinct and integrated"
-    )
+    counts = f"{certificate['segments']} segments of constant control, {certificate['integrated']} distinct, integrated"
     console.print(f"checked by {certificate['method']}: {counts}")
 
 

@@ -221,7 +221,7 @@ def conclusions(document: ControllabilityDocument) -> list[str]:
         if not there:
             last = levels[-1]
             lines.append(
-                f"{what} is not seen up to {word} {last['level']}: {wanted - last['dimension']} directions lack"
+                f"{what} is not seen up to {word} {last['level']}: {wanted - last['dimension']} directions are missing"
             )
             continue
         first = there[0]

@@ -43,7 +43,7 @@ def explanation_document(explanation: Explanation, swimmer: Swimmer) -> Explanat
         {
             "phase": s.phase,
             "gait": s.gait,
-            "words": s.words,
+            "description": s.words,
             "cycles": s.cycles,
             "joint_travel_rad": s.joint_travel_rad,
             "energy_j": s.energy_j,
@@ -64,7 +64,7 @@ def explanation_document(explanation: Explanation, swimmer: Swimmer) -> Explanat
             "position_m": s.position_m,
             "position_over_L": s.position_m / swimmer.length_m,
             "angle_rad": s.angle_rad,
-            "largest_part": None if c is None else {"stroke": c.stroke, "share": c.share, "words": c.words},
+            "largest_part": None if c is None else {"stroke": c.stroke, "share": c.share, "description": c.words},
         }
         for s, c in zip(explanation.sensitivities, explanation.culprits, strict=True)
     ]
@@ -111,7 +111,9 @@ def _show_strokes(console: Console, strokes: list[StrokeReasonPart], length_m: f
             ]
         else:
             cells = displacement_cells(missing, length_m, 4)
-        table.add_row(_name(k, s), s["words"], f"{s['joint_travel_rad']:.4f}", *cells, ", ".join(s["limits"]) or "-")
+        table.add_row(
+            _name(k, s), s["description"], f"{s['joint_travel_rad']:.4f}", *cells, ", ".join(s["limits"]) or "-"
+        )
     console.print(table)
 
 
@@ -121,7 +123,7 @@ def _name(k: int, stroke: StrokeReasonPart) -> str:
 
 
 def _show_structures(console: Console, structures: list[StructurePart]) -> None:
-    table = _table("Why this way: what was weighed, by estimated joint travel")
+    table = _table("Candidates that were weighed, by estimated joint travel")
     table.add_column("")
     table.add_column("structure")
     table.add_column("travel\n\\[rad]", justify="right", no_wrap=True)
@@ -131,7 +133,7 @@ def _show_structures(console: Console, structures: list[StructurePart]) -> None:
         more = s["joint_travel_rad"] - taken
         share = f" ({100.0 * more / taken:.3g} %)" if taken else ""
         label = ("taken", "runner-up")[k] if k < 2 else ""
-        table.add_row(label, s["words"], f"{s['joint_travel_rad']:.4f}", f"{more:.4f}{share}" if k else "")
+        table.add_row(label, s["description"], f"{s['joint_travel_rad']:.4f}", f"{more:.4f}{share}" if k else "")
     console.print(table)
     if len(structures) > _MOST_STRUCTURES:
         console.print(f"and {len(structures) - _MOST_STRUCTURES} that cost more")
@@ -143,7 +145,7 @@ def _show_sensitivity(console: Console, explanation: ExplanationPart) -> None:
     for heading in ("position\n\\[L]", "\n\\[mm]", "angle\n\\[deg]"):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("largest part from")
-    strokes, delicate = explanation["strokes"], {}
+    strokes, sensitive = explanation["strokes"], {}
     for s in explanation["sensitivity"]:
         source = s["largest_part"]
         told = (
@@ -151,11 +153,11 @@ def _show_sensitivity(console: Console, explanation: ExplanationPart) -> None:
             if source is None
             else f"{_name(source['stroke'], strokes[source['stroke']])} ({100.0 * source['share']:.0f} %)"
         )
-        if source is not None and source["words"]:
-            delicate[source["stroke"]] = source["words"]
+        if source is not None and source["description"]:
+            sensitive[source["stroke"]] = source["description"]
         figures = (s["position_over_L"], 1e3 * s["position_m"], math.degrees(s["angle_rad"]))
         table.add_row(PARAMETERS[s["parameter"]], *(figure(v) if v > _THERE else "0" for v in figures), told)
     console.print(table)
-    for stroke, words in sorted(delicate.items()):
-        console.print(f"{_name(stroke, strokes[stroke])} is delicate: {words}")
+    for stroke, words in sorted(sensitive.items()):
+        console.print(f"{_name(stroke, strokes[stroke])} is sensitive: {words}")
     console.print("viscosity: none; it scales forces and energy, never the path")

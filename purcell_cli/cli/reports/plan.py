@@ -108,7 +108,7 @@ def plan_document(
         "planned_error": _deviation(solution.deviation, swimmer.length_m),
         "verified_error": _deviation(found.deviation, swimmer.length_m),
         "tolerance": {"position_m": found.tolerance_m, "angle_rad": found.tolerance_rad},
-        "certificate": {"method": "DOP853", "stretches": found.stretches, "integrated": found.integrated},
+        "certificate": {"method": "DOP853", "segments": found.segments, "integrated": found.integrated},
         "clearance_m": solution.limits.clearance.distance_m,
         "largest_bend_rad": solution.limits.largest_bend_rad[1],
         "limits": _limits(solution.limits, swimmer),

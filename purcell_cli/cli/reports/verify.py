@@ -26,7 +26,7 @@ def verify_document(found: Verification, swimmer: Swimmer) -> VerifyDocument:
         "tolerance": {"position_m": found.certificate.tolerance_m, "angle_rad": found.certificate.tolerance_rad},
         "certificate": {
             "method": "DOP853",
-            "stretches": found.certificate.stretches,
+            "segments": found.certificate.segments,
             "integrated": found.certificate.integrated,
         },
         "clearance_m": None if found.clearance is None else found.clearance.distance_m,

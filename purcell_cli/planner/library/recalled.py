@@ -52,7 +52,7 @@ def library_plans(problem: Problem, breadth: Breadth, known: Sequence[Candidate]
         if off < CLOSE:
             make = functools.partial(_shortened, near, entry.laps, breadth.pace, pairs, entry.wanted)
             travel = float(around[entry.wanted]) + entry.laps * near.joint_travel_rad / _SHORTENED
-            out.append(Candidate("a word of the book", travel, functools.cache(make)))  # it takes a while
+            out.append(Candidate("a library plan", travel, functools.cache(make)))  # it takes a while
             least = min(least, travel)
     return out
 

@@ -25,7 +25,7 @@ from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, l
 from purcell_cli.planner.refine.shooting import Equations, Values
 from purcell_cli.planner.refine.trust_region import descended
 
-NAME = "joined strokes"
+NAME = "refined strokes"
 """Name of strokes that have been optimised together."""
 _DROPPED_RAD = 1e-6
 _WORTH_RAD = 1e-5

@@ -47,7 +47,7 @@ _IDLE_RAD, _UNFELT_RAD = 1e-10, 1e-13
 _MARGIN_RAD = 1e-6
 """Room left below the bend limit for the exact finish."""
 
-TOGETHER, ROLLED, ROUNDED = "moves together", "limbs rolled across", "rounded loop"
+TOGETHER, ROLLED, ROUNDED = "simultaneous moves", "limb rolls", "rounded shape loop"
 """Names of strokes that are not in the primitive plan."""
 
 
