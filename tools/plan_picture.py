@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from purcell_cli import Configuration, plan
+from purcell_cli import Configuration, PlanOptions, plan
 from purcell_cli.pictures.poses_plot import link_points
 from purcell_cli.pictures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, save_figure, styled
 from purcell_cli.solution import Solution, stroke_cycles
@@ -118,7 +118,7 @@ def draw_way(axes: Axes, solution: Solution) -> None:
 
 def main() -> None:
     """Make the plan and its picture."""
-    solution = plan(START, GOAL, dt_s=0.25)
+    solution = plan(START, GOAL, options=PlanOptions(dt_s=0.25))
     if solution.verdict != "reached":
         raise RuntimeError(f"the plan of the picture is {solution.verdict}")
     with styled():

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from purcell_cli.cli.documents.common import as_part
 from purcell_cli.cli.documents.plan import (
     ExplanationPart,
     PlanDocument,
@@ -68,7 +67,9 @@ def explanation_document(explanation: Explanation, swimmer: Swimmer) -> Explanat
         }
         for s, c in zip(explanation.sensitivities, explanation.culprits, strict=True)
     ]
-    structures = [as_part(s, StructurePart) for s in explanation.structures]
+    structures: list[StructurePart] = [
+        {"description": s.words, "joint_travel_rad": s.joint_travel_rad} for s in explanation.structures
+    ]
     return {"strokes": strokes, "structures": structures, "sensitivity": sensitivity}
 
 
