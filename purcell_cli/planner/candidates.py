@@ -28,7 +28,7 @@ GENERATORS: tuple[Generator, ...] = (steered_arcs,)
 GENERATORS_FOR_SHORT_WAYS: tuple[Generator, ...] = (gait_sequences, library_plans)
 """What is tried too where the way is short."""
 _SHORT_RAD = 60.0
-"""A way of less estimated joint travel than this is short; so is one for which no candidate is known [rad]."""
+"""Motions of less estimated joint travel than this are short, as are those without a candidate so far [rad]."""
 
 
 def generate(problem: Problem, breadth: Breadth) -> list[Candidate]:

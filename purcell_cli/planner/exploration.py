@@ -18,11 +18,11 @@ from purcell_cli.planner.refinement import Refinement, cycles_apart
 from purcell_cli.planner.structures import StructureRecord
 
 _RANDOM_PLAN_RAD = 25.0
-"""Phases 2 of less joint travel than this may be one random plan [rad]."""
+"""Random plans are tried where phase 2 takes less joint travel than this [rad]."""
 _ARRIVED = 1e-3
-"""Random plans that miss by less may be shortened [L, rad]."""
+"""Random plans that miss the goal by less than this are optimised [L, rad]."""
 _PROMISING = 1.2
-"""A random plan is refined if it is at most so many times as long as the best plan."""
+"""Random plans of less than so many times the joint travel of the best plan are refined further."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -28,19 +28,24 @@ from purcell_cli.planner.arcs.roll_stroke import Crank
 from purcell_cli.planner.refine.active_set import least_steps
 
 _SMALL = 1e-6
+"""The step of the difference quotients by bend, aside and roll [rad]."""
 _CLOSE = 3e-3
-"""Chains that miss their displacement by less [L, rad] are told apart by what they cost."""
+"""Chains that miss their displacement by less than this are compared by cost, others by what they miss [L, rad]."""
 _FULL_RAD = 1e-3
-_FAR_L, _FAR_AHEAD_L = 1.0, 1000.0
-"""From such distances on, what is missed across and what is missed ahead count for less."""
+"""A loop whose bend is within this of its upper bound is as large as it may be [rad]."""
+_FAR_L = 1.0
+"""Over distances above this, errors across the way count in proportion to the distance [L]: they act as a heading."""
+_FAR_AHEAD_L = 1000.0
+"""Over distances above this, errors along the way count in proportion to the distance [L]."""
 _THRIFT_RAD = 2.0
-"""How far the cost alone leads in a round, in joint travel."""
+"""Step length along the cost gradient in each round, in joint travel [rad]."""
 _ROLL_EFFORT = 5.0
-"""How much less a roll changes than a bend for the same gain."""
+"""Weight of a roll in the least step; a bend or aside has 8 times its cycles plus 4. A larger one keeps rolls."""
 _LONGER = 0.1
-"""Chains become longer by this part at most, at once."""
+"""The largest part by which the cycles of a chain grow at once, before rounding up."""
 _ARRAYS = ("which", "cycles", "mirrored", "backwards", "bend", "aside", "roll")
 _MIRROR = np.diag([1.0, -1.0, -1.0, 1.0])
+"""Half a turn about x: negating all yaws and pitches conjugates a displacement by it. Shape (4, 4)."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

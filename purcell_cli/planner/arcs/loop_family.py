@@ -22,14 +22,17 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.planner.arcs.loops import Loops, loops
 
 _STRAIGHT_RAD = np.linspace(0.8, 1.5, 8)
+"""Beats that are tried for the best straight loop, as far as the bend limit allows [rad]. Shape (8,)."""
 _ACROSS = np.linspace(0.1, 0.6, 11)
-"""Offsets across the plane that are tried for the best to turn, in units of the bend limit."""
+"""Offsets across the plane that are tried for the loop that turns most per cost, in units of the bend limit."""
 _SMALLEST = 0.225
 """The smallest beat of a loop that is offset in its plane, in units of the bend limit."""
 _KNOTS = 12
+"""Loops of a fan across the plane, in it at most one more, before those past the largest turn per cost are left out."""
 _KNOTS_BETWEEN = 4
+"""How many of them, offset in the plane, have the straight loop's beat while the bend limit leaves room."""
 _ROUND = 0.97
-"""Arcs that are tighter than the tightest loop by less than this are taken for it."""
+"""Arcs of at least this part of the tightest loop's radius are swum by it, without going backwards."""
 
 
 class Fan:

@@ -35,25 +35,25 @@ NAME = "arc"
 """Name of the stroke."""
 
 _PITCH_1, _YAW_1, _PITCH_2, _YAW_2 = 1, 2, 4, 5
+"""Indices of the controls, of 0 to 5, by which the limbs pitch and yaw."""
 _ACROSS_BEND_RAD = 1.5
-"""Limbs bent aside across the loop's plane go no further than this."""
+"""The largest bend of loops with an offset across their plane, whatever the bend limit [rad]."""
 _LEAST_ASIDE = {False: 0.0, True: 4e-4}
-"""How little, of the most, may lie aside: A(r) is sharp where little lies across the plane."""
+"""The least part aside over the largest, by `across`; positive across, since A(r) is sharp where little lies across."""
 _POWER = {False: 1, True: 2}
-"""The series' second variable is such a root of what lies aside, the finer the sharper A(r) is there."""
+"""The root of the part aside that is the series' second variable, by `across`; 2 adds nodes where A(r) is sharp."""
 _TABLED = Accuracy(stages=3, step=0.8, settled=1e-7)
-"""Errors of 1e-5 (L, rad): less than the series'."""
+"""Accuracy of the flow in the table: errors of 1e-5 (L, rad), less than those of the series."""
 _MARGIN_RAD = 2e-4
-"""Room left below the bend limit for the finish."""
+"""Margin below the bend limit that is left to the exact arrival [rad]."""
 _LEAST_BEND = 0.2
 """The smallest loops in the table, in units of the bend limit."""
 _MOST_ASIDE = {False: 0.775, True: 0.95}
-"""How much may lie aside: c over the bend in the plane, and across it an angle on the sphere [rad]."""
+"""The largest part aside, by `across`: c over the bend in the plane, and across it an angle on the sphere [rad]."""
 _TERMS = {False: (8, 8), True: (8, 16)}
-"""How many terms the series have in the bend and in what lies aside."""
-
-
+"""Numbers of Chebyshev terms in the bend and in the part aside, by `across`."""
 _SQUARE = ((_YAW_1, 2.0, 0.0), (_YAW_2, -2.0, 0.0), (_YAW_1, -2.0, 0.0), (_YAW_2, 2.0, 0.0))
+"""One cycle of a loop: controls, and their angles per beat and per offset."""
 _STROKES = {
     False: (
         ((_YAW_1, -0.5, 0.5), (_YAW_2, 1.0, -1.0), (_YAW_1, -0.5, 0.5)),

@@ -32,16 +32,30 @@ from purcell_cli.geometry.rotations import Array, about_axis, hat
 from purcell_cli.planner.arcs.loop_family import Fan
 
 _ARCS = 3
+"""Arcs of each solution; the least cost leaves some of them empty."""
 _ROUNDS = 10
+"""Rounds of least squares from each start, the settling ones included."""
 _SETTLING = 3
+"""The last rounds, in which arcs only settle on the displacement and the weights stay."""
 _SMALL_RAD = 1e-3
+"""Below this turn of an arc a derivative is taken from its series, since its closed form cancels [rad]."""
 _E_ROLL = np.eye(6)[3]
+"""The unit twist of a roll. Shape (6,)."""
 _ROLL_PRICE = 0.1
-_LEAST = 1e-2  # rad
+"""Weight of the squared last roll beside those of the arcs."""
+_LEAST = 1e-2
+"""The least cost of an arc in its weights, which an empty arc would make infinite [rad]."""
 _LONGEST_TURN = 0.5
+"""The largest change of a turn or roll in one round [rad]."""
 _WAYS = (1.0, -1.0)
-_REVIVED, _REVIVED_L, _REVIVED_RAD = 0.1, 1.0, 0.5
-"""An arc that only advances, or only turns, is weighed as if it did a little of the other too, so that it still can."""
+"""Directions, forwards and backwards, of the straight ways among the starts."""
+_REVIVED = 0.1
+"""The least advance and turn by which an arc is weighed, as a part of what its cost could make of either; without it an
+arc that only advances, or only turns, could never do the other."""
+_REVIVED_L = 1.0
+"""The largest advance that is assumed so [L]."""
+_REVIVED_RAD = 0.5
+"""The largest turn that is assumed so [rad]."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -20,13 +20,13 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements
 
 _LARGEST_RAD = 1.6
-"""The largest roll of one crank."""
+"""The largest roll of one roll stroke [rad]; larger rolls take several strokes."""
 _SLIGHT_RAD = 1e-4
-"""Rolls by less are left to the finish."""
+"""Rolls by less than this make no stroke: the exact arrival makes up for them [rad]."""
 _KNOTS_RAD = np.array(
     [*(0.003, 0.01, 0.02, 0.035, 0.05, 0.07, 0.09, 0.12, 0.15, 0.2, 0.25, 0.3, 0.36, 0.43), *np.linspace(0.5, 1.7, 13)]
 )
-"""Amplitudes at which cranks are tabulated: as dense as the gait's guesses are rough."""
+"""Amplitudes of the tabulated roll strokes [rad], denser where the guesses of the gait's free angles are rough."""
 
 
 class Crank:

@@ -24,11 +24,13 @@ from purcell_cli.planner.problem import Problem
 from purcell_cli.wording import counted
 
 _WEIGHED = 24
-"""How many of the steered ways are weighed as loops."""
-_SLIGHT_RAD, _SAME = 0.3, 1e-4
-"""Arcs of less joint travel are left out; neighbours are one if that costs them no more than so much."""
+"""The most steered solutions that are priced as chains of loops."""
+_SLIGHT_RAD = 0.3
+"""Arcs of less joint travel than this are left out [rad]."""
+_SAME = 1e-4
+"""Neighbouring arcs become one if their separate cost is at most this part above the cost of the one."""
 _FAR_OFF = 0.02
-"""Chains that miss by more, as `chain.missed` has it, are astray."""
+"""Chains that miss by more than this, measured by `chain.missed`, are astray [L, rad]."""
 
 
 def steered_arcs(problem: Problem, breadth: Breadth, _known: Sequence[Candidate] = ()) -> list[Candidate]:

@@ -31,9 +31,14 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import LimbCircles
 
 PRICES = np.array([204.0, 566.0, 566.0, 4.0, 374.0, 374.0])
-"""About the square of the joint travel that each part of a small displacement takes [rad^2 per L or rad]."""
+"""Estimated square of the joint travel per component of a small displacement [rad^2 per L or rad]. Shape (6,)."""
 
-_SPARE, _FEW, _MOST_LAPS = 0.1, 1e-12, 20
+_SPARE = 0.1
+"""A count of laps is rounded down if it exceeds a whole number by less than this: refinement takes up the rest."""
+_FEW = 1e-12
+"""The least size of a displacement in units of `PRICES`, so that none divides by zero [rad^2]."""
+_MOST_LAPS = 20
+"""Plans that need more laps than this are left out."""
 
 
 def symmetries() -> Array:

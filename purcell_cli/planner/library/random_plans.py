@@ -19,11 +19,16 @@ from purcell_cli.planner.refine.minimum_travel import NAME
 from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refine.stretches import Stretch
 
-_BOLD_RAD, _PATIENT = 0.6, 8
-"""Random plans begin anywhere: so they are brought to the goal by longer steps, and given up later."""
+_BOLD_RAD = 0.6
+"""The largest change of an angle in a Newton step from a random plan, which begins far from the goal [rad]."""
+_PATIENT = 8
+"""Rounds without a halved residual before a random plan is given up."""
 _BENDS = (1, 2, 4, 5)
+"""Controls of random plans: the pitches and yaws of both limbs."""
 _ROUNDS = (4, 5, 6)
+"""How often a random plan uses each control; one of these is drawn."""
 _SPREADS_RAD = (0.15, 0.3, 0.5)
+"""Standard deviations of the angles of a random plan; one of these is drawn [rad]."""
 
 
 def random_plans(count: int, seed: int = 0) -> Iterator[Stretch]:

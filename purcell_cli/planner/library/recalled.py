@@ -24,10 +24,12 @@ from purcell_cli.planner.refine.minimum_travel import NAME, Pace, offered, short
 from purcell_cli.planner.refine.shooting import Equations
 
 _SHORTENED = 1.15
-"""Library plans that are brought to their goal become so much shorter then, about."""
-_ROTATION_PRICE, _WAY_PRICE = 374.0, 445.0
-"""About the square of the joint travel that a library plan takes for a small rotation [rad^2 per rad], and for a small
-way [rad^2 per L]."""
+"""Factor by which refinement is estimated to shorten a library plan that arrives."""
+_ROTATION_PRICE = 374.0
+"""Estimated square of the joint travel per small change of heading: the price of pitch and yaw in `PRICES` [rad^2 per
+rad]."""
+_WAY_PRICE = 445.0
+"""Estimated square of the joint travel per small distance, the mean over directions of `PRICES` [rad^2 per L]."""
 
 
 def library_plans(problem: Problem, breadth: Breadth, known: Sequence[Candidate] = ()) -> list[Candidate]:

@@ -20,6 +20,7 @@ from purcell_cli.planner.limbs.straightening import MOST_LOOPS, ROUGH, Straighte
 from purcell_cli.planner.limbs.turns import Ways
 
 _AT_ONCE = ((0, 0, 0), (1, 1, 1))
+"""First halves of orders in which one limb makes all its rotations before the other: those are known already."""
 
 
 def interleaved(

@@ -27,9 +27,9 @@ from purcell_cli.motion.limb_circles import LimbCircles, bends
 from purcell_cli.planner.limbs.straightening import BEND_SLACK_RAD, ROUGH, Straightenings
 
 _SIDES_RAD = (-1.6, -0.8, 0.8, 1.6)
-"""Sides of the squares."""
+"""Angles of the squares' sides, for either limb [rad]."""
 _LEAST_BEND_RAD = 1.3
-"""Where limbs are bent less squares turn too little."""
+"""Where neither limb bends further than this, no squares are tried: they turn the base too little [rad]."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -29,12 +29,13 @@ from purcell_cli.motion.limb_circles import LimbCircles, bends
 from purcell_cli.planner.limbs.turns import Ways, turns_to
 
 ROUGH = Accuracy(stages=3, step=1.2, settled=1e-7)
-"""Errors of 1e-4 (L, rad): the ways are compared by it, and the finish makes up for it."""
+"""Accuracy of the flow by which ways are compared: errors of 1e-4 (L, rad), which the exact arrival removes."""
 BEND_SLACK_RAD = 1e-9
+"""How far a limb may bend beyond its bend at the start, or the limit: room for rounding [rad]."""
 MOST_LOOPS = 3
-"""How many shape loops may be made one after the other."""
+"""The most shape loops before one straightening."""
 _LONGER_RAD = 7.0
-"""Ways longer than the shortest by more than this are not worth their while."""
+"""Straightenings with more joint travel than the shortest by more than this are left out [rad]."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

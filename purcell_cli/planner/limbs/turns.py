@@ -13,14 +13,10 @@ from purcell_cli.geometry.rotations import Array, wrapped
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 
 _NEGLIGIBLE_RAD = 1e-15
-
-
+"""Angles up to this are zero: rounding errors of a rotation that needs no such angle [rad]."""
 _LOCKED = 1e-12
-
-
+"""Below this size of the matrix elements that tell the first angle, the rotations are in gimbal lock."""
 _ORDERS = ["".join(o) for o in itertools.product("XYZ", repeat=3) if o[0] != o[1] and o[1] != o[2]]
-
-
 _AXES = np.array([["XYZ".index(axis) for axis in order] for order in _ORDERS])
 """The twelve orders in which three turns about own axes reach any orientation."""
 

@@ -8,10 +8,20 @@ from purcell_cli.geometry.component_first import solve_positive
 from purcell_cli.geometry.reproducible import least_squares, matmul, solve
 from purcell_cli.geometry.rotations import Array
 
-_PINNED, _MET, _SHIFT = 6, 1e-4, 1e-8
+_PINNED = 6
+"""Newton steps on the multipliers in `least_steps`."""
+_MET = 1e-4
+"""`least_steps` ends when no equation misses by more than this, in all of its problems [L, rad]."""
+_SHIFT = 1e-8
+"""Damping of the multipliers' equations in `least_steps`, as a part of the trace."""
 _BEND_SLACK = 1e-9
+"""A step may break the linearised limits by this, in the cosine of the bend."""
 _ACTIVE_ROUNDS = 12
-_WEAKEST, _DAMPING = 1e-9, 1e-13
+"""Rounds in which `bounded_step` looks for the active constraints; the set that breaks limits least is kept."""
+_WEAKEST = 1e-9
+"""Cut-off of the singular values in the least-squares step, as a part of the largest."""
+_DAMPING = 1e-13
+"""Damping of the Gram matrix, as a part of its trace, so that dependent constraints leave it regular."""
 
 
 def least_steps(columns: Array, wanted: Array, begun: Array, loose: Array, low: Array, high: Array) -> Array:

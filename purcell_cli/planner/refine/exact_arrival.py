@@ -23,32 +23,38 @@ from purcell_cli.planner.refine.minimum_travel import offered
 from purcell_cli.planner.refine.shooting import Equations, Values
 
 CLOSE = 3e-4
-"""What a motion may miss that is near enough for the last steps [L, rad]."""
+"""A motion that misses the goal by less than this is close enough for `arrive` [L, rad]."""
 MARGIN_RAD = 1e-5
-"""Room to be left below the bend limit until then."""
+"""Margin below the bend limit that is kept until `arrive` [rad]."""
 _ENOUGH = 2e-11
+"""Newton's method ends when no residual is larger than this [L, rad]."""
 _ENOUGH_LAST = 5e-11
-"""What may be missing [L, rad]; and after the last turns, in which cranks multiply what rounding leaves."""
+"""The same after the last rotations, in which roll strokes multiply rounding errors [L, rad]."""
 _DEPENDENT = 1e-9
+"""Columns whose independent part is below this part of the largest column are dependent on the others."""
 _TIGHT = 1e-3
-"""Room below the bend limit, in the cosine of the bend, that the last turns may use up."""
+"""Bend limits with less room than this, in the cosine of the bend, have a say in which last angles may change."""
 _MARGINS_RAD = (3e-6, 1e-6)
-"""Room left below the bend limit for the second order, and in the last turns, which would have no room otherwise."""
+"""Margins below the bend limit for second-order errors: of all angles, and of the last rotations, which would have no
+room with the first [rad]."""
 _PATIENCE = 2
-"""Rounds without gain before the best is taken: rounding to the clock falls out anew in each."""
+"""Rounds without a halved residual before the best is taken; rounding to the clock differs in each."""
 _REACH_RAD = 0.25
+"""The largest change of an angle in one Newton step [rad]."""
 _TELLING_RAD = 1e-8
-"""Steps by less say nothing of the derivative: rounding does."""
+"""Steps shorter than this do not update the derivative: their changes are rounding errors [rad]."""
 _PLAIN = 2e-6
-"""Residuals at a rough accuracy are right to a few per cent above this [L, rad]."""
+"""Above this, residuals at the rough accuracy are right to a few per cent and need no exact flow [L, rad]."""
 _SPOILT = 30.0
-"""Residuals at which the last cycles' turns take over, in units of what rounding to the clock makes of a motion."""
+"""Residual at which the last rotations take over, in units of what rounding to the clock adds to the residual."""
 _STRICT = 100.0
-"""How much nearer the bend limit is to be kept than the goal, on the approach: the last steps change bends too."""
+"""Weight of a broken bend limit beside a missed goal on the approach, since the last steps change bends too."""
 _ROUNDS = 20
+"""The most Newton steps of `approach`."""
 _LOST = 2
+"""Rounds without a halved residual before `approach` gives a motion up."""
 _SHORTER = (1.0, 0.4, 0.15, 0.05)
-"""What is tried of a step until it gains something."""
+"""Parts of a Newton step that are tried, in turn, until the residual falls."""
 
 
 def approach(

@@ -20,9 +20,11 @@ from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.planner.refine.shooting import Equations
 
 _WATCHED = 0.35
-"""How near the limit, in the cosine of the bend, a primitive must come to be watched."""
-_NEAR_L, _MARGIN_L = 0.25, 1e-3
-"""Limbs nearer than so much more than they may are watched, and are to keep so much more."""
+"""Primitives within this of the bend limit are constraints, in the cosine of the bend."""
+_NEAR_L = 0.25
+"""Primitives on which the limbs come within this of their least distance are constraints [L]."""
+_MARGIN_L = 1e-3
+"""How much more than the clearance the limbs are to keep while a motion is optimised [L]."""
 
 
 def least_cosines(phase: NDArray[np.int64], start: Array, goal: Array, max_bend_rad: float) -> Array:

@@ -22,14 +22,27 @@ from purcell_cli.planner.refine.shooting_moves import Course, Values
 from purcell_cli.planner.refine.trust_region import descended
 
 _ROUNDS = 30
+"""The most linear programs."""
 _LEAST_REACH = 1e-4
-_LEAST_PRICE, _PRICE = 200.0, 10.0
-"""Cost of a violation [s per L or rad], and what it is at least per second of the motion."""
+"""Damped Newton steps to the arrival end when their reach is below this [rad]."""
+_LEAST_PRICE = 200.0
+"""The least cost of a violation, at a joint rate of 1 rad/s [s per L or rad]."""
+_PRICE = 10.0
+"""The least cost of a violation per second of the motion [1 per L or rad]."""
 _WORTH = 3e-4
-"""A round that promises less than this part of the duration is the last."""
+"""A linear program that promises less than this part of the merit is the last."""
 _NEWTON_REACH = 0.25
-_APPROACHES, _RESTORATIONS, _RESTORED = 40, 6, 1e-6
-_ENOUGH, _PATIENCE = 4e-12, 4
+"""The largest component of a Newton step [rad]."""
+_APPROACHES = 40
+"""The most damped Newton steps to the arrival from which the search begins."""
+_RESTORATIONS = 6
+"""The most Newton steps back to the arrival after each linear program."""
+_RESTORED = 1e-6
+"""A point whose residuals are all below this is at the arrival [L, rad]."""
+_ENOUGH = 4e-12
+"""The exact arrival ends when no residual is larger than this [L, rad]."""
+_PATIENCE = 4
+"""Rounds without a halved residual before the best is taken."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -28,16 +28,24 @@ from purcell_cli.planner.refine.trust_region import descended
 NAME = "joined strokes"
 """Name of strokes that have been optimised together."""
 _DROPPED_RAD = 1e-6
+"""Primitives of a smaller angle than this are dropped [rad]."""
 _WORTH_RAD = 1e-5
-"""A step that promises less is the last."""
-_RESTORING, _RESTORED, _REACH_RAD = 8, 1e-4, 0.25
-"""Newton steps by which a point is moved back to the arrival, what it may miss then, and their largest change."""
-_NEAR, _ASTRAY = 0.3, 0.02
-"""Points that miss by less in all [L, rad] find back by linear programs; and those that end there by more are lost."""
+"""A linear program that promises to save less joint travel than this is the last [rad]."""
+_RESTORING = 8
+"""The most Newton steps that move a point back to the arrival."""
+_RESTORED = 1e-4
+"""A point whose residuals and broken limits sum to less than this is at the arrival [L, rad]."""
+_REACH_RAD = 0.25
+"""The least reach of those Newton steps: the largest change of an angle in one [rad]."""
+_NEAR = 0.3
+"""A search may begin at a point whose violations sum to less than this: linear programs bring it back [L, rad]."""
+_ASTRAY = 0.02
+"""A point that begins or ends with larger violations than this, after Newton steps, is given up [L, rad]."""
 _UNEVEN = (0.02, 0.002, 0.0)
-"""By what parts angles are changed to begin with: as much as the motion can be moved back from."""
+"""Standard deviations of the relative changes of the first angles, in turn until the motion can be moved back to the
+arrival; without any, a symmetric motion can be a saddle that no step leaves."""
 _LONGEST = 100
-"""Longer words are offered no more controls."""
+"""Motions of more free primitives than this are offered no more controls."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

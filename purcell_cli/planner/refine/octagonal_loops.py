@@ -28,9 +28,9 @@ from purcell_cli.mechanics.swimmer import Swimmer
 _OFFSETS = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7])
 """Offsets of the tabulated loops, in units of the bend limit."""
 _LARGEST_RAD = 1.9
-"""No loop round the collinear shape is tried with a larger half side."""
+"""The largest half side of a loop round the collinear shape, whatever the bend limit [rad]."""
 _CUTS = (0.55, 0.27)
-"""The cuts p and r of a good loop, over its side."""
+"""The cuts p and r of the first loop, over its side, from which the best are searched."""
 
 
 def corners(half: float, offset: float, cuts: tuple[float, float]) -> Array:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 _WATCHED = 0.25
-"""How near the limit, in the cosine of the bend, a limb must come on a move to be watched."""
+"""Limbs within this of the bend limit on a move are constraints, in the cosine of the bend."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

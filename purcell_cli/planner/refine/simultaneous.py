@@ -36,16 +36,21 @@ from purcell_cli.planner.refine.octagonal_loops import cycle, octagons, twist, y
 from purcell_cli.planner.refine.shooting_moves import Course, Leg
 
 _ACROSS_RAD = 0.25 * math.pi
-"""How far the limbs roll to have two axes each across the plane they bend in."""
+"""Roll of the limbs, an eighth of a turn, that puts their yaw and pitch axes midway between the base's [rad]."""
 _PIECE_RAD = 0.5
+"""Moves that turn a joint further than this are cut into equal pieces, which others can join [rad]."""
 _FEW_CYCLES = 2
-"""Loops that repeat no more often are free in every turn."""
+"""Loops of at most so many cycles are played out, so that each of their moves is free."""
 _PLANAR_RAD = 0.2
+"""Loops become octagons only where roll and pitch of both limbs are at most this [rad]."""
 _ARRIVED = 1e-10
-_IDLE_RAD, _UNFELT_RAD = 1e-10, 1e-13
-"""Turns too small to search with, and to play."""
+"""A motion whose residuals are all below this arrives [L, rad]."""
+_IDLE_RAD = 1e-10
+"""Moves that turn no joint further than this are dropped from the search [rad]."""
+_UNFELT_RAD = 1e-13
+"""Moves that turn no joint further than this are dropped from the plan [rad]."""
 _MARGIN_RAD = 1e-6
-"""Room left below the bend limit for the exact finish."""
+"""Margin below the bend limit, left to the exact arrival [rad]; at most half the limit."""
 
 TOGETHER, ROLLED, ROUNDED = "moves together", "limbs rolled across", "rounded loop"
 """Names of strokes that are not in the primitive plan."""
