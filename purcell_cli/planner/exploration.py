@@ -12,8 +12,8 @@ from purcell_cli.planner.incumbent import Contender, Incumbent
 from purcell_cli.planner.library.random_plans import brought, random_plans
 from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.refine.minimum_travel import tightened
+from purcell_cli.planner.refine.segments import segments_of
 from purcell_cli.planner.refine.shooting import Equations
-from purcell_cli.planner.refine.stretches import stretches_of
 from purcell_cli.planner.refinement import Refinement, cycles_apart
 from purcell_cli.planner.structures import StructureRecord
 
@@ -52,11 +52,11 @@ class Exploration:
                 break
             blocks = candidate.make()
             self.record.made(candidate, joint_travel_rad(blocks))
-            near = self.consider(self.query.of(stretches_of(blocks)), candidate.words)
+            near = self.consider(self.query.of(segments_of(blocks)), candidate.words)
             done += 1
             self._tell(stage, done)
             if stage.pace is not None and near.joint_travel_rad < stage.longest_rad:
-                apart, words = near.of(stretches_of(cycles_apart(near, stage.most_apart))), f"{candidate.words}, joined"
+                apart, words = near.of(segments_of(cycles_apart(near, stage.most_apart))), f"{candidate.words}, joined"
                 shorter.append((self.consider(self.refinement.shorter(apart, stage.pace), words), words))
         shorter.sort(key=lambda one: round(one[0].joint_travel_rad, 9))
         for motion, words in shorter[: stage.finalists]:
@@ -96,7 +96,7 @@ class Exploration:
         best, pace = self.incumbent.best, stage.pace
         if best is None or pace is None:
             return
-        outer = [s for s in best.motion.stretches if s.phase != 2]
+        outer = [s for s in best.motion.segments if s.phase != 2]
         inner = best.motion.joint_travel_rad - sum(s.joint_travel_rad for s in outer)
         bend, clearance = self.refinement.bend_rad, self.refinement.clearance
         for k, plan in enumerate(random_plans(stage.random_plans if inner < _RANDOM_PLAN_RAD else 0)):

@@ -1,6 +1,6 @@
 """Chains: rolls and arcs in turn, closed-form, so that phase 2 is solved before any flow is computed.
 
-What a stroke of n cycles does is exp(n L) exp(U), of the series in `loops`; a crank rolls. So the
+What a stroke of n cycles does is exp(n L) exp(U), of the series in `loops`; a roll stroke rolls. So the
 displacement of a whole phase 2, and how it changes with the bends of its loops, how much of them
 lies aside, and its rolls, take no integration. Newton steps that lean to where the cost falls bring
 many chains at once to the displacements that are wanted, but for the series' own error.
@@ -24,7 +24,7 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.arcs.loop_family import Fan
 from purcell_cli.planner.arcs.loop_fit import LONGEST_STEP_RAD, fitted
 from purcell_cli.planner.arcs.loops import NAME, stroke
-from purcell_cli.planner.arcs.roll_stroke import Crank
+from purcell_cli.planner.arcs.roll_stroke import RollStroke
 from purcell_cli.planner.refine.active_set import least_steps
 
 _SMALL = 1e-6
@@ -53,7 +53,7 @@ class Chains:
     """Chains of rolls and arcs in turn, a roll first and last; the shorter ones have empty arcs at their end.
 
     Attributes:
-        crank: What rolls.
+        roll_stroke: What rolls.
         fans: The loops to choose from.
         which: The fan of each arc; -1 for an empty one. Shape (n, m).
         cycles: How many cycles each has. Shape (n, m).
@@ -64,7 +64,7 @@ class Chains:
         roll: The roll before each arc, and the last [rad]. Shape (n, m + 1).
     """
 
-    crank: Crank
+    roll_stroke: RollStroke
     fans: tuple[Fan, ...]
     which: NDArray[np.int64]
     cycles: Array
@@ -94,7 +94,7 @@ class Chains:
 
     def idle(self, k: int) -> bool:
         """Return whether one of the chains does nothing."""
-        return self.arcs(k) == 0 and not self.crank.blocks(float(self.roll[k, 0]))
+        return self.arcs(k) == 0 and not self.roll_stroke.blocks(float(self.roll[k, 0]))
 
     @property
     def _unknown(self) -> Array:
@@ -129,7 +129,7 @@ class Chains:
             places = (self.bend[i, j] + steps[:, :1], self.aside[i, j] + steps[:, 1:])
             cycle, ways = (part.reshape(3, -1) for part in fan.loops.costs(*(x.ravel() for x in places)))
             paid[:, i, j] = (self.cycles[i, j] * cycle + ways) / fan.unit
-        rolling = self.crank.travel(np.stack([self.roll, self.roll + _SMALL]))
+        rolling = self.roll_stroke.travel(np.stack([self.roll, self.roll + _SMALL]))
         slope = np.concatenate([paid[1] - paid[0], paid[2] - paid[0], rolling[1] - rolling[0]], axis=1) / _SMALL
         return paid[0].sum(axis=1) + rolling[0].sum(axis=1), slope
 
@@ -257,7 +257,7 @@ class Chains:
         """Return the strokes of one of the chains, from the collinear shape and back to it."""
         out: list[Block] = []
         for j in range(self.arcs(k)):
-            out += self.crank.blocks(float(self.roll[k, j]))
+            out += self.roll_stroke.blocks(float(self.roll[k, j]))
             loops = self.fans[int(self.which[k, j])].loops
             beat, offset = (float(x[0]) for x in loops.sides(self.bend[k, j : j + 1], self.aside[k, j : j + 1]))
             parts = list(zip(stroke(beat, offset, loops.across), (1, int(self.cycles[k, j]), 1), strict=True))
@@ -266,16 +266,18 @@ class Chains:
             if self.backwards[k, j]:
                 parts = [(s.inverse(), n) for s, n in reversed(parts)]
             out += [Block(2, NAME, s, n, 2.0 * beat) for s, n in parts if n]
-        return [*out, *self.crank.blocks(float(self.roll[k, self.arcs(k)]))]
+        return [*out, *self.roll_stroke.blocks(float(self.roll[k, self.arcs(k)]))]
 
 
-def linked(crank: Crank, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Array, only: NDArray[np.int64]) -> Chains:
+def linked(
+    roll_stroke: RollStroke, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Array, only: NDArray[np.int64]
+) -> Chains:
     """Return chains of loops that swim arcs, with the rolls that turn the loops into their planes.
 
     Never more than a quarter turn lies between: a loop whose angles are negated turns the other way.
 
     Args:
-        crank: What rolls.
+        roll_stroke: What rolls.
         fans: The loops to choose from.
         arcs: For each chain advances [L] and turns about y and z [rad]. Each of shape (m, 3).
         roll: The last roll of each chain, with the rolls of its arcs taken off [rad]. Shape (n,).
@@ -311,7 +313,7 @@ def linked(crank: Crank, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Arr
         turns[:, k] = np.where(mirrored[:, k], wrapped(change + math.pi), change)
         before = before + turns[:, k]
     turns[np.arange(n), np.count_nonzero(live, axis=1)] = wrapped(roll - before)
-    return Chains(crank, fans, which, cycles, mirrored, backwards, bend, aside, turns)
+    return Chains(roll_stroke, fans, which, cycles, mirrored, backwards, bend, aside, turns)
 
 
 def missed(residual: Array, wanted: Array) -> Array:

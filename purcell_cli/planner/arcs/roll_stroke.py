@@ -1,6 +1,6 @@
-"""Cranks: the strokes that roll the swimmer, one after the other where one would be too large.
+"""Roll strokes: strokes that roll the swimmer, one after the other where one would be too large.
 
-By what amplitude a crank rolls how far is tabulated on the flow, since the gait's free angles are guesses.
+By what amplitude a roll stroke rolls how far is tabulated on the flow, since the gait's free angles are guesses.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _KNOTS_RAD = np.array(
 """Amplitudes of the tabulated roll strokes [rad], denser where the guesses of the gait's free angles are rough."""
 
 
-class Crank:
+class RollStroke:
     """A stored gait that rolls one scaled swimmer by its amplitude.
 
     Attributes:
@@ -58,7 +58,7 @@ class Crank:
         return np.asarray(count * np.interp(size / count, self._rolled, self._travel))
 
     def blocks(self, angle: float) -> list[Block]:
-        """Return the cranks that roll by an angle [rad], as nearly as the table has it."""
+        """Return the roll strokes that roll by an angle [rad], as nearly as the table has it."""
         angle = math.remainder(angle, 2.0 * math.pi)
         if abs(angle) < _SLIGHT_RAD:
             return []
@@ -71,6 +71,6 @@ class Crank:
 
 
 @functools.lru_cache(maxsize=64)
-def crank(gait: Gait, swimmer: Swimmer) -> Crank:
-    """Return the cranks of a gait for a scaled swimmer, made once."""
-    return Crank(gait, swimmer)
+def roll_stroke(gait: Gait, swimmer: Swimmer) -> RollStroke:
+    """Return the roll strokes of a gait for a scaled swimmer, made once."""
+    return RollStroke(gait, swimmer)

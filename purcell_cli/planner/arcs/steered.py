@@ -16,7 +16,7 @@ from purcell_cli.planner.arcs.arc_price import tightest
 from purcell_cli.planner.arcs.chain import Chains, linked
 from purcell_cli.planner.arcs.loop_family import Fan
 from purcell_cli.planner.arcs.needle_steering import steer
-from purcell_cli.planner.arcs.roll_stroke import crank
+from purcell_cli.planner.arcs.roll_stroke import roll_stroke
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.effort import Breadth
 from purcell_cli.planner.limbs.pairs import LimbPairs
@@ -52,7 +52,7 @@ def steered_arcs(problem: Problem, breadth: Breadth, _known: Sequence[Candidate]
     # The cheapest loops at every arc; and, since only those go exactly straight, loops that are bent in the plane.
     only = np.repeat([-1, fans.index(next(f for f in fans if not f.loops.across))], len(picked))
     picked = np.concatenate([picked, picked])
-    chains = linked(crank(rolling[0], problem.swimmer), fans, arcs + arcs, way.roll[picked], only)
+    chains = linked(roll_stroke(rolling[0], problem.swimmer), fans, arcs + arcs, way.roll[picked], only)
     order = np.argsort(np.round(chains.costs()[0] + around[picked], 9), kind="stable")
     plane = order[only[order] >= 0][:1]
     best = np.concatenate([order[only[order] < 0][: max(breadth.chains - 1, 1)], plane])

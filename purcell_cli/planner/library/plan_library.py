@@ -7,7 +7,7 @@ scaled by s it does about s^2 times as much, since what closed strokes do is led
 limit is in the way, several laps do it. What then comes near a displacement that is wanted is brought to
 it by Newton's method.
 
-`python -m benchmarks.words` finds the plans. Conventions: `rotations`; lengths in units of L.
+`python -m benchmarks.motion_library` finds the plans. Conventions: `rotations`; lengths in units of L.
 """
 
 from __future__ import annotations
@@ -71,8 +71,8 @@ def image(plan: PrimitiveSequence, symmetry: Array, backwards: bool = False) -> 
 @functools.cache
 def stored_plans() -> tuple[PrimitiveSequence, ...]:
     """Return the plans of the library."""
-    text = files("purcell_cli.planner.library").joinpath("words.json").read_text(encoding="ascii")
-    return tuple(PrimitiveSequence(np.array(w["control"]), np.array(w["angle"])) for w in json.loads(text)["words"])
+    text = files("purcell_cli.planner.library").joinpath("plans.json").read_text(encoding="ascii")
+    return tuple(PrimitiveSequence(np.array(p["control"]), np.array(p["angle"])) for p in json.loads(text)["plans"])
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

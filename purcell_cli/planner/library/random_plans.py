@@ -16,8 +16,8 @@ from purcell_cli.geometry.reproducible import normal_numbers
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.planner.refine.exact_arrival import approach
 from purcell_cli.planner.refine.minimum_travel import NAME
+from purcell_cli.planner.refine.segments import Segment
 from purcell_cli.planner.refine.shooting import Equations
-from purcell_cli.planner.refine.stretches import Stretch
 
 _BOLD_RAD = 0.6
 """The largest change of an angle in a Newton step from a random plan, which begins far from the goal [rad]."""
@@ -31,7 +31,7 @@ _SPREADS_RAD = (0.15, 0.3, 0.5)
 """Standard deviations of the angles of a random plan; one of these is drawn [rad]."""
 
 
-def random_plans(count: int, seed: int = 0) -> Iterator[Stretch]:
+def random_plans(count: int, seed: int = 0) -> Iterator[Segment]:
     """Yield random plans of phase 2: each of the limbs' pitches and yaws, in a few rounds.
 
     Args:
@@ -45,12 +45,12 @@ def random_plans(count: int, seed: int = 0) -> Iterator[Stretch]:
         fresh = bool(rng.integers(2))
         control = np.concatenate([rng.permutation(_BENDS) if fresh else same for _ in range(rounds)])
         angle = rng.choice(_SPREADS_RAD) * normal_numbers(rng, (len(control),))
-        yield free_stretch(PrimitiveSequence(control, angle))
+        yield free_segment(PrimitiveSequence(control, angle))
 
 
-def free_stretch(sequence: PrimitiveSequence) -> Stretch:
+def free_segment(sequence: PrimitiveSequence) -> Segment:
     """Return primitives as a phase 2 whose angles may all change."""
-    return Stretch(2, ((NAME, math.nan, len(sequence)),), sequence)
+    return Segment(2, ((NAME, math.nan, len(sequence)),), sequence)
 
 
 def brought(motion: Equations, max_bend_rad: float) -> tuple[Equations, float]:

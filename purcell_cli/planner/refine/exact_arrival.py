@@ -111,7 +111,7 @@ def arrive(
     """
     begun = rounded(equations.angles)
     # As long as much is missing, it is known well enough.
-    plain = _PLAIN * sum(s.cycles for s in equations.stretches) / len(equations.stretches)
+    plain = _PLAIN * sum(s.cycles for s in equations.segments) / len(equations.segments)
     missing = rough.residual if rough.size > plain else equations.residual(begun)
     enough = np.full(len(missing), _ENOUGH)
     if equations.repeats:  # nearer than this rounding does not let it come
@@ -122,9 +122,9 @@ def arrive(
     here = equations.of(equations.with_angles(angle))
     if best <= _ENOUGH_LAST or not here.repeats:
         return here, best
-    first = 1 + max(k for k, s in enumerate(here.stretches) if not s.free)
+    first = 1 + max(k for k, s in enumerate(here.segments) if not s.free)
     last = here.after(first, missing[:6])
-    last = last.of([s.changed(lambda part: offered(part, 1)) for s in last.stretches])
+    last = last.of([s.changed(lambda part: offered(part, 1)) for s in last.segments])
     known = len(missing) - 6 * len(last.targets)  # of limbs where an earlier phase ends
     missing = np.concatenate([missing[:6], missing[known:]])
     rough = last.at_accuracy(SEARCHING).at(last.angles)
@@ -138,7 +138,7 @@ def arrive(
     if closer >= best:
         return here, best
     busy = [s.changed(PrimitiveSequence.busy) for s in last.with_angles(angle)]
-    return here.of([*here.stretches[:first], *busy]), closer
+    return here.of([*here.segments[:first], *busy]), closer
 
 
 def _rounds(

@@ -5,7 +5,7 @@ largest absolute values, and its minimum under linear equations is a linear prog
 the arrival and of the bend limit are charged at a price that makes them not worth their while; what
 is left of them is removed by `settled`.
 
-Method: as in `shorten`, Fletcher and de la Maza (1989), Math. Program. 43.
+Method: as in `minimise_travel`, Fletcher and de la Maza (1989), Math. Program. 43.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import EXACT
 from purcell_cli.planner.refine.active_set import bounded_step
-from purcell_cli.planner.refine.shooting_moves import Course, Values
+from purcell_cli.planner.refine.shooting_moves import MoveShooting, Values
 from purcell_cli.planner.refine.trust_region import descended
 
 _ROUNDS = 30
@@ -53,13 +53,13 @@ class _Point:
 
 
 class _Search:
-    def __init__(self, course: Course) -> None:
-        self.course = course
-        self.price = max(_LEAST_PRICE, _PRICE * course.duration)
+    def __init__(self, motion: MoveShooting) -> None:
+        self.motion = motion
+        self.price = max(_LEAST_PRICE, _PRICE * motion.duration)
 
     def point(self, unknown: Array) -> _Point:
-        values = self.course.at(unknown)
-        duration = float(matmul(self.course.cycles, np.max(np.abs(values.turn), axis=1)))
+        values = self.motion.at(unknown)
+        duration = float(matmul(self.motion.cycles, np.max(np.abs(values.turn), axis=1)))
         violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(values.room, 0.0)))
         return _Point(unknown, values, duration + self.price * violation)
 
@@ -68,7 +68,7 @@ class _Search:
         from scipy.optimize import linprog
         from scipy.sparse import bmat, csr_matrix, eye_array, kron
 
-        v, sides = here.values, self.course.tie
+        v, sides = here.values, self.motion.tie
         f, n, m, k = sides.shape[1], len(v.turn), len(v.residual), len(v.room)
         lasts = kron(eye_array(n), np.ones((6, 1)))
         equal = bmat([[v.derivative, csr_matrix((m, n)), -eye_array(m), eye_array(m), csr_matrix((m, k))]], "csr")
@@ -82,7 +82,7 @@ class _Search:
         low = np.concatenate([np.full(f, -reach), np.zeros(n + 2 * m + k)])
         high = np.concatenate([np.full(f, reach), np.full(n + 2 * m + k, np.inf)])
         solved = linprog(
-            np.concatenate([np.zeros(f), self.course.cycles, np.full(2 * m + k, self.price)]),
+            np.concatenate([np.zeros(f), self.motion.cycles, np.full(2 * m + k, self.price)]),
             A_ub=bmat(less, "csr"),
             b_ub=np.concatenate(wanted),
             A_eq=equal,
@@ -107,7 +107,7 @@ class _Search:
         """Return a point moved back to the arrival and within the bend limit by Newton's method.
 
         The roll of the base is so sharp a function of small bends that linear programs alone would
-        have to creep; a few angles of a crank put right what a long step leaves of it.
+        have to creep; a few angles of a roll stroke put right what a long step leaves of it.
         """
         for _ in range(_RESTORATIONS):
             moved = self.point(there.unknown + newton_step(there.values))
@@ -142,12 +142,12 @@ def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) ->
     return step
 
 
-def hastened(course: Course) -> Course:
+def minimise_time(motion: MoveShooting) -> MoveShooting:
     """Return a quicker motion that arrives almost exactly."""
-    return course.of(course.legs_at(_Search(course).run(course.unknown)))
+    return motion.of(motion.segments_at(_Search(motion).run(motion.unknown)))
 
 
-def settled(course: Course) -> tuple[Course, float]:
+def settled(motion: MoveShooting) -> tuple[MoveShooting, float]:
     """Return the motion changed, by the least amount, to end exactly at the goal.
 
     Where rounding then stands in the way, since loops that repeat multiply it, only the moves after
@@ -156,7 +156,7 @@ def settled(course: Course) -> tuple[Course, float]:
     Returns:
         The motion, and the largest residual left [L, rad].
     """
-    exact = course.of(course.legs, EXACT)
+    exact = motion.of(motion.segments, EXACT)
     unknown = exact.unknown
     best, kept, idle = np.inf, unknown, 0
     while idle < _PATIENCE:
@@ -167,4 +167,4 @@ def settled(course: Course) -> tuple[Course, float]:
         if best < _ENOUGH:
             break
         unknown = unknown + newton_step(values, first=exact.tail if idle else 0)
-    return exact.of(exact.legs_at(kept)), float(best)
+    return exact.of(exact.segments_at(kept)), float(best)

@@ -187,7 +187,7 @@ def _uneven(angle: Array, part: float, rng: np.random.Generator) -> Array:
     return np.asarray(angle * (1.0 + part * normal_numbers(rng, (len(angle),))))
 
 
-def shorten(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float = 0.0) -> Equations:
+def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float = 0.0) -> Equations:
     """Return the equations of a motion of less joint travel that still arrives, almost exactly.
 
     Args:
@@ -198,7 +198,7 @@ def shorten(equations: Equations, max_bend_rad: float, pace: Pace, clearance: fl
     """
     found, rng = equations.at_accuracy(SEARCHING), np.random.default_rng(0)
     for _ in range(pace.rounds):
-        parts = found.stretches
+        parts = found.segments
         if sum(len(s.sequence) for s in parts if s.free) <= _LONGEST:
             parts = tuple(s.renamed(NAME, offered(s.sequence, pace.split)) if s.free else s for s in parts)
         tried = found.of(parts)
