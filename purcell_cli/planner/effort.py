@@ -1,4 +1,4 @@
-"""How long to search: the stages that a search goes through, and how widely each looks for candidates."""
+"""Efforts: the stages of a search, and how many candidates each stage looks for."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ _WIDE = Stage(
 )
 """The last resort of a quick or standard search: more starts, chains and rounds, so that something arrives."""
 _EARLY = dataclasses.replace(_STANDARD, interrupt_keeps_best=True)
-"""A thorough search begins with the standard one: so there is a plan early, and never a longer one."""
+"""The first stage of a thorough search: the standard one, so that a plan is there early and never gets longer."""
 
 EFFORTS: Mapping[str, tuple[Stage, ...]] = {
     "quick": (_QUICK, _WIDE),

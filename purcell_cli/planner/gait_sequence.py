@@ -1,7 +1,7 @@
 """Phase 2: a sequence of stored gaits that makes a given body displacement (section IV-B, step 2).
 
-Each stored gait makes one motion and no other, so a displacement is split into motions one after
-the other, and each motion into cycles of one amplitude.
+Each stored gait is pure: it makes one motion and no other. So a displacement is split into a sequence
+of motions, and each motion into cycles of one amplitude.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Motion:
 
 
 class StrokeBook:
-    """The pure strokes of one scaled swimmer: how far each gait goes, and what it costs."""
+    """The pure strokes of one scaled swimmer: the largest displacement of each gait, and its cost."""
 
     def __init__(self, gaits: Iterable[Gait], swimmer: Swimmer) -> None:
         self.swimmer = swimmer

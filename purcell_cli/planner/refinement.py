@@ -1,4 +1,4 @@
-"""Refinement: how a motion that almost arrives is brought to the goal, judged, and shortened."""
+"""Refinement: brings a motion that almost arrives to the goal, judges it, and minimises its joint travel."""
 
 from __future__ import annotations
 

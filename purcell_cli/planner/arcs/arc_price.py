@@ -1,4 +1,4 @@
-"""What phase 2 costs by arcs, before any arc is known: by which ways in and out are chosen."""
+"""Estimates the cost of phase 2 by arcs before any arc is known; phases 1 and 3 are chosen by it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def tightest(fans: tuple[Fan, ...]) -> Fan:
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class ArcPrice:
-    """The cost of phase 2 by arcs.
+    """The estimated cost of phase 2 by arcs.
 
     Attributes:
         loops: The loops that arcs are swum by.

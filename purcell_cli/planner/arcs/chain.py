@@ -1,9 +1,9 @@
-"""Chains: rolls and arcs in turn, closed-form, so that phase 2 is solved before any flow is computed.
+"""Chains: alternating rolls and arcs whose displacement has a closed form, so that phase 2 needs no flow.
 
-What a stroke of n cycles does is exp(n L) exp(U), of the series in `loops`; a roll stroke rolls. So the
-displacement of a whole phase 2, and how it changes with the bends of its loops, how much of them
-lies aside, and its rolls, take no integration. Newton steps that lean to where the cost falls bring
-many chains at once to the displacements that are wanted, but for the series' own error.
+A stroke of n cycles has the displacement exp(n L) exp(U), with L and U from the series of `loops`, and
+a roll stroke rolls. So the displacement of phase 2, and its derivatives by the bends, asides and rolls,
+take no integration. Newton steps biased along the cost gradient bring many chains at once to the wanted
+displacements, up to the error of the series.
 
 Conventions: `rotations`; lengths in units of L.
 """
@@ -50,7 +50,7 @@ _MIRROR = np.diag([1.0, -1.0, -1.0, 1.0])
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Chains:
-    """Chains of rolls and arcs in turn, a roll first and last; the shorter ones have empty arcs at their end.
+    """Chains of alternating rolls and arcs that begin and end with a roll; shorter chains are padded with empty arcs.
 
     Attributes:
         roll_stroke: What rolls.

@@ -1,10 +1,10 @@
-"""Arcs: strokes that turn the swimmer while they carry it, as a steerable needle.
+"""The fan: a swimmer's best loops for arcs, from the one that goes straight to the one that turns most.
 
-A square loop of both yaw joints round the collinear shape goes straight; with the limbs bent aside
-it swims along a circle, the tighter the farther aside they are (see `loops`). Across the loop's plane
-they turn by a quarter more per joint travel at a limit of 1 rad, and do not roll; but their ways in
-and out are longer. The fan of loops from the best to go straight to the best to turn, per joint
-travel or whatever else is to be spent least, is what the needle steers by.
+A square loop of both yaw joints round the collinear shape goes straight. With the limbs bent aside it
+swims along a circle, whose radius falls as the offset grows (see `loops`). Loops with an offset across
+their plane turn by a quarter more per joint travel at a limit of 1 rad, and do not roll; but their ways
+in and out are longer. Best means per joint travel, or per unit of another objective. Needle steering
+prices its arcs by this fan.
 
 Conventions: `rotations`; lengths in units of L.
 """

@@ -1,4 +1,4 @@
-"""Loops fitted to the arcs that are wanted."""
+"""Fits loops of a fan to wanted arcs: their cycles, bend and aside."""
 
 from __future__ import annotations
 

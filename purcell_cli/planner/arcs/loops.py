@@ -1,13 +1,13 @@
-"""Loops: what the planner's square strokes do to the base, tabulated for a swimmer.
+"""Loops: the displacements of the planner's square strokes, tabulated for a swimmer.
 
-A stroke goes from the collinear shape to a corner of a square of both yaw joints, round it n times,
-and back. With limb 1 bent aside by c and limb 2 by -c it swims an arc. In the plane of the loop, c
-moves the square's centre, and offset and beat share the bend limit. Across that plane, as pitches,
-a limb's bend is arccos(cos c cos yaw), so both may be larger.
+A stroke goes from the collinear shape to a corner of a square of both yaw joints, round the square n
+times, and back. With an offset, limb 1 bent by c and limb 2 by -c, it swims an arc. An offset in the
+plane of the loop moves the square's centre, and shares the bend limit with the beat. An offset across
+that plane is a pitch; a limb's bend is then arccos(cos c cos yaw), so both may be larger.
 
-Seen at the collinear shape a cycle makes exp(L), and the ways there and back together exp(U); so the
-stroke makes exp(n L) exp(U). L and U are tabulated once as Chebyshev series in the loop's largest
-bend and in how much of it lies aside, and every arc is closed-form arithmetic from then on.
+Seen from the collinear shape one cycle has the displacement exp(L), the ways there and back together
+exp(U), and the stroke exp(n L) exp(U). L and U are tabulated once as Chebyshev series in the loop's
+largest bend and in the part of it that lies aside. Every arc then has a closed form.
 
 Conventions: `rotations`; lengths in units of L.
 """
@@ -88,7 +88,7 @@ def stroke(beat: float, offset: float, across: bool) -> tuple[PrimitiveSequence,
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class LoopValues:
-    """What loops do; each with its derivatives by the bend and by what lies aside, on the first axis.
+    """The twists of loops, and on the first axis their derivatives by the bend and by the part aside.
 
     Attributes:
         cycle: Twists L of one cycle [L, rad]. Shape (3, n, 6).

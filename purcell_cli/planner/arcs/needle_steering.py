@@ -1,13 +1,13 @@
-"""The steerable needle: a body displacement as three arcs, in planes of any roll, and a last roll.
+"""Needle steering: a body displacement as three arcs, in planes of any roll, and a last roll.
 
-A swimmer that repeats a loop swims along a circle; rolling, which costs little, chooses the plane.
-So phase 2 is, but for its small print, a problem of a needle that is steered: find the twists
-exp(xi_1) exp(xi_2) exp(xi_3) exp(roll) = D of least cost, where xi = (a, 0, 0; 0, p, q) advances by
-a and turns by (p, q) about the axes across. Weighted least squares, weighted anew in every round by
-what the swimmer's loops cost there, find the sparse minima (many starts, all at once).
+A swimmer that repeats a loop swims along a circle, and a roll, which costs little, chooses its plane.
+So phase 2 is nearly the steering of a bevel-tipped needle: find the twists of least cost with
+exp(xi_1) exp(xi_2) exp(xi_3) exp(roll) = D, where xi = (a, 0, 0; 0, p, q) advances by a and turns by
+(p, q) about the y and z axes. Iteratively reweighted least squares, with weights from the cost of the
+swimmer's loops, find sparse minima from many starts at once.
 
-The needle: Webster et al. (2006), Int. J. Robotics Research 25, 509. The weighting: Daubechies et
-al. (2010), Comm. Pure Appl. Math. 63, 1.
+Needle steering: Webster et al. (2006), Int. J. Robotics Research 25, 509. Reweighted least squares:
+Daubechies et al. (2010), Comm. Pure Appl. Math. 63, 1.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Roll strokes: strokes that roll the swimmer, one after the other where one would be too large.
+"""Roll strokes: strokes that roll the swimmer; a large roll takes several.
 
-By what amplitude a roll stroke rolls how far is tabulated on the flow, since the gait's free angles are guesses.
+A table on the flow gives the roll of each amplitude, since the gait's free angles are guesses.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Candidates by arcs with rolls between: needle steering says which arcs, and chains of loops swim them."""
+"""Candidates by arcs with rolls between: needle steering chooses the arcs, and chains of loops swim them."""
 
 from __future__ import annotations
 

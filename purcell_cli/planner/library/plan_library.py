@@ -1,11 +1,11 @@
 """The motion library: short plans found offline, which begin the search for those that resemble them.
 
-A library plan is a closed run of primitives from the collinear shape and back to it, of the least joint travel
-that a long search found for what it does to the base. The swimmer looks the same from two ends, on four
-sides and in a mirror, and a plan can be played backwards: so each stands for 32. Played with all angles
-scaled by s it does about s^2 times as much, since what closed strokes do is led by areas; where the bend
-limit is in the way, several laps do it. What then comes near a displacement that is wanted is brought to
-it by Newton's method.
+A library plan is a closed sequence of primitives from the collinear shape, of the least joint travel that
+a long search found for its displacement. The collinear swimmer has 16 symmetries (two ends, four sides
+and a mirror), and a plan can be played backwards, so each plan stands for 32. With all angles scaled by
+s its displacement is about s^2 times as large, since areas lead the displacement of closed strokes; where
+that would break the bend limit, several laps share it. Newton's method brings the plans that come near a
+wanted displacement to it.
 
 `python -m benchmarks.motion_library` finds the plans. Conventions: `rotations`; lengths in units of L.
 """

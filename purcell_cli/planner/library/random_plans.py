@@ -1,8 +1,8 @@
-"""Short plans that no hand would write: random primitives, brought to the goal, to be shortened.
+"""Random plans: random pitches and yaws that Newton's method brings to the goal.
 
 For a small displacement the best motions interleave bends of both limbs and small roll strokes in an
-order that follows no pattern. From a few dozen random plans of pitches and yaws, each made to
-arrive by Newton's method and then shortened, some come close to the best known.
+order without a pattern. Of a few dozen random plans, each brought to the goal and then refined for
+minimum travel, some come close to the best known.
 """
 
 from __future__ import annotations

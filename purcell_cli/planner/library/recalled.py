@@ -1,4 +1,4 @@
-"""Candidates by short plans that are recalled from the motion library and brought to the goal."""
+"""Candidates by plans of the motion library that Newton's method brings to the goal."""
 
 from __future__ import annotations
 
