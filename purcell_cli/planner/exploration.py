@@ -1,4 +1,4 @@
-"""Exploration: a stage's candidates are refined, the best of them further, and random plans are tried."""
+"""Exploration: refines the candidates of a stage, the best of them further, and tries random plans."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Exploration:
         query: The equations of the query, without a motion.
         refinement: How motions are refined.
         incumbent: The best plan so far.
-        record: The structures that were weighed.
+        record: The structures of the motions so far.
         progress: Is told how far the search is.
     """
 
@@ -82,7 +82,7 @@ class Exploration:
         return near.motion
 
     def structures(self, candidates: Sequence[Candidate]) -> tuple[Structure, ...]:
-        """Return what was weighed, the structure of the best plan first.
+        """Return all structures so far, the structure of the best plan first.
 
         Args:
             candidates: The candidates of the last stage, the best first.

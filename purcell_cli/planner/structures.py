@@ -29,7 +29,7 @@ class StructureRecord:
         self._near[words] = min(joint_travel_rad, self._near.get(words, math.inf))
 
     def structures(self, taken: Structure, candidates: Sequence[Candidate]) -> tuple[Structure, ...]:
-        """Return what was weighed, the one taken first and the others by their joint travel.
+        """Return all structures, the one taken first and the others by their joint travel.
 
         Args:
             taken: The structure of the plan.

@@ -15,7 +15,7 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING, flow
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.motion.clock import clock_step, rounded
-from purcell_cli.planner.limbs.turns import turns_to
+from purcell_cli.planner.limbs.limb_rotations import rotations_to
 from purcell_cli.planner.refine.exact_arrival import CLOSE, approach, arrive
 from purcell_cli.planner.refine.segments import Segment
 from purcell_cli.planner.refine.shooting import Equations
@@ -37,7 +37,7 @@ CYCLES, FIXED_CYCLES = 7, 3
 def closed(word: PrimitiveSequence) -> PrimitiveSequence:
     """Return a word with the shortest turns that straighten both limbs after it."""
     shape = word.shapes(COLLINEAR)[-1]
-    return joined([word, *(turns_to(shape[i].T, i + 1).turns(0) for i in (0, 1))])
+    return joined([word, *(rotations_to(shape[i].T, i + 1).primitives(0) for i in (0, 1))])
 
 
 def motion(by: Array) -> Equations:

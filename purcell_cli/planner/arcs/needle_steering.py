@@ -50,7 +50,7 @@ _LONGEST_TURN = 0.5
 _WAYS = (1.0, -1.0)
 """Directions, forwards and backwards, of the straight ways among the starts."""
 _REVIVED = 0.1
-"""The least advance and turn by which an arc is weighed, as a part of what its cost could make of either; without it an
+"""The least advance and turn by which an arc is priced, as a part of what its cost could make of either; without it an
 arc that only advances, or only turns, could never do the other."""
 _REVIVED_L = 1.0
 """The largest advance that is assumed so [L]."""

@@ -1,4 +1,4 @@
-"""Pairs of ways to straighten the limbs of the start and to bend them to the goal's shape: phases 1 and 3."""
+"""Pairs of a phase 1, which straightens the limbs of the start, and a phase 3, which bends them to the goal's shape."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ALIKE = 10
 """How many times the wanted pairs are sorted: room for pairs of equal estimates, of which one is kept."""
 
 Price = Callable[[Array, Array, Array], Array]
-"""What phase 2 costs, about [rad]: of a change of heading [rad], a distance [L] and how much of it goes aside [L]."""
+"""Estimates the cost of phase 2 [rad] from its change of heading [rad], its distance [L] and its part aside [L]."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""Least steps under equations and bounds, by an active set."""
+"""Least-norm steps under equations, bounds and inequalities, by active-set methods."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def least_steps(columns: Array, wanted: Array, begun: Array, loose: Array, low: 
             break
         lever = columns * np.where((step > low) & (step < high), loose, 0.0)[:, None]
         system = matmul(lever, np.swapaxes(columns, 1, 2))
-        # Damped by a little, where what is left free cannot meet all equations.
+        # Damped slightly, since the free unknowns may be too few for all equations.
         system += (_SHIFT * np.trace(system, axis1=1, axis2=2) + 1e-30)[:, None, None] * np.eye(6)
         lead = lead + solve_positive(system, missing)
         step = np.clip(begun + loose * (matmul(lead[:, None], columns))[:, 0], low, high)

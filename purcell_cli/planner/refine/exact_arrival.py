@@ -1,8 +1,8 @@
-"""The exact finish: Newton's method on the true flow until the goal is met in all twelve dimensions.
+"""Exact arrival: Newton's method on the exact flow until the goal is met in all twelve dimensions.
 
-All angles change together, by the least amount that keeps the bend limit. Where rounding to the
-clock then stands in the way, since strokes that repeat multiply it and a long way is a long lever,
-a few small turns after the last of those make up for what is left.
+All angles change together, by the least amount that keeps the bend limit. Durations are rounded to the
+clock, and repeated strokes and long distances multiply those rounding errors. Where they prevent the
+arrival, a few small rotations after the last repeated stroke remove the residual.
 """
 
 from __future__ import annotations
@@ -110,11 +110,11 @@ def arrive(
         The motion of the best round, and the largest residual left [L, rad].
     """
     begun = rounded(equations.angles)
-    # As long as much is missing, it is known well enough.
+    # A large residual is known well enough at the rough accuracy.
     plain = _PLAIN * sum(s.cycles for s in equations.segments) / len(equations.segments)
     missing = rough.residual if rough.size > plain else equations.residual(begun)
     enough = np.full(len(missing), _ENOUGH)
-    if equations.repeats:  # nearer than this rounding does not let it come
+    if equations.repeats:  # rounding to the clock leaves a residual of this size
         enough[:6] += _SPOILT * np.max(np.abs(matmul(rough.derivative[:6], begun - equations.angles)))
     every = np.arange(len(begun))
     angle, missing = _rounds(equations, begun, missing, rough, max_bend_rad - _MARGINS_RAD[0], rounded, every, enough)

@@ -1,11 +1,10 @@
-"""Quicker motions: sequential linear programming on the duration under the exact arrival.
+"""Minimum time: sequential linear programming on the duration under the exact arrival.
 
-A move lasts as long as the joint that turns furthest on it, so the duration of a motion is a sum of
-largest absolute values, and its minimum under linear equations is a linear program. Violations of
-the arrival and of the bend limit are charged at a price that makes them not worth their while; what
-is left of them is removed by `settled`.
+The joint that turns furthest on a move sets its duration. So the duration of a motion is a sum of
+maxima of absolute values, and its minimum under linear equations is a linear program. An exact l1
+penalty keeps the violations of the arrival and of the bend limit small; `settled` removes the rest.
 
-Method: as in `minimise_travel`, Fletcher and de la Maza (1989), Math. Program. 43.
+Method: as in `minimum_travel`, Fletcher and de la Maza (1989), Math. Program. 43.
 """
 
 from __future__ import annotations
@@ -106,8 +105,8 @@ class _Search:
     def restored(self, there: _Point) -> _Point:
         """Return a point moved back to the arrival and within the bend limit by Newton's method.
 
-        The roll of the base is so sharp a function of small bends that linear programs alone would
-        have to creep; a few angles of a roll stroke put right what a long step leaves of it.
+        The roll of the base changes so fast with small bends that linear programs alone would need very short
+        steps; Newton's method changes a few angles of a roll stroke to correct it after a long one.
         """
         for _ in range(_RESTORATIONS):
             moved = self.point(there.unknown + newton_step(there.values))

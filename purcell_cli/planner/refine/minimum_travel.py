@@ -1,10 +1,10 @@
-"""Shorter motions: sequential linear programming on the joint travel under the exact arrival.
+"""Minimum travel: sequential linear programming on the joint travel under the exact arrival.
 
 The joint travel is a sum of absolute values, so its minimum is sparse: most angles are zero. Each
-round offers every control at every switch, at angle zero, and lets linear programs within a trust
-region choose which to use; what stays zero is dropped and equal neighbours are merged. Violations
-of the arrival and of the bend limit are charged at a price that makes them not worth their while;
-what is left of them is removed by the exact finish.
+round inserts every control at every switch, at angle zero, and linear programs within a trust region
+choose which to use. Controls that stay at zero are dropped, and equal neighbours are merged. An exact
+l1 penalty keeps the violations of the arrival and of the bend limit small; `exact_arrival` removes
+the rest.
 
 Method: Fletcher and de la Maza (1989), Math. Program. 43, sequential linear programming with an
 exact l1 penalty and a second-order correction.
@@ -50,10 +50,10 @@ _LONGEST = 100
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Pace:
-    """How long to go on.
+    """How long a motion is optimised.
 
     Attributes:
-        rounds: How often all controls are offered anew.
+        rounds: How often all controls are inserted anew.
         steps: Linear programs in a round.
         split: Into how many parts each primitive is cut for new controls to enter.
         price: Cost of a violation [rad per L or rad].
@@ -67,7 +67,7 @@ class Pace:
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class _Point:
-    """A point of the search."""
+    """A point of the search: free angles, the equations there, the room below the limits, violation and merit."""
 
     angle: Array
     values: Values
@@ -221,6 +221,6 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
 
 
 def tightened(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float = 0.0) -> Equations:
-    """Return the same word at angles of less joint travel, for a first look: no control is offered."""
+    """Return the same primitives at angles of less joint travel, for a first look: no control is inserted."""
     search = _Search(equations, max_bend_rad, clearance, pace.price)
     return equations.of(equations.with_angles(search.run(search.point(equations.angles), pace.steps).angle))

@@ -1,9 +1,9 @@
 """The equations of an exact arrival, and their derivatives, for a whole motion at once.
 
-A motion is a chain of segments: runs of primitives whose angles are free, and strokes that repeat.
-A repeated stroke that goes round a rectangle of two joints' angles closes whatever the sides, so
-its two sides are free as well; any other stays as it is. The limbs must be collinear where phases
-1 and 2 end, they must end at the goal's shape, and the base at the goal's pose.
+A motion is a chain of segments: primitives whose angles are free, and strokes that repeat. A repeated
+stroke round a rectangle of two joints' angles closes whatever its sides are, so its two sides are free
+as well; any other repeated stroke is fixed. The limbs must be collinear at the end of phases 1 and 2,
+and at the end of the motion the limbs must have the goal's shape and the base the goal's pose.
 """
 
 from __future__ import annotations

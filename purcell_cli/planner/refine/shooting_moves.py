@@ -1,9 +1,10 @@
 """The equations of an exact arrival for a motion by moves, all joints at once, and their derivatives.
 
-A motion is a chain of segments. The turns of a segment's moves depend linearly on its own unknowns: on a
-segment that is played once every component of every turn is one; on a loop that repeats they are the
-sides of half of it, so that it closes whatever they are. The limbs must be collinear where phases 1
-and 2 end, they must end at the goal's shape, and the base at the goal's pose.
+A motion is a chain of segments. The rotation vectors of a segment's moves depend linearly on its own
+unknowns. On a segment that is played once every component of every rotation vector is an unknown; on a
+repeated loop the unknowns are the sides of half of it, so that it closes whatever they are. The limbs
+must be collinear at the end of phases 1 and 2, and at the end of the motion the limbs must have the
+goal's shape and the base the goal's pose.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from purcell_cli.planner.refine.segments import phase_ends
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-_WATCHED = 0.25
+_ACTIVE = 0.25
 """Limbs within this of the bend limit on a move are constraints, in the cosine of the bend."""
 
 
@@ -212,7 +213,7 @@ class MoveShooting:
         n = len(turn)
         part, axes = most_bent(shapes[..., 0], turn)
         room = axes[..., 0] - self._least_cosine
-        move, limb = np.nonzero(room < _WATCHED)
+        move, limb = np.nonzero(room < _ACTIVE)
         lever = np.stack([0.0 * axes[..., 0], axes[..., 2], -axes[..., 1]], axis=-1)[move, limb]
         k = len(move)
         slope = np.zeros((k, n, 2, 3))

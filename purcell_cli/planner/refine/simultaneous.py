@@ -1,15 +1,15 @@
-"""Plans on which all six joints may turn at once: a plan by primitives, made quicker.
+"""Plans on which all six joints may turn at once: a plan by primitives, optimised for minimum time.
 
 1. Every primitive becomes a move; long ones are cut, so that others can join them for a part.
-2. Loops that repeat become octagons (`octagons`).
-3. At the collinear shape the limbs first roll by an eighth of a turn, opposite ways, which moves
-   the base not at all. A limb's yaw and pitch axes then lie across the base's, and turning on both
-   it bends in the base's planes at the square root of two times the rate of one joint.
-4. All turns are optimised together for the duration (`minimum_time`) and settled exactly: first strokes by
-   yaws alone, or by pitches, are kept so, since beside a plane the roll of the base is too sharp a
-   function of the turns; then all turns that are made once are free.
+2. Loops that repeat become octagons (`octagonal_loops`).
+3. At the collinear shape the limbs first roll by an eighth of a turn, opposite ways, which does not
+   move the base. A limb's yaw and pitch axes then lie across the base's: it turns on both at once, and
+   bends in the base's planes at the square root of two times the rate of one joint.
+4. All rotations are optimised together for the duration (`minimum_time`) and settled exactly. At first
+   strokes by yaws alone, or by pitches alone, stay so, since out of a plane the roll of the base
+   changes too fast with the rotations; then all moves that are played once are free.
 
-What comes out no quicker, or not exact, or beyond a limit, is not taken. Conventions: `rotations`.
+A result that is no quicker, not exact, or beyond a limit is rejected. Conventions: `rotations`.
 """
 
 from __future__ import annotations

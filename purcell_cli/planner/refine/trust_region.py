@@ -1,4 +1,4 @@
-"""The steps of plans by primitives and of quick plans alike: Newton steps within limits, and trust regions."""
+"""A descent by steps within a trust region, for minimum travel and for minimum time."""
 
 from __future__ import annotations
 
