@@ -425,7 +425,7 @@ def test_equal_queries_have_equal_trajectories_to_the_byte(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("seed", range(3))
 def test_the_same_world_motion_of_start_and_goal_leaves_the_controls(seed: int) -> None:
-    """To 1e-7 rad: one free angle of a crank hardly matters, and carries the rounding of the moved poses."""
+    """To 1e-7 rad: one free angle of a roll stroke hardly matters, and carries the rounding of the moved poses."""
     rng = np.random.default_rng(seed)
     world = se3.pose(random_rotations(rng), rng.normal(size=3))
     moved = plan(

@@ -34,8 +34,8 @@ from purcell_cli.planner.gait_sequence import gait_sequences
 from purcell_cli.planner.incumbent import ARRIVES, Contender, Incumbent
 from purcell_cli.planner.library.recalled import library_plans
 from purcell_cli.planner.problem import Problem
+from purcell_cli.planner.refine.segments import segments_of
 from purcell_cli.planner.refine.shooting import Equations
-from purcell_cli.planner.refine.stretches import stretches_of
 from purcell_cli.planner.refinement import Near, Refinement, cycles_apart, played
 from purcell_cli.planner.structures import StructureRecord
 
@@ -60,7 +60,7 @@ def rolled(angle: float, cycles: int = 1) -> Block:
 
 def motion(travel: float) -> Equations:
     """Return a motion of a joint travel [rad]."""
-    return Equations(BODY, stretches_of([rolled(0.5 * travel)]), COLLINEAR, COLLINEAR, np.eye(4), SEARCHING)
+    return Equations(BODY, segments_of([rolled(0.5 * travel)]), COLLINEAR, COLLINEAR, np.eye(4), SEARCHING)
 
 
 # The incumbent
@@ -198,7 +198,7 @@ def test_what_a_generator_makes_almost_arrives(generator: Generator) -> None:
         assert {b.phase for b in blocks} <= {1, 2, 3}
         assert [b.phase for b in blocks] == sorted(b.phase for b in blocks)
         assert 0.7 < sum(b.joint_travel_rad for b in blocks) / candidate.estimate_rad < 1.1
-        refined = Refinement(Swimmer(), START, Limits(), "travel").near(empty(query).of(stretches_of(blocks)))
+        refined = Refinement(Swimmer(), START, Limits(), "travel").near(empty(query).of(segments_of(blocks)))
         assert refined.close
 
 
@@ -279,7 +279,7 @@ def test_the_record_keeps_what_is_known_best_of_every_structure() -> None:
 
 def test_cycles_come_apart_from_the_last_as_far_as_there_is_room() -> None:
     blocks = [rolled(0.3, 3), rolled(0.1), rolled(0.2, 4)]
-    chain = Equations(BODY, stretches_of(blocks), COLLINEAR, COLLINEAR, np.eye(4), SEARCHING)
+    chain = Equations(BODY, segments_of(blocks), COLLINEAR, COLLINEAR, np.eye(4), SEARCHING)
     for most, cycles in ((0, [3, 1, 4]), (7, [3, 1, 4]), (9, [1, 1, 1, 1, 4]), (10, [3, 1, 1, 1, 1, 1]), (16, [1] * 8)):
         apart = cycles_apart(chain, most)
         assert [b.cycles for b in apart] == cycles
@@ -290,7 +290,7 @@ def test_a_contender_arrives_exactly_and_is_judged_by_its_limits() -> None:
     query = problem()
     candidate = next(iter(library_plans(query, SMALL, ())))
     refinement = Refinement(Swimmer(), START, Limits(), "travel")
-    near = refinement.near(empty(query).of(stretches_of(candidate.make())))
+    near = refinement.near(empty(query).of(segments_of(candidate.make())))
     found = refinement.contender(near, candidate.words)
     assert found.good
     assert found.cost == pytest.approx(found.motion.joint_travel_rad, abs=1e-12)

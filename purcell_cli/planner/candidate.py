@@ -1,4 +1,4 @@
-"""A candidate: a motion that almost arrives, to be refined into a plan."""
+"""A candidate: a motion that almost arrives, for refinement."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""The candidates: which strokes, in which order, may take the swimmer to its goal at little cost.
+"""Candidates: sequences of strokes that may take the swimmer to its goal at little cost.
 
-Three choices are made together. How the limbs are straightened and bent again moves the base, so it
-decides what is left for phase 2; needle steering then says by which arcs and rolls that is made, and a
-chain of loops makes it; and for short ways stored gaits one after the other, or a plan of the motion
-library, may be shorter than arcs. Candidates miss their goal by a few per cent; refinement does the rest.
+Phases 1 and 3 move the base, so they decide which displacement is left for phase 2. Needle steering
+chooses arcs and rolls for it, and a chain of loops makes them. For small displacements a sequence of
+stored gaits or a plan of the motion library may be shorter. Candidates miss their goal by a few per
+cent; refinement removes that.
 
 Conventions: `rotations`; lengths in units of L.
 """
@@ -24,11 +24,11 @@ Generator = Callable[[Problem, Breadth, Sequence[Candidate]], Iterable[Candidate
 """Makes candidates for a problem, as widely as asked; it is told those that are known already."""
 
 GENERATORS: tuple[Generator, ...] = (steered_arcs,)
-"""What is tried for every way."""
+"""The generators that are always asked."""
 GENERATORS_FOR_SHORT_WAYS: tuple[Generator, ...] = (gait_sequences, library_plans)
-"""What is tried too where the way is short."""
+"""The generators that are asked too where joint travel is little, or no candidate is known."""
 _SHORT_RAD = 60.0
-"""A way of less estimated joint travel than this is short; so is one for which no candidate is known [rad]."""
+"""Motions of less estimated joint travel than this are short, as are those without a candidate so far [rad]."""
 
 
 def generate(problem: Problem, breadth: Breadth) -> list[Candidate]:

@@ -1,4 +1,4 @@
-"""How long to search: the stages that a search goes through, and how widely each looks for candidates."""
+"""Efforts: the stages of a search, and how many candidates each stage looks for."""
 
 from __future__ import annotations
 
@@ -69,7 +69,9 @@ class Stage:
 
 
 _QUICK = Stage(Breadth(chains=1, rounds=4, shorter=0, library_plans=4, pace=Pace(1, 6)))
+"""A quick search: one chain of loops, and nothing is optimised together."""
 _STANDARD = Stage(pace=Pace(rounds=3, steps=12), longest_rad=16.0, most_apart=24)
+"""A standard search: the best candidate, optimised if its joint travel is below 16 rad."""
 _THOROUGH = Stage(
     Breadth(orders=40, pairs=48, starts=1152, chains=24, rounds=24, shorter=8, library_plans=24, pace=Pace(3, 30)),
     candidates=8,
@@ -79,12 +81,14 @@ _THOROUGH = Stage(
     random_plans=32,
     interrupt_keeps_best=True,
 )
+"""The second stage of a thorough search: more candidates of each kind, each optimised for longer."""
 _WIDE = Stage(
     Breadth(pairs=36, starts=432, chains=24, rounds=20, shorter=0, library_plans=24),
     last_resort=True,
 )
+"""The last resort of a quick or standard search: more starts, chains and rounds, so that something arrives."""
 _EARLY = dataclasses.replace(_STANDARD, interrupt_keeps_best=True)
-"""A thorough search begins with the standard one: so there is a plan early, and never a longer one."""
+"""The first stage of a thorough search: the standard one, so that a plan is there early and never gets longer."""
 
 EFFORTS: Mapping[str, tuple[Stage, ...]] = {
     "quick": (_QUICK, _WIDE),

@@ -1,4 +1,4 @@
-"""Exploration: a stage's candidates are refined, the best of them further, and random plans are tried."""
+"""Exploration: refines the candidates of a stage, the best of them further, and tries random plans."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from purcell_cli.planner.incumbent import Contender, Incumbent
 from purcell_cli.planner.library.random_plans import brought, random_plans
 from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.refine.minimum_travel import tightened
+from purcell_cli.planner.refine.segments import segments_of
 from purcell_cli.planner.refine.shooting import Equations
-from purcell_cli.planner.refine.stretches import stretches_of
 from purcell_cli.planner.refinement import Refinement, cycles_apart
 from purcell_cli.planner.structures import StructureRecord
 
 _RANDOM_PLAN_RAD = 25.0
-"""Phases 2 of less joint travel than this may be one random plan [rad]."""
+"""Random plans are tried where phase 2 takes less joint travel than this [rad]."""
 _ARRIVED = 1e-3
-"""Random plans that miss by less may be shortened [L, rad]."""
+"""Random plans that miss the goal by less than this are optimised [L, rad]."""
 _PROMISING = 1.2
-"""A random plan is refined if it is at most so many times as long as the best plan."""
+"""Random plans of less than so many times the joint travel of the best plan are refined further."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -33,7 +33,7 @@ class Exploration:
         query: The equations of the query, without a motion.
         refinement: How motions are refined.
         incumbent: The best plan so far.
-        record: The structures that were weighed.
+        record: The structures of the motions so far.
         progress: Is told how far the search is.
     """
 
@@ -52,12 +52,12 @@ class Exploration:
                 break
             blocks = candidate.make()
             self.record.made(candidate, joint_travel_rad(blocks))
-            near = self.consider(self.query.of(stretches_of(blocks)), candidate.words)
+            near = self.consider(self.query.of(segments_of(blocks)), candidate.words)
             done += 1
             self._tell(stage, done)
             if stage.pace is not None and near.joint_travel_rad < stage.longest_rad:
                 apart, words = (
-                    near.of(stretches_of(cycles_apart(near, stage.most_apart))),
+                    near.of(segments_of(cycles_apart(near, stage.most_apart))),
                     f"{candidate.words}, refined",
                 )
                 shorter.append((self.consider(self.refinement.shorter(apart, stage.pace), words), words))
@@ -85,7 +85,7 @@ class Exploration:
         return near.motion
 
     def structures(self, candidates: Sequence[Candidate]) -> tuple[Structure, ...]:
-        """Return what was weighed, the structure of the best plan first.
+        """Return all structures so far, the structure of the best plan first.
 
         Args:
             candidates: The candidates of the last stage, the best first.
@@ -99,7 +99,7 @@ class Exploration:
         best, pace = self.incumbent.best, stage.pace
         if best is None or pace is None:
             return
-        outer = [s for s in best.motion.stretches if s.phase != 2]
+        outer = [s for s in best.motion.segments if s.phase != 2]
         inner = best.motion.joint_travel_rad - sum(s.joint_travel_rad for s in outer)
         bend, clearance = self.refinement.bend_rad, self.refinement.clearance
         for k, plan in enumerate(random_plans(stage.random_plans if inner < _RANDOM_PLAN_RAD else 0)):

@@ -1,7 +1,7 @@
 """Phase 2: a sequence of stored gaits that makes a given body displacement (section IV-B, step 2).
 
-Each stored gait makes one motion and no other, so a displacement is split into motions one after
-the other, and each motion into cycles of one amplitude.
+Each stored gait is pure: it makes one motion and no other. So a displacement is split into a sequence
+of motions, and each motion into cycles of one amplitude.
 """
 
 from __future__ import annotations
@@ -25,14 +25,21 @@ from purcell_cli.planner.effort import Breadth
 from purcell_cli.planner.problem import Problem
 
 _BEND_MAX_RAD = 1.0
+"""The largest amplitude of a gait's stroke, where the bend limit is not less [rad]; smaller ones are tried next."""
 _ROLL_STEP_RAD = 1.0
+"""The same for gaits whose amplitude is the displacement, that is rolls [rad]."""
 _SMALLEST_RAD = 0.1
+"""Below this amplitude a gait that cannot be made pure is an error, and is tried no further [rad]."""
 _ALMOST_PURE = 1e-9
-"""Cross-talk and closure (L, rad) of strokes that are only priced, not played."""
+"""Allowed cross-talk and closure of strokes that are only priced, not played [L, rad]."""
 _TRIES = 40
+"""How many counts of cycles are tried, from the fewest on, until a stroke goes as far as is wanted."""
 _BEND_SLACK = 1.0 + 1e-6
+"""A stroke may bend so many times the bend limit: room for rounding."""
 _NEGLIGIBLE = 1e-13
+"""Displacements below this are none, and sines below this are zero [L, rad]."""
 _GRID = 91
+"""How many yaws towards the goal are tried, from none to the whole bearing: at most 1 degree apart."""
 _PAIRS = 2
 """How many of the most promising pairs of limbs' ways get a sequence of gaits."""
 
@@ -51,7 +58,7 @@ class Motion:
 
 
 class StrokeBook:
-    """The pure strokes of one scaled swimmer: how far each gait goes, and what it costs."""
+    """The pure strokes of one scaled swimmer: the largest displacement of each gait, and its cost."""
 
     def __init__(self, gaits: Iterable[Gait], swimmer: Swimmer) -> None:
         self.swimmer = swimmer

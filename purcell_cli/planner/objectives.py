@@ -1,4 +1,4 @@
-"""What a plan may be made to spend least of: joint travel, energy or switches of control."""
+"""Objectives of a plan: joint travel, energy or switches of control."""
 
 from __future__ import annotations
 

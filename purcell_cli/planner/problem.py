@@ -1,4 +1,4 @@
-"""What every generator of candidates is given: the query in units of L, and the limbs' ways, worked out once."""
+"""The input of every generator of candidates: the query in units of L, and the phases 1 and 3, computed once."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from purcell_cli.planner.limbs.straightening import straightenings
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Problem:
-    """A displacement that is wanted between two shapes, and what to spend least of.
+    """A wanted displacement between two shapes, and the objective.
 
     Attributes:
         swimmer: The swimmer, scaled to L = 1.

@@ -33,10 +33,10 @@ from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refinement import Refinement, played
 
 _THERE = 1e-14
-"""A start this near its goal (L, rad) is there already."""
+"""A start within this of its goal needs no motion: rounding errors of equal configurations [L, rad]."""
 
 _LEAST_BEND_RAD = 0.1
-"""No bend limit is lowered further than this, whatever the clearance."""
+"""The least bend limit to which a clearance lowers that of phase 2 [rad]."""
 
 
 def reconfigure(

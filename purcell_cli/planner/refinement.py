@@ -1,4 +1,4 @@
-"""Refinement: how a motion that almost arrives is brought to the goal, judged, and shortened."""
+"""Refinement: brings a motion that almost arrives to the goal, judges it, and minimises its joint travel."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from purcell_cli.motion.limits import Limits, LimitsReport, check
 from purcell_cli.planner.incumbent import Contender
 from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach, arrive
-from purcell_cli.planner.refine.minimum_travel import Pace, shorten
+from purcell_cli.planner.refine.minimum_travel import Pace, minimise_travel
 from purcell_cli.planner.refine.shooting import Equations, Values
 
 
@@ -72,7 +72,7 @@ class Refinement:
 
     def shorter(self, motion: Equations, pace: Pace) -> Equations:
         """Return a motion of less joint travel that still arrives, almost exactly."""
-        return shorten(motion, self.bend_rad, pace, self.clearance)
+        return minimise_travel(motion, self.bend_rad, pace, self.clearance)
 
     def cost(self, motion: Equations) -> float:
         """Return what a motion spends of the objective."""
@@ -92,7 +92,7 @@ class Refinement:
 
         timed = [
             s if s.free else dataclasses.replace(s, sequence=s.sequence.with_angles(on_the_clock(s.sequence.angle)))
-            for s in near.motion.stretches
+            for s in near.motion.segments
         ]
         begun = near.motion.at_accuracy(EXACT).of(timed)
         motion, off = arrive(begun, near.values, self.swimmer.max_bend_rad, on_the_clock)

@@ -1,4 +1,4 @@
-"""The record of the structures that were weighed: what motions are made of, and their joint travel."""
+"""The record of structures: what the motions of a search are made of, and their joint travel."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from purcell_cli.planner.candidate import Candidate
 
 
 class StructureRecord:
-    """The joint travel of every structure as well as it is known.
+    """The best known joint travel of every structure.
 
-    Best is that of a motion brought nearly to the goal, the least of all of one structure; then that of a
-    candidate's strokes; and where those were not made, the candidate's estimate.
+    That is the least of the structure's motions that were brought nearly to the goal. Where there is none, it is
+    that of a candidate's strokes, and where those were not made, the candidate's estimate.
     """
 
     def __init__(self) -> None:
@@ -29,7 +29,7 @@ class StructureRecord:
         self._near[words] = min(joint_travel_rad, self._near.get(words, math.inf))
 
     def structures(self, taken: Structure, candidates: Sequence[Candidate]) -> tuple[Structure, ...]:
-        """Return what was weighed, the one taken first and the others by their joint travel.
+        """Return all structures, the one taken first and the others by their joint travel.
 
         Args:
             taken: The structure of the plan.

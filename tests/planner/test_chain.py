@@ -13,7 +13,7 @@ from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.geometry import se3
 from purcell_cli.planner.arcs.chain import Chains, linked
 from purcell_cli.planner.arcs.loop_family import fan
-from purcell_cli.planner.arcs.roll_stroke import crank
+from purcell_cli.planner.arcs.roll_stroke import roll_stroke
 
 SWIMMERS = {
     "the paper's": Swimmer().scaled(),
@@ -26,7 +26,7 @@ ARCS = [np.array([[2.0, 0.3, 0.5], [1.5, -0.4, 0.1], [-0.9, 0.0, 0.4]]), np.arra
 def chains(swimmer: Swimmer, only: int = -1) -> Chains:
     """Return the chains of `ARCS`, with loops of one kind or the cheapest."""
     fans = tuple(fan(swimmer, "travel", across) for across in (True, False))
-    turning = crank(stored_gaits()["x-rotation"], swimmer)
+    turning = roll_stroke(stored_gaits()["x-rotation"], swimmer)
     return linked(turning, fans, ARCS, np.array([0.7, -0.4]), np.array([only, only]))
 
 

@@ -15,10 +15,10 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING, flow
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.motion.clock import clock_step, rounded
-from purcell_cli.planner.limbs.turns import turns_to
+from purcell_cli.planner.limbs.limb_rotations import rotations_to
 from purcell_cli.planner.refine.exact_arrival import CLOSE, approach, arrive
+from purcell_cli.planner.refine.segments import Segment
 from purcell_cli.planner.refine.shooting import Equations
-from purcell_cli.planner.refine.stretches import Stretch
 
 BODY = Swimmer().scaled()
 EXACTLY = 5e-11
@@ -37,7 +37,7 @@ CYCLES, FIXED_CYCLES = 7, 3
 def closed(word: PrimitiveSequence) -> PrimitiveSequence:
     """Return a word with the shortest turns that straighten both limbs after it."""
     shape = word.shapes(COLLINEAR)[-1]
-    return joined([word, *(turns_to(shape[i].T, i + 1).turns(0) for i in (0, 1))])
+    return joined([word, *(rotations_to(shape[i].T, i + 1).primitives(0) for i in (0, 1))])
 
 
 def motion(by: Array) -> Equations:
@@ -45,11 +45,11 @@ def motion(by: Array) -> Equations:
     there, back = closed(WORD), closed(WORD.inverse())
     swum = joined([there, LOOP.times(CYCLES), back, FIXED.times(FIXED_CYCLES), IN])
     parts = [
-        Stretch(2, (("a", 0.0, len(there)),), there),
-        Stretch(2, (("b", 0.0, 4),), LOOP, cycles=CYCLES),
-        Stretch(2, (("c", 0.0, len(back)),), back),
-        Stretch(2, (("d", 0.0, 4),), FIXED, cycles=FIXED_CYCLES),
-        Stretch(3, (("e", 0.0, 4),), IN),
+        Segment(2, (("a", 0.0, len(there)),), there),
+        Segment(2, (("b", 0.0, 4),), LOOP, cycles=CYCLES),
+        Segment(2, (("c", 0.0, len(back)),), back),
+        Segment(2, (("d", 0.0, 4),), FIXED, cycles=FIXED_CYCLES),
+        Segment(3, (("e", 0.0, 4),), IN),
     ]
     wanted = flow(BODY, swum) @ se3.exp(by)
     return Equations(BODY, parts, COLLINEAR, IN.shapes(COLLINEAR)[-1], wanted)
@@ -70,13 +70,13 @@ def near() -> Equations:
 @functools.cache
 def exact() -> tuple[Equations, float]:
     rough = near().at(near().angles)
-    begun = motion(BY).of(near().stretches)
+    begun = motion(BY).of(near().segments)
     return arrive(begun, rough, BODY.max_bend_rad, on_the_clock)
 
 
 def played(equations: Equations) -> PrimitiveSequence:
     """Return all primitives of a motion, every cycle."""
-    return joined([s.sequence.times(s.cycles) for s in equations.stretches])
+    return joined([s.sequence.times(s.cycles) for s in equations.segments])
 
 
 def test_a_motion_comes_near_its_goal() -> None:
@@ -108,14 +108,14 @@ def test_a_motion_that_arrived_ends_exactly_at_its_goal() -> None:
 def test_a_repeated_stroke_that_is_no_rectangle_is_left_alone() -> None:
     """And controls and cycles stay; the sides of the rectangle, the foil, are changed, and it closes."""
     found, begun = exact()[0], motion(BY)
-    assert [s.cycles for s in found.stretches] == [s.cycles for s in begun.stretches]
-    assert_close(found.stretches[3].sequence.angle, FIXED.angle, 0.0)
-    assert list(found.stretches[3].sequence.control) == list(FIXED.control)
-    loop = found.stretches[1]
+    assert [s.cycles for s in found.segments] == [s.cycles for s in begun.segments]
+    assert_close(found.segments[3].sequence.angle, FIXED.angle, 0.0)
+    assert list(found.segments[3].sequence.control) == list(FIXED.control)
+    loop = found.segments[1]
     assert loop.rectangle
     assert not is_close(loop.sequence.angle, LOOP.angle, 1e-6)
     assert_close(loop.sequence.shapes(COLLINEAR)[-1], COLLINEAR, 1e-15)
-    for now, before in zip(found.stretches[:4], begun.stretches, strict=False):
+    for now, before in zip(found.segments[:4], begun.segments, strict=False):
         assert list(now.sequence.control) == list(before.sequence.control)
 
 
@@ -132,8 +132,8 @@ def test_what_is_changed_is_in_proportion_to_what_is_missing() -> None:
 
 def test_every_duration_is_a_whole_number_of_ticks() -> None:
     """But those of the stroke that is left alone, which its maker puts on the clock."""
-    for k, stretch in enumerate(exact()[0].stretches):
-        ticks = stretch.sequence.duration / TICK
+    for k, segment in enumerate(exact()[0].segments):
+        ticks = segment.sequence.duration / TICK
         assert np.all(ticks == np.round(ticks)) == (k != 3)
 
 
@@ -142,18 +142,18 @@ def test_no_limb_bends_further_than_the_limit() -> None:
     sequence = played(exact()[0])
     limit = float(largest_bends(sequence).max())
     tight = Swimmer(max_bend_rad=limit - 2e-4).scaled()
-    parts = near().stretches
+    parts = near().segments
     begun = Equations(tight, parts, COLLINEAR, near().goal, near().displacement)
     found, off = arrive(begun, near().at(near().angles), tight.max_bend_rad, on_the_clock)
     assert off <= 1e-8
-    inner = joined([s.sequence.times(s.cycles) for s in found.stretches[:4]])
+    inner = joined([s.sequence.times(s.cycles) for s in found.segments[:4]])
     assert np.all(largest_bends(inner) <= tight.max_bend_rad)
 
 
 def test_without_repeated_strokes_it_arrives_as_well() -> None:
     swum = joined([closed(WORD), closed(WORD.inverse()), IN])
     goal, wanted = swum.shapes(COLLINEAR)[-1], flow(BODY, swum) @ se3.exp(0.1 * BY)
-    begun = Equations(BODY, [Stretch(3, (("a", 0.0, len(swum)),), swum)], COLLINEAR, goal, wanted)
+    begun = Equations(BODY, [Segment(3, (("a", 0.0, len(swum)),), swum)], COLLINEAR, goal, wanted)
     rough = begun.at_accuracy(SEARCHING).at(begun.angles)
     found, off = arrive(begun, rough, BODY.max_bend_rad, on_the_clock)
     assert off <= 2e-11

@@ -17,13 +17,13 @@ from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.clearance import least_clearance, limb_distance
 from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, least_cosines, least_distances
+from purcell_cli.planner.refine.segments import Segment
 from purcell_cli.planner.refine.shooting import Equations
-from purcell_cli.planner.refine.stretches import Stretch
 
 
 def motion(sequences: dict[int, PrimitiveSequence], start: Array, goal: Array) -> Equations:
-    """Return the equations of one stretch a phase."""
-    parts = [Stretch(phase, (("a", 0.0, len(s)),), s) for phase, s in sequences.items()]
+    """Return the equations of one segment a phase."""
+    parts = [Segment(phase, (("a", 0.0, len(s)),), s) for phase, s in sequences.items()]
     return Equations(Swimmer().scaled(), parts, start, goal, np.eye(4))
 
 

@@ -16,8 +16,8 @@ from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import check
-from purcell_cli.planner.refine.minimum_time import hastened, newton_step, settled
-from purcell_cli.planner.refine.shooting_moves import Course, Leg
+from purcell_cli.planner.refine.minimum_time import minimise_time, newton_step, settled
+from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
 
 BODY = Swimmer(max_bend_rad=0.7).scaled()
 STEPS = [("limb1 yaw", 0.5), ("limb2 yaw", 0.6), ("limb1 pitch", 0.3), ("limb1 yaw", -0.4), ("limb2 yaw", -0.5)]
@@ -25,34 +25,34 @@ STEPS += [("limb2 pitch", -0.2), ("limb1 roll", 0.2), ("limb2 roll", -0.3)]
 
 
 @functools.cache
-def begun() -> Course:
+def begun() -> MoveShooting:
     """Return a motion by one joint at a time from the collinear shape, which arrives at the shape that it makes."""
     turn = MoveSequence.of_controls(PrimitiveSequence.of(STEPS)).turn
     moves = MoveSequence.of_turns(turn)
     goal = moves.shapes(COLLINEAR)[-1]
-    return Course(BODY, [Leg(2, "a", turn)], COLLINEAR, goal, flow(BODY, moves), SEARCHING)
+    return MoveShooting(BODY, [MoveSegment(2, "a", turn)], COLLINEAR, goal, flow(BODY, moves), SEARCHING)
 
 
 @functools.cache
-def quick() -> Course:
-    return hastened(begun())
+def quick() -> MoveShooting:
+    return minimise_time(begun())
 
 
 @functools.cache
-def exact() -> tuple[Course, float]:
+def exact() -> tuple[MoveShooting, float]:
     return settled(quick())
 
 
 def test_newton_steps_leave_the_square_of_what_was_missing() -> None:
     """The same steps the other way, the foil, leave twice as much as there was."""
-    course, rng = begun(), np.random.default_rng(0)
-    change = rng.normal(size=len(course.unknown))
+    motion, rng = begun(), np.random.default_rng(0)
+    change = rng.normal(size=len(motion.unknown))
     sizes, left, away = np.array([5e-5, 1e-4, 2e-4]), [], []
     for size in sizes:
-        unknown = course.unknown + size * change
-        here = course.at(unknown)
-        left.append(course.at(unknown + newton_step(here)).size)
-        away.append(course.at(unknown - newton_step(here)).size / here.size)
+        unknown = motion.unknown + size * change
+        here = motion.at(unknown)
+        left.append(motion.at(unknown + newton_step(here)).size)
+        away.append(motion.at(unknown - newton_step(here)).size / here.size)
     assert abs(slope(sizes, left) - 2.0) < 0.15
     assert_close(away, np.full(3, 2.0), 0.1)
 
@@ -71,24 +71,24 @@ def test_all_joints_at_once_are_quicker() -> None:
     """By more than a third; and it almost arrives."""
     assert quick().duration < 0.67 * begun().duration
     assert quick().at(quick().unknown).size < 1e-3
-    assert np.max(np.count_nonzero(np.abs(quick().legs[0].turn) > 1e-3, axis=1)) >= 2
+    assert np.max(np.count_nonzero(np.abs(quick().segments[0].turn) > 1e-3, axis=1)) >= 2
 
 
 @pytest.mark.slow
 def test_a_settled_motion_arrives_exactly() -> None:
     """Played on the exact flow; before it settles, the foil, it misses by more than rounding."""
-    course, off = exact()
-    moves = MoveSequence.of_turns(course.legs[0].turn)
+    motion, off = exact()
+    moves = MoveSequence.of_turns(motion.segments[0].turn)
     assert off < 1e-11
     assert_close(flow(BODY, moves), begun().displacement, 1e-10)
     assert_close(moves.shapes(COLLINEAR)[-1], begun().goal, 1e-10)
-    assert not is_close(flow(BODY, MoveSequence.of_turns(quick().legs[0].turn)), begun().displacement, 1e-10)
-    assert course.duration < 0.67 * begun().duration
+    assert not is_close(flow(BODY, MoveSequence.of_turns(quick().segments[0].turn)), begun().displacement, 1e-10)
+    assert motion.duration < 0.67 * begun().duration
 
 
 @pytest.mark.slow
 def test_no_limb_bends_further_than_the_limit_at_any_instant() -> None:
     """Where one does, which the quickest way with a higher limit, the foil, wants."""
-    found = check(BODY, Configuration(), [Block(2, "a", MoveSequence.of_turns(exact()[0].legs[0].turn))])
+    found = check(BODY, Configuration(), [Block(2, "a", MoveSequence.of_turns(exact()[0].segments[0].turn))])
     assert found.largest_bend_rad[1] is not None
     assert found.largest_bend_rad[1] <= BODY.max_bend_rad + 1e-6

@@ -1,4 +1,4 @@
-"""The equations of a motion on which all joints may turn at once: their values, derivatives, legs and bends."""
+"""The equations of a motion on which all joints may turn at once: their values, derivatives, segments and bends."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from purcell_cli.geometry.rotations import Array, as_vector
 from purcell_cli.mechanics.lift import EXACT, SEARCHING, flow
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.planner.refine.octagonal_loops import yaws
-from purcell_cli.planner.refine.shooting_moves import Course, Leg, most_bent
+from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting, most_bent
 
 SWIMMER = Swimmer(max_bend_rad=0.6).scaled()
 CYCLES = 4
@@ -23,42 +23,42 @@ def straightened(shape: Array) -> Array:
     return -as_vector(shape).reshape(1, 6)
 
 
-def loop(cycles: int = CYCLES) -> Leg:
+def loop(cycles: int = CYCLES) -> MoveSegment:
     """Return a loop of two sides and the same undone, which closes whatever they are."""
     half = np.array([[0.5, 0.3], [-0.4, 0.2]])
     tie = np.zeros((4, 6, 4))
     for k, (i, sign) in enumerate([(0, 1.0), (1, 1.0), (0, -1.0), (1, -1.0)]):
         tie[k, 2, 2 * i], tie[k, 5, 2 * i + 1] = sign, sign
-    return Leg(2, "loop", yaws(np.concatenate([half, -half])), cycles, tie.reshape(24, 4))
+    return MoveSegment(2, "loop", yaws(np.concatenate([half, -half])), cycles, tie.reshape(24, 4))
 
 
-def course(cycles: int = CYCLES) -> Course:
+def motion(cycles: int = CYCLES) -> MoveShooting:
     """Return a motion that arrives: limbs straightened, a loop, limbs bent to the goal's shape."""
     rng = np.random.default_rng(3)
     start, goal = random_shapes(rng), random_shapes(rng)
-    legs = [Leg(1, "in", straightened(start)), loop(cycles), Leg(3, "out", -straightened(goal))]
-    played = np.concatenate([legs[0].turn, np.tile(legs[1].turn, (CYCLES, 1)), legs[2].turn])
+    segments = [MoveSegment(1, "in", straightened(start)), loop(cycles), MoveSegment(3, "out", -straightened(goal))]
+    played = np.concatenate([segments[0].turn, np.tile(segments[1].turn, (CYCLES, 1)), segments[2].turn])
     wanted = flow(SWIMMER, MoveSequence.of_turns(played), start)
-    return Course(SWIMMER, legs, start, goal, wanted, EXACT)
+    return MoveShooting(SWIMMER, segments, start, goal, wanted, EXACT)
 
 
 def test_a_motion_that_arrives_misses_nothing() -> None:
     """Against the flow of all cycles one after the other; the foil plays one cycle fewer."""
-    assert course().at(course().unknown).size < 1e-12
-    assert course(CYCLES - 1).at(course().unknown).size > 1e-2
+    assert motion().at(motion().unknown).size < 1e-12
+    assert motion(CYCLES - 1).at(motion().unknown).size > 1e-2
 
 
 @pytest.mark.slow
 def test_the_equations_have_the_derivative_they_say() -> None:
     """Central differences at the arrival, a repeated loop and bends among them; the foil: the loop played once."""
-    unknown = course().unknown
-    values = course().at(unknown)
+    unknown = motion().unknown
+    values = motion().at(unknown)
     assert len(unknown) == 16
-    assert course().tail == 10
+    assert motion().tail == 10
     h = 1e-6
     slopes, rooms = [], []
     for step in h * np.eye(16):
-        up, down = course().at(unknown + step), course().at(unknown - step)
+        up, down = motion().at(unknown + step), motion().at(unknown - step)
         slopes.append((up.residual - down.residual) / (2 * h))
         rooms.append((up.room - down.room) / (2 * h))
     free = [k for k in range(16) if not 6 <= k < 10]
@@ -67,25 +67,25 @@ def test_the_equations_have_the_derivative_they_say() -> None:
     assert_close(values.derivative[6:, free], np.array(slopes).T[6:, free], 1e-7)
     assert len(values.room) > 0
     assert_close(values.room_derivative, np.array(rooms).T, 1e-7)
-    once = course(1).at(unknown)
+    once = motion(1).at(unknown)
     assert not is_close(once.derivative[:6, 6:10], values.derivative[:6, 6:10], 1e-2)
 
 
-def test_legs_take_their_unknowns_and_give_them_back() -> None:
+def test_segments_take_their_unknowns_and_give_them_back() -> None:
     rng = np.random.default_rng(0)
     unknown = rng.normal(size=16)
-    legs = course().legs_at(unknown)
-    assert_close(np.concatenate([leg.unknown() for leg in legs]), unknown, 1e-14)
-    assert_close(course().of(legs).unknown, unknown, 1e-14)
-    assert_close(np.sum(legs[1].turn, axis=0), np.zeros(6), 1e-15)
-    fixed = Leg(2, "fixed", loop().turn, 2, np.empty((24, 0)))
+    segments = motion().segments_at(unknown)
+    assert_close(np.concatenate([segment.unknown() for segment in segments]), unknown, 1e-14)
+    assert_close(motion().of(segments).unknown, unknown, 1e-14)
+    assert_close(np.sum(segments[1].turn, axis=0), np.zeros(6), 1e-15)
+    fixed = MoveSegment(2, "fixed", loop().turn, 2, np.empty((24, 0)))
     assert fixed.at(np.empty(0)) is fixed
     assert len(fixed.unknown()) == 0
 
 
 def test_a_motion_lasts_as_long_as_the_joint_that_turns_furthest_on_each_move() -> None:
-    moves = [np.abs(leg.turn).max(axis=1).sum() * leg.cycles for leg in course().legs]
-    assert course().duration == pytest.approx(sum(moves))
+    moves = [np.abs(segment.turn).max(axis=1).sum() * segment.cycles for segment in motion().segments]
+    assert motion().duration == pytest.approx(sum(moves))
     assert loop().duration == pytest.approx(CYCLES * 2 * (0.5 + 0.4))
 
 
@@ -106,8 +106,8 @@ def test_where_a_limb_is_most_bent_on_a_move_is_where_fine_samples_have_it() -> 
     assert np.sum(swept[-1, ~begins, 0] > there[~begins, 0] + 1e-2) > 50
 
 
-def test_a_course_on_a_rougher_flow_is_the_same_motion() -> None:
-    rough = course().of(course().legs, SEARCHING)
-    assert_close(rough.unknown, course().unknown, 0.0)
+def test_a_motion_on_a_rougher_flow_is_the_same_motion() -> None:
+    rough = motion().of(motion().segments, SEARCHING)
+    assert_close(rough.unknown, motion().unknown, 0.0)
     assert 1e-14 < rough.at(rough.unknown).size < 1e-5
-    assert course().of(rough.legs).accuracy == EXACT
+    assert motion().of(rough.segments).accuracy == EXACT

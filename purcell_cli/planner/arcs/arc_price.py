@@ -1,4 +1,4 @@
-"""What phase 2 costs by arcs, before any arc is known: by which ways in and out are chosen."""
+"""Estimates the cost of phase 2 by arcs before any arc is known; phases 1 and 3 are chosen by it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ import numpy as np
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.planner.arcs.loop_family import Fan
 
-_ASIDE, _FAR_ASIDE = 8.0, 1.2
-"""A way aside takes rotations there and back: 4 arcs of an angle f and a radius r go 4 r (1 - cos f) aside, so they
-rotate by (8 aside / r)^0.5 in all; and by no more than a way so far aside, in radii."""
+_ASIDE = 8.0
+"""Factor of (aside / r) in the squared rotation of a way aside: 4 arcs of an angle f and a radius r go 4 r (1 - cos f)
+aside, so they rotate by (8 aside / r)^0.5 in all."""
+_FAR_ASIDE = 1.2
+"""Ways further aside than this rotate no more, in radii of the tightest loop."""
 
 
 def tightest(fans: tuple[Fan, ...]) -> Fan:
@@ -21,7 +23,7 @@ def tightest(fans: tuple[Fan, ...]) -> Fan:
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class ArcPrice:
-    """The cost of phase 2 by arcs.
+    """The estimated cost of phase 2 by arcs.
 
     Attributes:
         loops: The loops that arcs are swum by.

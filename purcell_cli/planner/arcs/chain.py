@@ -1,9 +1,9 @@
-"""Chains: rolls and arcs in turn, closed-form, so that phase 2 is solved before any flow is computed.
+"""Chains: alternating rolls and arcs whose displacement has a closed form, so that phase 2 needs no flow.
 
-What a stroke of n cycles does is exp(n L) exp(U), of the series in `loops`; a crank rolls. So the
-displacement of a whole phase 2, and how it changes with the bends of its loops, how much of them
-lies aside, and its rolls, take no integration. Newton steps that lean to where the cost falls bring
-many chains at once to the displacements that are wanted, but for the series' own error.
+A stroke of n cycles has the displacement exp(n L) exp(U), with L and U from the series of `loops`, and
+a roll stroke rolls. So the displacement of phase 2, and its derivatives by the bends, asides and rolls,
+take no integration. Newton steps biased along the cost gradient bring many chains at once to the wanted
+displacements, up to the error of the series.
 
 Conventions: `rotations`; lengths in units of L.
 """
@@ -24,31 +24,36 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.arcs.loop_family import Fan
 from purcell_cli.planner.arcs.loop_fit import LONGEST_STEP_RAD, fitted
 from purcell_cli.planner.arcs.loops import NAME, stroke
-from purcell_cli.planner.arcs.roll_stroke import Crank
+from purcell_cli.planner.arcs.roll_stroke import RollStroke
 from purcell_cli.planner.refine.active_set import least_steps
 
 _SMALL = 1e-6
+"""The step of the difference quotients by bend, aside and roll [rad]."""
 _CLOSE = 3e-3
-"""Chains that miss their displacement by less [L, rad] are told apart by what they cost."""
+"""Chains that miss their displacement by less than this are compared by cost, others by what they miss [L, rad]."""
 _FULL_RAD = 1e-3
-_FAR_L, _FAR_AHEAD_L = 1.0, 1000.0
-"""From such distances on, what is missed across and what is missed ahead count for less."""
+"""A loop whose bend is within this of its upper bound is as large as it may be [rad]."""
+_FAR_L = 1.0
+"""Over distances above this, errors across the way count in proportion to the distance [L]: they act as a heading."""
+_FAR_AHEAD_L = 1000.0
+"""Over distances above this, errors along the way count in proportion to the distance [L]."""
 _THRIFT_RAD = 2.0
-"""How far the cost alone leads in a round, in joint travel."""
+"""Step length along the cost gradient in each round, in joint travel [rad]."""
 _ROLL_EFFORT = 5.0
-"""How much less a roll changes than a bend for the same gain."""
+"""Weight of a roll in the least step; a bend or aside has 8 times its cycles plus 4. A larger one keeps rolls."""
 _LONGER = 0.1
-"""Chains become longer by this part at most, at once."""
+"""The largest part by which the cycles of a chain grow at once, before rounding up."""
 _ARRAYS = ("which", "cycles", "mirrored", "backwards", "bend", "aside", "roll")
 _MIRROR = np.diag([1.0, -1.0, -1.0, 1.0])
+"""Half a turn about x: negating all yaws and pitches conjugates a displacement by it. Shape (4, 4)."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Chains:
-    """Chains of rolls and arcs in turn, a roll first and last; the shorter ones have empty arcs at their end.
+    """Chains of alternating rolls and arcs that begin and end with a roll; shorter chains are padded with empty arcs.
 
     Attributes:
-        crank: What rolls.
+        roll_stroke: What rolls.
         fans: The loops to choose from.
         which: The fan of each arc; -1 for an empty one. Shape (n, m).
         cycles: How many cycles each has. Shape (n, m).
@@ -59,7 +64,7 @@ class Chains:
         roll: The roll before each arc, and the last [rad]. Shape (n, m + 1).
     """
 
-    crank: Crank
+    roll_stroke: RollStroke
     fans: tuple[Fan, ...]
     which: NDArray[np.int64]
     cycles: Array
@@ -89,7 +94,7 @@ class Chains:
 
     def idle(self, k: int) -> bool:
         """Return whether one of the chains does nothing."""
-        return self.arcs(k) == 0 and not self.crank.blocks(float(self.roll[k, 0]))
+        return self.arcs(k) == 0 and not self.roll_stroke.blocks(float(self.roll[k, 0]))
 
     @property
     def _unknown(self) -> Array:
@@ -124,7 +129,7 @@ class Chains:
             places = (self.bend[i, j] + steps[:, :1], self.aside[i, j] + steps[:, 1:])
             cycle, ways = (part.reshape(3, -1) for part in fan.loops.costs(*(x.ravel() for x in places)))
             paid[:, i, j] = (self.cycles[i, j] * cycle + ways) / fan.unit
-        rolling = self.crank.travel(np.stack([self.roll, self.roll + _SMALL]))
+        rolling = self.roll_stroke.travel(np.stack([self.roll, self.roll + _SMALL]))
         slope = np.concatenate([paid[1] - paid[0], paid[2] - paid[0], rolling[1] - rolling[0]], axis=1) / _SMALL
         return paid[0].sum(axis=1) + rolling[0].sum(axis=1), slope
 
@@ -252,7 +257,7 @@ class Chains:
         """Return the strokes of one of the chains, from the collinear shape and back to it."""
         out: list[Block] = []
         for j in range(self.arcs(k)):
-            out += self.crank.blocks(float(self.roll[k, j]))
+            out += self.roll_stroke.blocks(float(self.roll[k, j]))
             loops = self.fans[int(self.which[k, j])].loops
             beat, offset = (float(x[0]) for x in loops.sides(self.bend[k, j : j + 1], self.aside[k, j : j + 1]))
             parts = list(zip(stroke(beat, offset, loops.across), (1, int(self.cycles[k, j]), 1), strict=True))
@@ -261,16 +266,18 @@ class Chains:
             if self.backwards[k, j]:
                 parts = [(s.inverse(), n) for s, n in reversed(parts)]
             out += [Block(2, NAME, s, n, 2.0 * beat) for s, n in parts if n]
-        return [*out, *self.crank.blocks(float(self.roll[k, self.arcs(k)]))]
+        return [*out, *self.roll_stroke.blocks(float(self.roll[k, self.arcs(k)]))]
 
 
-def linked(crank: Crank, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Array, only: NDArray[np.int64]) -> Chains:
+def linked(
+    roll_stroke: RollStroke, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Array, only: NDArray[np.int64]
+) -> Chains:
     """Return chains of loops that swim arcs, with the rolls that turn the loops into their planes.
 
     Never more than a quarter turn lies between: a loop whose angles are negated turns the other way.
 
     Args:
-        crank: What rolls.
+        roll_stroke: What rolls.
         fans: The loops to choose from.
         arcs: For each chain advances [L] and turns about y and z [rad]. Each of shape (m, 3).
         roll: The last roll of each chain, with the rolls of its arcs taken off [rad]. Shape (n,).
@@ -306,7 +313,7 @@ def linked(crank: Crank, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Arr
         turns[:, k] = np.where(mirrored[:, k], wrapped(change + math.pi), change)
         before = before + turns[:, k]
     turns[np.arange(n), np.count_nonzero(live, axis=1)] = wrapped(roll - before)
-    return Chains(crank, fans, which, cycles, mirrored, backwards, bend, aside, turns)
+    return Chains(roll_stroke, fans, which, cycles, mirrored, backwards, bend, aside, turns)
 
 
 def missed(residual: Array, wanted: Array) -> Array:

@@ -1,10 +1,10 @@
-"""Arcs: strokes that turn the swimmer while they carry it, as a steerable needle.
+"""The fan: a swimmer's best loops for arcs, from the one that goes straight to the one that turns most.
 
-A square loop of both yaw joints round the collinear shape goes straight; with the limbs bent aside
-it swims along a circle, the tighter the farther aside they are (see `loops`). Across the loop's plane
-they turn by a quarter more per joint travel at a limit of 1 rad, and do not roll; but their ways in
-and out are longer. The fan of loops from the best to go straight to the best to turn, per joint
-travel or whatever else is to be spent least, is what the needle steers by.
+A square loop of both yaw joints round the collinear shape goes straight. With the limbs bent aside it
+swims along a circle, whose radius falls as the offset grows (see `loops`). Loops with an offset across
+their plane turn by a quarter more per joint travel at a limit of 1 rad, and do not roll; but their ways
+in and out are longer. Best means per joint travel, or per unit of another objective. Needle steering
+prices its arcs by this fan.
 
 Conventions: `rotations`; lengths in units of L.
 """
@@ -22,14 +22,17 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.planner.arcs.loops import Loops, loops
 
 _STRAIGHT_RAD = np.linspace(0.8, 1.5, 8)
+"""Beats that are tried for the best straight loop, as far as the bend limit allows [rad]. Shape (8,)."""
 _ACROSS = np.linspace(0.1, 0.6, 11)
-"""Offsets across the plane that are tried for the best to turn, in units of the bend limit."""
+"""Offsets across the plane that are tried for the loop that turns most per cost, in units of the bend limit."""
 _SMALLEST = 0.225
 """The smallest beat of a loop that is offset in its plane, in units of the bend limit."""
 _KNOTS = 12
+"""Loops of a fan across the plane, in it at most one more, before those past the largest turn per cost are left out."""
 _KNOTS_BETWEEN = 4
+"""How many of them, offset in the plane, have the straight loop's beat while the bend limit leaves room."""
 _ROUND = 0.97
-"""Arcs that are tighter than the tightest loop by less than this are taken for it."""
+"""Arcs of at least this part of the tightest loop's radius are swum by it, without going backwards."""
 
 
 class Fan:

@@ -1,4 +1,4 @@
-"""Loops fitted to the arcs that are wanted."""
+"""Fits loops of a fan to wanted arcs: their cycles, bend and aside."""
 
 from __future__ import annotations
 
@@ -13,12 +13,9 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.planner.arcs.loop_family import Fan
 
 _FITTING = 3
-
-
+"""Newton steps in which bend and aside are fitted to an arc."""
 _SPARE = 0.06
-"""Loops go so far beyond the best of the fan, in cycles, rather than take one more."""
-
-
+"""A count of cycles is rounded down if it exceeds a whole number by less than this."""
 LONGEST_STEP_RAD = 0.3
 """The largest change of a bend or of what lies aside in one Newton step [rad]."""
 

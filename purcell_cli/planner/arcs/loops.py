@@ -1,13 +1,13 @@
-"""Loops: what the planner's square strokes do to the base, tabulated for a swimmer.
+"""Loops: the displacements of the planner's square strokes, tabulated for a swimmer.
 
-A stroke goes from the collinear shape to a corner of a square of both yaw joints, round it n times,
-and back. With limb 1 bent aside by c and limb 2 by -c it swims an arc. In the plane of the loop, c
-moves the square's centre, and offset and beat share the bend limit. Across that plane, as pitches,
-a limb's bend is arccos(cos c cos yaw), so both may be larger.
+A stroke goes from the collinear shape to a corner of a square of both yaw joints, round the square n
+times, and back. With an offset, limb 1 bent by c and limb 2 by -c, it swims an arc. An offset in the
+plane of the loop moves the square's centre, and shares the bend limit with the beat. An offset across
+that plane is a pitch; a limb's bend is then arccos(cos c cos yaw), so both may be larger.
 
-Seen at the collinear shape a cycle makes exp(L), and the ways there and back together exp(U); so the
-stroke makes exp(n L) exp(U). L and U are tabulated once as Chebyshev series in the loop's largest
-bend and in how much of it lies aside, and every arc is closed-form arithmetic from then on.
+Seen from the collinear shape one cycle has the displacement exp(L), the ways there and back together
+exp(U), and the stroke exp(n L) exp(U). L and U are tabulated once as Chebyshev series in the loop's
+largest bend and in the part of it that lies aside. Every arc then has a closed form.
 
 Conventions: `rotations`; lengths in units of L.
 """
@@ -35,25 +35,25 @@ NAME = "arc"
 """Name of the stroke."""
 
 _PITCH_1, _YAW_1, _PITCH_2, _YAW_2 = 1, 2, 4, 5
+"""Indices of the controls, of 0 to 5, by which the limbs pitch and yaw."""
 _ACROSS_BEND_RAD = 1.5
-"""Limbs bent aside across the loop's plane go no further than this."""
+"""The largest bend of loops with an offset across their plane, whatever the bend limit [rad]."""
 _LEAST_ASIDE = {False: 0.0, True: 4e-4}
-"""How little, of the most, may lie aside: A(r) is sharp where little lies across the plane."""
+"""The least part aside over the largest, by `across`; positive across, since A(r) is sharp where little lies across."""
 _POWER = {False: 1, True: 2}
-"""The series' second variable is such a root of what lies aside, the finer the sharper A(r) is there."""
+"""The root of the part aside that is the series' second variable, by `across`; 2 adds nodes where A(r) is sharp."""
 _TABLED = Accuracy(stages=3, step=0.8, settled=1e-7)
-"""Errors of 1e-5 (L, rad): less than the series'."""
+"""Accuracy of the flow in the table: errors of 1e-5 (L, rad), less than those of the series."""
 _MARGIN_RAD = 2e-4
-"""Room left below the bend limit for the finish."""
+"""Margin below the bend limit that is left to the exact arrival [rad]."""
 _LEAST_BEND = 0.2
 """The smallest loops in the table, in units of the bend limit."""
 _MOST_ASIDE = {False: 0.775, True: 0.95}
-"""How much may lie aside: c over the bend in the plane, and across it an angle on the sphere [rad]."""
+"""The largest part aside, by `across`: c over the bend in the plane, and across it an angle on the sphere [rad]."""
 _TERMS = {False: (8, 8), True: (8, 16)}
-"""How many terms the series have in the bend and in what lies aside."""
-
-
+"""Numbers of Chebyshev terms in the bend and in the part aside, by `across`."""
 _SQUARE = ((_YAW_1, 2.0, 0.0), (_YAW_2, -2.0, 0.0), (_YAW_1, -2.0, 0.0), (_YAW_2, 2.0, 0.0))
+"""One cycle of a loop: controls, and their angles per beat and per offset."""
 _STROKES = {
     False: (
         ((_YAW_1, -0.5, 0.5), (_YAW_2, 1.0, -1.0), (_YAW_1, -0.5, 0.5)),
@@ -88,7 +88,7 @@ def stroke(beat: float, offset: float, across: bool) -> tuple[PrimitiveSequence,
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class LoopValues:
-    """What loops do; each with its derivatives by the bend and by what lies aside, on the first axis.
+    """The twists of loops, and on the first axis their derivatives by the bend and by the part aside.
 
     Attributes:
         cycle: Twists L of one cycle [L, rad]. Shape (3, n, 6).

@@ -1,13 +1,13 @@
-"""The steerable needle: a body displacement as three arcs, in planes of any roll, and a last roll.
+"""Needle steering: a body displacement as three arcs, in planes of any roll, and a last roll.
 
-A swimmer that repeats a loop swims along a circle; rolling, which costs little, chooses the plane.
-So phase 2 is, but for its small print, a problem of a needle that is steered: find the twists
-exp(xi_1) exp(xi_2) exp(xi_3) exp(roll) = D of least cost, where xi = (a, 0, 0; 0, p, q) advances by
-a and turns by (p, q) about the axes across. Weighted least squares, weighted anew in every round by
-what the swimmer's loops cost there, find the sparse minima (many starts, all at once).
+A swimmer that repeats a loop swims along a circle, and a roll, which costs little, chooses its plane.
+So phase 2 is nearly the steering of a bevel-tipped needle: find the twists of least cost with
+exp(xi_1) exp(xi_2) exp(xi_3) exp(roll) = D, where xi = (a, 0, 0; 0, p, q) advances by a and turns by
+(p, q) about the y and z axes. Iteratively reweighted least squares, with weights from the cost of the
+swimmer's loops, find sparse minima from many starts at once.
 
-The needle: Webster et al. (2006), Int. J. Robotics Research 25, 509. The weighting: Daubechies et
-al. (2010), Comm. Pure Appl. Math. 63, 1.
+Needle steering: Webster et al. (2006), Int. J. Robotics Research 25, 509. Reweighted least squares:
+Daubechies et al. (2010), Comm. Pure Appl. Math. 63, 1.
 """
 
 from __future__ import annotations
@@ -32,16 +32,30 @@ from purcell_cli.geometry.rotations import Array, about_axis, hat
 from purcell_cli.planner.arcs.loop_family import Fan
 
 _ARCS = 3
+"""Arcs of each solution; the least cost leaves some of them empty."""
 _ROUNDS = 10
+"""Rounds of least squares from each start, the settling ones included."""
 _SETTLING = 3
+"""The last rounds, in which arcs only settle on the displacement and the weights stay."""
 _SMALL_RAD = 1e-3
+"""Below this turn of an arc a derivative is taken from its series, since its closed form cancels [rad]."""
 _E_ROLL = np.eye(6)[3]
+"""The unit twist of a roll. Shape (6,)."""
 _ROLL_PRICE = 0.1
-_LEAST = 1e-2  # rad
+"""Weight of the squared last roll beside those of the arcs."""
+_LEAST = 1e-2
+"""The least cost of an arc in its weights, which an empty arc would make infinite [rad]."""
 _LONGEST_TURN = 0.5
+"""The largest change of a turn or roll in one round [rad]."""
 _WAYS = (1.0, -1.0)
-_REVIVED, _REVIVED_L, _REVIVED_RAD = 0.1, 1.0, 0.5
-"""An arc that only advances, or only turns, is weighed as if it did a little of the other too, so that it still can."""
+"""Directions, forwards and backwards, of the straight ways among the starts."""
+_REVIVED = 0.1
+"""The least advance and turn by which an arc is priced, as a part of what its cost could make of either; without it an
+arc that only advances, or only turns, could never do the other."""
+_REVIVED_L = 1.0
+"""The largest advance that is assumed so [L]."""
+_REVIVED_RAD = 0.5
+"""The largest turn that is assumed so [rad]."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -1,6 +1,6 @@
-"""Cranks: the strokes that roll the swimmer, one after the other where one would be too large.
+"""Roll strokes: strokes that roll the swimmer; a large roll takes several.
 
-By what amplitude a crank rolls how far is tabulated on the flow, since the gait's free angles are guesses.
+A table on the flow gives the roll of each amplitude, since the gait's free angles are guesses.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements
 
 _LARGEST_RAD = 1.6
-"""The largest roll of one crank."""
+"""The largest roll of one roll stroke [rad]; larger rolls take several strokes."""
 _SLIGHT_RAD = 1e-4
-"""Rolls by less are left to the finish."""
+"""Rolls by less than this make no stroke: the exact arrival makes up for them [rad]."""
 _KNOTS_RAD = np.array(
     [*(0.003, 0.01, 0.02, 0.035, 0.05, 0.07, 0.09, 0.12, 0.15, 0.2, 0.25, 0.3, 0.36, 0.43), *np.linspace(0.5, 1.7, 13)]
 )
-"""Amplitudes at which cranks are tabulated: as dense as the gait's guesses are rough."""
+"""Amplitudes of the tabulated roll strokes [rad], denser where the guesses of the gait's free angles are rough."""
 
 
-class Crank:
+class RollStroke:
     """A stored gait that rolls one scaled swimmer by its amplitude.
 
     Attributes:
@@ -58,7 +58,7 @@ class Crank:
         return np.asarray(count * np.interp(size / count, self._rolled, self._travel))
 
     def blocks(self, angle: float) -> list[Block]:
-        """Return the cranks that roll by an angle [rad], as nearly as the table has it."""
+        """Return the roll strokes that roll by an angle [rad], as nearly as the table has it."""
         angle = math.remainder(angle, 2.0 * math.pi)
         if abs(angle) < _SLIGHT_RAD:
             return []
@@ -71,6 +71,6 @@ class Crank:
 
 
 @functools.lru_cache(maxsize=64)
-def crank(gait: Gait, swimmer: Swimmer) -> Crank:
-    """Return the cranks of a gait for a scaled swimmer, made once."""
-    return Crank(gait, swimmer)
+def roll_stroke(gait: Gait, swimmer: Swimmer) -> RollStroke:
+    """Return the roll strokes of a gait for a scaled swimmer, made once."""
+    return RollStroke(gait, swimmer)

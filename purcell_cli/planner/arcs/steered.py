@@ -1,4 +1,4 @@
-"""Candidates by arcs with rolls between: needle steering says which arcs, and chains of loops swim them."""
+"""Candidates by arcs with rolls between: needle steering chooses the arcs, and chains of loops swim them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from purcell_cli.planner.arcs.arc_price import tightest
 from purcell_cli.planner.arcs.chain import Chains, linked
 from purcell_cli.planner.arcs.loop_family import Fan
 from purcell_cli.planner.arcs.needle_steering import steer
-from purcell_cli.planner.arcs.roll_stroke import crank
+from purcell_cli.planner.arcs.roll_stroke import roll_stroke
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.effort import Breadth
 from purcell_cli.planner.limbs.pairs import LimbPairs
@@ -24,11 +24,13 @@ from purcell_cli.planner.problem import Problem
 from purcell_cli.wording import counted
 
 _WEIGHED = 24
-"""How many of the steered ways are weighed as loops."""
-_SLIGHT_RAD, _SAME = 0.3, 1e-4
-"""Arcs of less joint travel are left out; neighbours are one if that costs them no more than so much."""
+"""The most steered solutions that are priced as chains of loops."""
+_SLIGHT_RAD = 0.3
+"""Arcs of less joint travel than this are left out [rad]."""
+_SAME = 1e-4
+"""Neighbouring arcs become one if their separate cost is at most this part above the cost of the one."""
 _FAR_OFF = 0.02
-"""Chains that miss by more, as `chain.missed` has it, are astray."""
+"""Chains that miss by more than this, measured by `chain.missed`, are astray [L, rad]."""
 
 
 def steered_arcs(problem: Problem, breadth: Breadth, _known: Sequence[Candidate] = ()) -> list[Candidate]:
@@ -50,7 +52,7 @@ def steered_arcs(problem: Problem, breadth: Breadth, _known: Sequence[Candidate]
     # The cheapest loops at every arc; and, since only those go exactly straight, loops that are bent in the plane.
     only = np.repeat([-1, fans.index(next(f for f in fans if not f.loops.across))], len(picked))
     picked = np.concatenate([picked, picked])
-    chains = linked(crank(rolling[0], problem.swimmer), fans, arcs + arcs, way.roll[picked], only)
+    chains = linked(roll_stroke(rolling[0], problem.swimmer), fans, arcs + arcs, way.roll[picked], only)
     order = np.argsort(np.round(chains.costs()[0] + around[picked], 9), kind="stable")
     plane = order[only[order] >= 0][:1]
     best = np.concatenate([order[only[order] < 0][: max(breadth.chains - 1, 1)], plane])

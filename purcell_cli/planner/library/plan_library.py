@@ -1,13 +1,13 @@
 """The motion library: short plans found offline, which begin the search for those that resemble them.
 
-A library plan is a closed run of primitives from the collinear shape and back to it, of the least joint travel
-that a long search found for what it does to the base. The swimmer looks the same from two ends, on four
-sides and in a mirror, and a plan can be played backwards: so each stands for 32. Played with all angles
-scaled by s it does about s^2 times as much, since what closed strokes do is led by areas; where the bend
-limit is in the way, several laps do it. What then comes near a displacement that is wanted is brought to
-it by Newton's method.
+A library plan is a closed sequence of primitives from the collinear shape, of the least joint travel that
+a long search found for its displacement. The collinear swimmer has 16 symmetries (two ends, four sides
+and a mirror), and a plan can be played backwards, so each plan stands for 32. With all angles scaled by
+s its displacement is about s^2 times as large, since areas lead the displacement of closed strokes; where
+that would break the bend limit, several laps share it. Newton's method brings the plans that come near a
+wanted displacement to it.
 
-`python -m benchmarks.words` finds the plans. Conventions: `rotations`; lengths in units of L.
+`python -m benchmarks.motion_library` finds the plans. Conventions: `rotations`; lengths in units of L.
 """
 
 from __future__ import annotations
@@ -31,9 +31,14 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import LimbCircles
 
 PRICES = np.array([204.0, 566.0, 566.0, 4.0, 374.0, 374.0])
-"""About the square of the joint travel that each part of a small displacement takes [rad^2 per L or rad]."""
+"""Estimated square of the joint travel per component of a small displacement [rad^2 per L or rad]. Shape (6,)."""
 
-_SPARE, _FEW, _MOST_LAPS = 0.1, 1e-12, 20
+_SPARE = 0.1
+"""A count of laps is rounded down if it exceeds a whole number by less than this: refinement takes up the rest."""
+_FEW = 1e-12
+"""The least size of a displacement in units of `PRICES`, so that none divides by zero [rad^2]."""
+_MOST_LAPS = 20
+"""Plans that need more laps than this are left out."""
 
 
 def symmetries() -> Array:
@@ -66,8 +71,8 @@ def image(plan: PrimitiveSequence, symmetry: Array, backwards: bool = False) -> 
 @functools.cache
 def stored_plans() -> tuple[PrimitiveSequence, ...]:
     """Return the plans of the library."""
-    text = files("purcell_cli.planner.library").joinpath("words.json").read_text(encoding="ascii")
-    return tuple(PrimitiveSequence(np.array(w["control"]), np.array(w["angle"])) for w in json.loads(text)["words"])
+    text = files("purcell_cli.planner.library").joinpath("plans.json").read_text(encoding="ascii")
+    return tuple(PrimitiveSequence(np.array(p["control"]), np.array(p["angle"])) for p in json.loads(text)["plans"])
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -1,8 +1,8 @@
-"""Short plans that no hand would write: random primitives, brought to the goal, to be shortened.
+"""Random plans: random pitches and yaws that Newton's method brings to the goal.
 
 For a small displacement the best motions interleave bends of both limbs and small roll strokes in an
-order that follows no pattern. From a few dozen random plans of pitches and yaws, each made to
-arrive by Newton's method and then shortened, some come close to the best known.
+order without a pattern. Of a few dozen random plans, each brought to the goal and then refined for
+minimum travel, some come close to the best known.
 """
 
 from __future__ import annotations
@@ -16,17 +16,22 @@ from purcell_cli.geometry.reproducible import normal_numbers
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.planner.refine.exact_arrival import approach
 from purcell_cli.planner.refine.minimum_travel import NAME
+from purcell_cli.planner.refine.segments import Segment
 from purcell_cli.planner.refine.shooting import Equations
-from purcell_cli.planner.refine.stretches import Stretch
 
-_BOLD_RAD, _PATIENT = 0.6, 8
-"""Random plans begin anywhere: so they are brought to the goal by longer steps, and given up later."""
+_BOLD_RAD = 0.6
+"""The largest change of an angle in a Newton step from a random plan, which begins far from the goal [rad]."""
+_PATIENT = 8
+"""Rounds without a halved residual before a random plan is given up."""
 _BENDS = (1, 2, 4, 5)
+"""Controls of random plans: the pitches and yaws of both limbs."""
 _ROUNDS = (4, 5, 6)
+"""How often a random plan uses each control; one of these is drawn."""
 _SPREADS_RAD = (0.15, 0.3, 0.5)
+"""Standard deviations of the angles of a random plan; one of these is drawn [rad]."""
 
 
-def random_plans(count: int, seed: int = 0) -> Iterator[Stretch]:
+def random_plans(count: int, seed: int = 0) -> Iterator[Segment]:
     """Yield random plans of phase 2: each of the limbs' pitches and yaws, in a few rounds.
 
     Args:
@@ -40,12 +45,12 @@ def random_plans(count: int, seed: int = 0) -> Iterator[Stretch]:
         fresh = bool(rng.integers(2))
         control = np.concatenate([rng.permutation(_BENDS) if fresh else same for _ in range(rounds)])
         angle = rng.choice(_SPREADS_RAD) * normal_numbers(rng, (len(control),))
-        yield free_stretch(PrimitiveSequence(control, angle))
+        yield free_segment(PrimitiveSequence(control, angle))
 
 
-def free_stretch(sequence: PrimitiveSequence) -> Stretch:
+def free_segment(sequence: PrimitiveSequence) -> Segment:
     """Return primitives as a phase 2 whose angles may all change."""
-    return Stretch(2, ((NAME, math.nan, len(sequence)),), sequence)
+    return Segment(2, ((NAME, math.nan, len(sequence)),), sequence)
 
 
 def brought(motion: Equations, max_bend_rad: float) -> tuple[Equations, float]:

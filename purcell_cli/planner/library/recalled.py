@@ -1,4 +1,4 @@
-"""Candidates by short plans that are recalled from the motion library and brought to the goal."""
+"""Candidates by plans of the motion library that Newton's method brings to the goal."""
 
 from __future__ import annotations
 
@@ -16,18 +16,20 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.effort import Breadth
 from purcell_cli.planner.library.plan_library import library_for
-from purcell_cli.planner.library.random_plans import brought, free_stretch
+from purcell_cli.planner.library.random_plans import brought, free_segment
 from purcell_cli.planner.limbs.pairs import LimbPairs, best_pairs
 from purcell_cli.planner.problem import Problem
 from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD
-from purcell_cli.planner.refine.minimum_travel import NAME, Pace, offered, shorten
+from purcell_cli.planner.refine.minimum_travel import NAME, Pace, minimise_travel, offered
 from purcell_cli.planner.refine.shooting import Equations
 
 _SHORTENED = 1.15
-"""Library plans that are brought to their goal become so much shorter then, about."""
-_ROTATION_PRICE, _WAY_PRICE = 374.0, 445.0
-"""About the square of the joint travel that a library plan takes for a small rotation [rad^2 per rad], and for a small
-way [rad^2 per L]."""
+"""Factor by which refinement is estimated to minimise_travel a library plan that arrives."""
+_ROTATION_PRICE = 374.0
+"""Estimated square of the joint travel per small change of heading: the price of pitch and yaw in `PRICES` [rad^2 per
+rad]."""
+_WAY_PRICE = 445.0
+"""Estimated square of the joint travel per small distance, the mean over directions of `PRICES` [rad^2 per L]."""
 
 
 def library_plans(problem: Problem, breadth: Breadth, known: Sequence[Candidate] = ()) -> list[Candidate]:
@@ -47,7 +49,7 @@ def library_plans(problem: Problem, breadth: Breadth, known: Sequence[Candidate]
         if entry.estimate_rad > least:
             break
         each = se3.exp(se3.log(pairs.missing[entry.wanted]) / entry.laps)
-        lap = Equations(swimmer, [free_stretch(offered(entry.lap, 1))], COLLINEAR, COLLINEAR, each, SEARCHING)
+        lap = Equations(swimmer, [free_segment(offered(entry.lap, 1))], COLLINEAR, COLLINEAR, each, SEARCHING)
         near, off = brought(lap, swimmer.max_bend_rad - MARGIN_RAD)
         if off < CLOSE:
             make = functools.partial(_shortened, near, entry.laps, breadth.pace, pairs, entry.wanted)
@@ -59,7 +61,7 @@ def library_plans(problem: Problem, breadth: Breadth, known: Sequence[Candidate]
 
 def _shortened(lap: Equations, laps: int, pace: Pace, pairs: LimbPairs, pair: int) -> tuple[Block, ...]:
     """Return the strokes of a plan that arrives, shortened, in as many laps."""
-    lap = shorten(lap, lap.swimmer.max_bend_rad - MARGIN_RAD, pace)
+    lap = minimise_travel(lap, lap.swimmer.max_bend_rad - MARGIN_RAD, pace)
     return pairs.around(pair, [Block(2, NAME, lap.sequence.times(laps))])
 
 

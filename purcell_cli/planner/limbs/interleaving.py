@@ -1,4 +1,4 @@
-"""Turns of one limb put between the other's."""
+"""Interleaving: orders in which the rotations of one limb stand between those of the other."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
+from purcell_cli.planner.limbs.limb_rotations import Ways
 from purcell_cli.planner.limbs.straightening import MOST_LOOPS, ROUGH, Straightenings, rotation_pieces
-from purcell_cli.planner.limbs.turns import Ways
 
 _AT_ONCE = ((0, 0, 0), (1, 1, 1))
+"""First halves of orders in which one limb makes all its rotations before the other: those are known already."""
 
 
 def interleaved(
     swimmer: Swimmer, shapes: Sequence[Array], known: Sequence[Straightenings], most: int, clearance_m: float = 0.0
 ) -> list[Straightenings]:
-    """Return straightenings and more of them: the turns of one limb between the other's.
+    """Return straightenings and more of them: the rotations of one limb between the other's.
 
     Args:
         swimmer: The swimmer, scaled to L = 1.
@@ -60,7 +61,7 @@ def interleaved(
 
 
 def _crossed(shape: Array, ways: Sequence[Ways]) -> Pieces:
-    """Return the pieces of every turn of one limb at every stage of the other: k x 2 x 3 x 4.
+    """Return the pieces of every rotation of one limb at every stage of the other: k x 2 x 3 x 4.
 
     Args:
         shape: The shape before. Shape (2, 3, 3).
@@ -81,17 +82,17 @@ def _crossed(shape: Array, ways: Sequence[Ways]) -> Pieces:
 
 
 def _through(moves: Array, apart: Array) -> tuple[NDArray[np.int64], Array, Array]:
-    """Return the orders in which neither limb makes all its turns at once, and what they do.
+    """Return the orders in which neither limb makes all its rotations at once, and what they do.
 
     Args:
-        moves: What every turn of one limb does at every stage of the other. Shape (k, 2, 3, 4, 4, 4).
+        moves: What every rotation of one limb does at every stage of the other. Shape (k, 2, 3, 4, 4, 4).
         apart: How near the limbs come on it. Shape (k, 2, 3, 4).
 
     Returns:
         Orders, shape (18, 6), displacements, shape (18, k, 4, 4), and the least distances, shape (18, k).
     """
     order = np.array([o for o in itertools.product((0, 1), repeat=6) if sum(o) == 3 and o[:3] not in _AT_ONCE])
-    done = np.cumsum(order, axis=1) - order  # turns of limb 2 before each
+    done = np.cumsum(order, axis=1) - order  # rotations of limb 2 before each
     row = np.arange(6)
     turn, other = np.where(order == 0, (row - done, done), (done, row - done))
     each, near = moves[:, order, turn, other], apart[:, order, turn, other]

@@ -1,4 +1,4 @@
-"""Pairs of ways to straighten the limbs of the start and to bend them to the goal's shape: phases 1 and 3."""
+"""Pairs of a phase 1, which straightens the limbs of the start, and a phase 3, which bends them to the goal's shape."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from purcell_cli.planner.limbs.shape_loops import ShapeLoops
 from purcell_cli.planner.limbs.straightening import MOST_LOOPS, Straightenings
 
 INTERLEAVED_FROM = 60
-"""Ways to straighten and to bend that are carried on with to where their rotations are put between one another."""
+"""How many ways, at the start and at the goal each, go on to the interleaving of their rotations."""
 _LOOPED_FROM = 10
-"""Those that are carried on with to where shape loops are made before them."""
+"""How many ways, at the start and at the goal each, go on to shape loops before them."""
 _ALIKE = 10
-"""How many ways promise about the same, at most."""
+"""How many times the wanted pairs are sorted: room for pairs of equal estimates, of which one is kept."""
 
 Price = Callable[[Array, Array, Array], Array]
-"""What phase 2 costs, about [rad]: of a change of heading [rad], a distance [L] and how much of it goes aside [L]."""
+"""Estimates the cost of phase 2 [rad] from its change of heading [rad], its distance [L] and its part aside [L]."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

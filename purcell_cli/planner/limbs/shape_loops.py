@@ -1,9 +1,9 @@
-"""Shape loops: closed ways of both limbs round the start's or the goal's shape, which move the base.
+"""Shape loops: closed paths of both limbs from the start's or the goal's shape, which move the base.
 
-In phases 1 and 3 a limb may be as bent as the start or the goal has it. Where that is much, a square
-of both limbs' angles turns the base by up to 5 degrees per rad of joint travel, beside 0.9 of the best
-loops at a bend limit of 1 rad. So a few squares before the limbs are straightened, or after they are
-bent, may leave less to phase 2 than they cost.
+In phases 1 and 3 a limb may bend as far as it does at the start or the goal. Where it bends far, a
+square of both limbs' angles turns the base by up to 5 degrees per rad of joint travel; the best loops
+at a bend limit of 1 rad turn it by 0.9. So a few squares before the limbs are straightened, or after
+they are bent, may save phase 2 more joint travel than they cost.
 
 Conventions: `rotations`; lengths in units of L.
 """
@@ -27,14 +27,14 @@ from purcell_cli.motion.limb_circles import LimbCircles, bends
 from purcell_cli.planner.limbs.straightening import BEND_SLACK_RAD, ROUGH, Straightenings
 
 _SIDES_RAD = (-1.6, -0.8, 0.8, 1.6)
-"""Sides of the squares."""
+"""Angles of the squares' sides, for either limb [rad]."""
 _LEAST_BEND_RAD = 1.3
-"""Where limbs are bent less squares turn too little."""
+"""Where neither limb bends further than this, no squares are tried: they turn the base too little [rad]."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class ShapeLoops:
-    """Closed ways of both limbs round a shape, which move the base.
+    """Closed paths of both limbs from a shape, which move the base.
 
     Attributes:
         sequence: Their primitives.

@@ -1,10 +1,10 @@
 """Phases 1 and 3: limbs to the collinear shape and from it, by primitives (section IV-B of the paper).
 
-Three turns about its own axes straighten a limb, in twelve orders and two ways each; either limb
-may go first, or the turns of the one stand between those of the other. All of them move the base,
-each differently, so which is best depends on where the swimmer is to go: here they are listed, with
-what they do to the base. Shape loops may come before (see `shape_loops`). Ways on which the limbs come too
-near each other are left out.
+Three rotations about its own axes straighten a limb, in twelve orders and two ways each. Either limb
+may go first, or the rotations of one stand between those of the other. Each way moves the base
+differently, so the best depends on the goal: this module lists the ways and their displacements of the
+base. Shape loops may come before (see `shape_loops`). Ways on which the limbs come too near each other
+are left out.
 """
 
 from __future__ import annotations
@@ -26,15 +26,16 @@ from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
 from purcell_cli.motion.limb_circles import LimbCircles, bends
-from purcell_cli.planner.limbs.turns import Ways, turns_to
+from purcell_cli.planner.limbs.limb_rotations import Ways, rotations_to
 
 ROUGH = Accuracy(stages=3, step=1.2, settled=1e-7)
-"""Errors of 1e-4 (L, rad): the ways are compared by it, and the finish makes up for it."""
+"""Accuracy of the flow by which ways are compared: errors of 1e-4 (L, rad), which the exact arrival removes."""
 BEND_SLACK_RAD = 1e-9
+"""How far a limb may bend beyond its bend at the start, or the limit: room for rounding [rad]."""
 MOST_LOOPS = 3
-"""How many shape loops may be made one after the other."""
+"""The most shape loops before one straightening."""
 _LONGER_RAD = 7.0
-"""Ways longer than the shortest by more than this are not worth their while."""
+"""Straightenings with more joint travel than the shortest by more than this are left out [rad]."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +44,7 @@ class Straightenings:
 
     Attributes:
         limbs: The ways to straighten limb 1, and limb 2.
-        order: Which limb turns, 0 or 1, in the six turns of both. Shape (n, 6).
+        order: Which limb rotates, 0 or 1, in the six rotations of both. Shape (n, 6).
         way: The way each limb takes. Shape (n, 2).
         loop: Which of the shape loops are made before, one after the other; 0 is none. Shape (n, 3).
         joint_travel_rad: Their joint travel [rad]. Shape (n,).
@@ -64,10 +65,10 @@ class Straightenings:
 
     def sequence(self, k: int) -> PrimitiveSequence:
         """Return the primitives of one of the ways."""
-        turns = [self.limbs[i].turns(int(self.way[k, i])) for i in (0, 1)]
-        taken = np.cumsum(self.order[k]) - self.order[k]  # turns of limb 2 before each
+        rotations = [self.limbs[i].primitives(int(self.way[k, i])) for i in (0, 1)]
+        taken = np.cumsum(self.order[k]) - self.order[k]  # rotations of limb 2 before each
         row = np.arange(6)
-        straight = joined(turns)[np.where(self.order[k] == 0, row - taken, 3 + taken)].busy()
+        straight = joined(rotations)[np.where(self.order[k] == 0, row - taken, 3 + taken)].busy()
         return joined([*(self.loops[i] for i in self.loop[k]), straight])
 
     def __getitem__(self, some: NDArray[np.int64]) -> Straightenings:
@@ -97,7 +98,7 @@ def straightenings(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float
         shapes: The shapes to begin with. Each of shape (2, 3, 3).
         clearance_m: How far the limbs' surfaces stay apart, in units of L.
     """
-    limbs = [_within(swimmer, shape, [turns_to(shape[i].T, i + 1) for i in (0, 1)]) for shape in shapes]
+    limbs = [_within(swimmer, shape, [rotations_to(shape[i].T, i + 1) for i in (0, 1)]) for shape in shapes]
     played = _played(swimmer, shapes, limbs, clearance_m)
     return [_pairs(*one, clearance_m) for one in zip(limbs, played, strict=True)]
 
@@ -136,7 +137,7 @@ def _pairs(limbs: tuple[Ways, Ways], played: tuple[_Played, _Played], clearance_
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class _Played:
-    """What the ways of both limbs do, the other limb as it was or straight.
+    """Displacements and clearances of the ways of both limbs, the other limb as it was or straight.
 
     Attributes:
         moves: To the base, of limb 1's ways and of limb 2's. Each of shape (k, 4, 4).

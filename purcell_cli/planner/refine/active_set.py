@@ -1,4 +1,4 @@
-"""Least steps under equations and bounds, by an active set."""
+"""Least-norm steps under equations, bounds and inequalities, by active-set methods."""
 
 from __future__ import annotations
 
@@ -9,10 +9,20 @@ from purcell_cli.geometry.linear_systems import least_squares, solve
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 
-_PINNED, _MET, _SHIFT = 6, 1e-4, 1e-8
+_PINNED = 6
+"""Newton steps on the multipliers in `least_steps`."""
+_MET = 1e-4
+"""`least_steps` ends when no equation misses by more than this, in all of its problems [L, rad]."""
+_SHIFT = 1e-8
+"""Damping of the multipliers' equations in `least_steps`, as a part of the trace."""
 _BEND_SLACK = 1e-9
+"""A step may break the linearised limits by this, in the cosine of the bend."""
 _ACTIVE_ROUNDS = 12
-_WEAKEST, _DAMPING = 1e-9, 1e-13
+"""Rounds in which `bounded_step` looks for the active constraints; the set that breaks limits least is kept."""
+_WEAKEST = 1e-9
+"""Cut-off of the singular values in the least-squares step, as a part of the largest."""
+_DAMPING = 1e-13
+"""Damping of the Gram matrix, as a part of its trace, so that dependent constraints leave it regular."""
 
 
 def least_steps(columns: Array, wanted: Array, begun: Array, loose: Array, low: Array, high: Array) -> Array:
@@ -39,7 +49,7 @@ def least_steps(columns: Array, wanted: Array, begun: Array, loose: Array, low: 
             break
         lever = columns * np.where((step > low) & (step < high), loose, 0.0)[:, None]
         system = matmul(lever, np.swapaxes(columns, 1, 2))
-        # Damped by a little, where what is left free cannot meet all equations.
+        # Damped slightly, since the free unknowns may be too few for all equations.
         system += (_SHIFT * np.trace(system, axis1=1, axis2=2) + 1e-30)[:, None, None] * np.eye(6)
         lead = lead + solve_positive(system, missing)
         step = np.clip(begun + loose * (matmul(lead[:, None], columns))[:, 0], low, high)

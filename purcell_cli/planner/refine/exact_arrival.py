@@ -1,8 +1,8 @@
-"""The exact finish: Newton's method on the true flow until the goal is met in all twelve dimensions.
+"""Exact arrival: Newton's method on the exact flow until the goal is met in all twelve dimensions.
 
-All angles change together, by the least amount that keeps the bend limit. Where rounding to the
-clock then stands in the way, since strokes that repeat multiply it and a long way is a long lever,
-a few small turns after the last of those make up for what is left.
+All angles change together, by the least amount that keeps the bend limit. Durations are rounded to the
+clock, and repeated strokes and long distances multiply those rounding errors. Where they prevent the
+arrival, a few small rotations after the last repeated stroke remove the residual.
 """
 
 from __future__ import annotations
@@ -23,32 +23,38 @@ from purcell_cli.planner.refine.minimum_travel import offered
 from purcell_cli.planner.refine.shooting import Equations, Values
 
 CLOSE = 3e-4
-"""What a motion may miss that is near enough for the last steps [L, rad]."""
+"""A motion that misses the goal by less than this is close enough for `arrive` [L, rad]."""
 MARGIN_RAD = 1e-5
-"""Room to be left below the bend limit until then."""
+"""Margin below the bend limit that is kept until `arrive` [rad]."""
 _ENOUGH = 2e-11
+"""Newton's method ends when no residual is larger than this [L, rad]."""
 _ENOUGH_LAST = 5e-11
-"""What may be missing [L, rad]; and after the last turns, in which cranks multiply what rounding leaves."""
+"""The same after the last rotations, in which roll strokes multiply rounding errors [L, rad]."""
 _DEPENDENT = 1e-9
+"""Columns whose independent part is below this part of the largest column are dependent on the others."""
 _TIGHT = 1e-3
-"""Room below the bend limit, in the cosine of the bend, that the last turns may use up."""
+"""Bend limits with less room than this, in the cosine of the bend, have a say in which last angles may change."""
 _MARGINS_RAD = (3e-6, 1e-6)
-"""Room left below the bend limit for the second order, and in the last turns, which would have no room otherwise."""
+"""Margins below the bend limit for second-order errors: of all angles, and of the last rotations, which would have no
+room with the first [rad]."""
 _PATIENCE = 2
-"""Rounds without gain before the best is taken: rounding to the clock falls out anew in each."""
+"""Rounds without a halved residual before the best is taken; rounding to the clock differs in each."""
 _REACH_RAD = 0.25
+"""The largest change of an angle in one Newton step [rad]."""
 _TELLING_RAD = 1e-8
-"""Steps by less say nothing of the derivative: rounding does."""
+"""Steps shorter than this do not update the derivative: their changes are rounding errors [rad]."""
 _PLAIN = 2e-6
-"""Residuals at a rough accuracy are right to a few per cent above this [L, rad]."""
+"""Above this, residuals at the rough accuracy are right to a few per cent and need no exact flow [L, rad]."""
 _SPOILT = 30.0
-"""Residuals at which the last cycles' turns take over, in units of what rounding to the clock makes of a motion."""
+"""Residual at which the last rotations take over, in units of what rounding to the clock adds to the residual."""
 _STRICT = 100.0
-"""How much nearer the bend limit is to be kept than the goal, on the approach: the last steps change bends too."""
+"""Weight of a broken bend limit beside a missed goal on the approach, since the last steps change bends too."""
 _ROUNDS = 20
+"""The most Newton steps of `approach`."""
 _LOST = 2
+"""Rounds without a halved residual before `approach` gives a motion up."""
 _SHORTER = (1.0, 0.4, 0.15, 0.05)
-"""What is tried of a step until it gains something."""
+"""Parts of a Newton step that are tried, in turn, until the residual falls."""
 
 
 def approach(
@@ -104,11 +110,11 @@ def arrive(
         The motion of the best round, and the largest residual left [L, rad].
     """
     begun = rounded(equations.angles)
-    # As long as much is missing, it is known well enough.
-    plain = _PLAIN * sum(s.cycles for s in equations.stretches) / len(equations.stretches)
+    # A large residual is known well enough at the rough accuracy.
+    plain = _PLAIN * sum(s.cycles for s in equations.segments) / len(equations.segments)
     missing = rough.residual if rough.size > plain else equations.residual(begun)
     enough = np.full(len(missing), _ENOUGH)
-    if equations.repeats:  # nearer than this rounding does not let it come
+    if equations.repeats:  # rounding to the clock leaves a residual of this size
         enough[:6] += _SPOILT * np.max(np.abs(matmul(rough.derivative[:6], begun - equations.angles)))
     every = np.arange(len(begun))
     angle, missing = _rounds(equations, begun, missing, rough, max_bend_rad - _MARGINS_RAD[0], rounded, every, enough)
@@ -116,9 +122,9 @@ def arrive(
     here = equations.of(equations.with_angles(angle))
     if best <= _ENOUGH_LAST or not here.repeats:
         return here, best
-    first = 1 + max(k for k, s in enumerate(here.stretches) if not s.free)
+    first = 1 + max(k for k, s in enumerate(here.segments) if not s.free)
     last = here.after(first, missing[:6])
-    last = last.of([s.changed(lambda part: offered(part, 1)) for s in last.stretches])
+    last = last.of([s.changed(lambda part: offered(part, 1)) for s in last.segments])
     known = len(missing) - 6 * len(last.targets)  # of limbs where an earlier phase ends
     missing = np.concatenate([missing[:6], missing[known:]])
     rough = last.at_accuracy(SEARCHING).at(last.angles)
@@ -132,7 +138,7 @@ def arrive(
     if closer >= best:
         return here, best
     busy = [s.changed(PrimitiveSequence.busy) for s in last.with_angles(angle)]
-    return here.of([*here.stretches[:first], *busy]), closer
+    return here.of([*here.segments[:first], *busy]), closer
 
 
 def _rounds(

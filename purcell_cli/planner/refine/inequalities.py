@@ -1,9 +1,9 @@
-"""How far limbs may bend from the base's axis and how near they may come, as inequalities on a motion's angles.
+"""The bend limit and the clearance as inequalities on a motion's angles.
 
-A limb that yaws or pitches sweeps a great circle, on which its bend is largest at an end, or at the
-far side of the circle where it passes that. So every primitive is watched at one of the two. Limbs
-can meet in phases 1 and 3 only (see `clearance.apart_bend_rad`); there each primitive is watched
-where they are nearest.
+The axis of a limb that yaws or pitches describes a great circle. Its bend is largest at an end of the
+primitive, or at the far side of the circle if the primitive passes it. So each primitive has one
+inequality, at one of the two. Limbs can meet in phases 1 and 3 only (see `clearance.apart_bend_rad`);
+there each primitive has another, where the limbs are nearest.
 """
 
 from __future__ import annotations
@@ -19,10 +19,12 @@ from purcell_cli.motion.clearance import clearances, distance_slope, limb_distan
 from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.planner.refine.shooting import Equations
 
-_WATCHED = 0.35
-"""How near the limit, in the cosine of the bend, a primitive must come to be watched."""
-_NEAR_L, _MARGIN_L = 0.25, 1e-3
-"""Limbs nearer than so much more than they may are watched, and are to keep so much more."""
+_ACTIVE = 0.35
+"""Primitives within this of the bend limit are constraints, in the cosine of the bend."""
+_NEAR_L = 0.25
+"""Primitives on which the limbs come within this of their least distance are constraints [L]."""
+_MARGIN_L = 1e-3
+"""How much more than the clearance the limbs are to keep while a motion is optimised [L]."""
 
 
 def least_cosines(phase: NDArray[np.int64], start: Array, goal: Array, max_bend_rad: float) -> Array:
@@ -60,14 +62,14 @@ def bend_rows(equations: Equations, sequence: PrimitiveSequence, shapes: Array, 
     about = shapes[row, limb, :, axis]
     across = cross(about, begin)
     far = arctan2(-across[:, 0], -begin[:, 0])
-    # The far side is passed where it comes before the end, the same way round.
+    # A primitive passes the far side if its rotation reaches it before the end.
     passed = (np.sign(sequence.angle) * far % (2.0 * np.pi) < sequence.duration) & (axis != 0)
     place[passed] = (cos(far)[:, None] * begin + sin(far)[:, None] * across)[passed]
     room = place[:, 0] - least[row, limb]
-    watched = np.flatnonzero((room < _WATCHED) & (axis != 0))
-    lever = about[None, :, 1] * place[watched, None, 2] - about[None, :, 2] * place[watched, None, 1]
-    acts = (limb[None, :] == limb[watched, None]) & (row[None, :] <= (row - passed)[watched, None])
-    return room[watched], equations.by_free_angles(np.where(acts, lever, 0.0))
+    active = np.flatnonzero((room < _ACTIVE) & (axis != 0))
+    lever = about[None, :, 1] * place[active, None, 2] - about[None, :, 2] * place[active, None, 1]
+    acts = (limb[None, :] == limb[active, None]) & (row[None, :] <= (row - passed)[active, None])
+    return room[active], equations.by_free_angles(np.where(acts, lever, 0.0))
 
 
 def least_distances(equations: Equations, clearance: float) -> Array:
@@ -100,14 +102,14 @@ def clearance_rows(
         by the free angles, shape (j, n).
     """
     row, limb, axis = np.arange(len(sequence)), sequence.control // 3, sequence.control % 3
-    watched = np.flatnonzero(least > -np.inf)
-    pieces = Pieces.between(sequence, shapes)[watched]
+    active = np.flatnonzero(least > -np.inf)
+    pieces = Pieces.between(sequence, shapes)[active]
     enough = float(np.max(least, initial=0.0)) + _NEAR_L
     apart, time = clearances(equations.swimmer, pieces, enough)
-    near = np.flatnonzero(apart - least[watched] < _NEAR_L)
+    near = np.flatnonzero(apart - least[active] < _NEAR_L)
     at_end = time[near] >= pieces.durations[near]
     axes = LimbCircles.of(pieces).at(near, time[near])
     torque = cross(axes, distance_slope(equations.swimmer, axes))
     lever = inner(shapes[row, limb, :, axis], torque[:, limb])
-    acts = row[None, :] < (watched[near] + at_end)[:, None]
-    return (apart - least[watched])[near], equations.by_free_angles(np.where(acts, lever, 0.0))
+    acts = row[None, :] < (active[near] + at_end)[:, None]
+    return (apart - least[active])[near], equations.by_free_angles(np.where(acts, lever, 0.0))

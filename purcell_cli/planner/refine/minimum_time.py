@@ -1,11 +1,10 @@
-"""Quicker motions: sequential linear programming on the duration under the exact arrival.
+"""Minimum time: sequential linear programming on the duration under the exact arrival.
 
-A move lasts as long as the joint that turns furthest on it, so the duration of a motion is a sum of
-largest absolute values, and its minimum under linear equations is a linear program. Violations of
-the arrival and of the bend limit are charged at a price that makes them not worth their while; what
-is left of them is removed by `settled`.
+The joint that turns furthest on a move sets its duration. So the duration of a motion is a sum of
+maxima of absolute values, and its minimum under linear equations is a linear program. An exact l1
+penalty keeps the violations of the arrival and of the bend limit small; `settled` removes the rest.
 
-Method: as in `shorten`, Fletcher and de la Maza (1989), Math. Program. 43.
+Method: as in `minimum_travel`, Fletcher and de la Maza (1989), Math. Program. 43.
 """
 
 from __future__ import annotations
@@ -18,18 +17,31 @@ from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import EXACT
 from purcell_cli.planner.refine.active_set import bounded_step
-from purcell_cli.planner.refine.shooting_moves import Course, Values
+from purcell_cli.planner.refine.shooting_moves import MoveShooting, Values
 from purcell_cli.planner.refine.trust_region import descended
 
 _ROUNDS = 30
+"""The most linear programs."""
 _LEAST_REACH = 1e-4
-_LEAST_PRICE, _PRICE = 200.0, 10.0
-"""Cost of a violation [s per L or rad], and what it is at least per second of the motion."""
+"""Damped Newton steps to the arrival end when their reach is below this [rad]."""
+_LEAST_PRICE = 200.0
+"""The least cost of a violation, at a joint rate of 1 rad/s [s per L or rad]."""
+_PRICE = 10.0
+"""The least cost of a violation per second of the motion [1 per L or rad]."""
 _WORTH = 3e-4
-"""A round that promises less than this part of the duration is the last."""
+"""A linear program that promises less than this part of the merit is the last."""
 _NEWTON_REACH = 0.25
-_APPROACHES, _RESTORATIONS, _RESTORED = 40, 6, 1e-6
-_ENOUGH, _PATIENCE = 4e-12, 4
+"""The largest component of a Newton step [rad]."""
+_APPROACHES = 40
+"""The most damped Newton steps to the arrival from which the search begins."""
+_RESTORATIONS = 6
+"""The most Newton steps back to the arrival after each linear program."""
+_RESTORED = 1e-6
+"""A point whose residuals are all below this is at the arrival [L, rad]."""
+_ENOUGH = 4e-12
+"""The exact arrival ends when no residual is larger than this [L, rad]."""
+_PATIENCE = 4
+"""Rounds without a halved residual before the best is taken."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -40,13 +52,13 @@ class _Point:
 
 
 class _Search:
-    def __init__(self, course: Course) -> None:
-        self.course = course
-        self.price = max(_LEAST_PRICE, _PRICE * course.duration)
+    def __init__(self, motion: MoveShooting) -> None:
+        self.motion = motion
+        self.price = max(_LEAST_PRICE, _PRICE * motion.duration)
 
     def point(self, unknown: Array) -> _Point:
-        values = self.course.at(unknown)
-        duration = float(matmul(self.course.cycles, np.max(np.abs(values.turn), axis=1)))
+        values = self.motion.at(unknown)
+        duration = float(matmul(self.motion.cycles, np.max(np.abs(values.turn), axis=1)))
         violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(values.room, 0.0)))
         return _Point(unknown, values, duration + self.price * violation)
 
@@ -55,7 +67,7 @@ class _Search:
         from scipy.optimize import linprog
         from scipy.sparse import bmat, csr_matrix, eye_array, kron
 
-        v, sides = here.values, self.course.tie
+        v, sides = here.values, self.motion.tie
         f, n, m, k = sides.shape[1], len(v.turn), len(v.residual), len(v.room)
         lasts = kron(eye_array(n), np.ones((6, 1)))
         equal = bmat([[v.derivative, csr_matrix((m, n)), -eye_array(m), eye_array(m), csr_matrix((m, k))]], "csr")
@@ -69,7 +81,7 @@ class _Search:
         low = np.concatenate([np.full(f, -reach), np.zeros(n + 2 * m + k)])
         high = np.concatenate([np.full(f, reach), np.full(n + 2 * m + k, np.inf)])
         solved = linprog(
-            np.concatenate([np.zeros(f), self.course.cycles, np.full(2 * m + k, self.price)]),
+            np.concatenate([np.zeros(f), self.motion.cycles, np.full(2 * m + k, self.price)]),
             A_ub=bmat(less, "csr"),
             b_ub=np.concatenate(wanted),
             A_eq=equal,
@@ -93,8 +105,8 @@ class _Search:
     def restored(self, there: _Point) -> _Point:
         """Return a point moved back to the arrival and within the bend limit by Newton's method.
 
-        The roll of the base is so sharp a function of small bends that linear programs alone would
-        have to creep; a few angles of a crank put right what a long step leaves of it.
+        The roll of the base changes so fast with small bends that linear programs alone would need very short
+        steps; Newton's method changes a few angles of a roll stroke to correct it after a long one.
         """
         for _ in range(_RESTORATIONS):
             moved = self.point(there.unknown + newton_step(there.values))
@@ -129,12 +141,12 @@ def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) ->
     return step
 
 
-def hastened(course: Course) -> Course:
+def minimise_time(motion: MoveShooting) -> MoveShooting:
     """Return a quicker motion that arrives almost exactly."""
-    return course.of(course.legs_at(_Search(course).run(course.unknown)))
+    return motion.of(motion.segments_at(_Search(motion).run(motion.unknown)))
 
 
-def settled(course: Course) -> tuple[Course, float]:
+def settled(motion: MoveShooting) -> tuple[MoveShooting, float]:
     """Return the motion changed, by the least amount, to end exactly at the goal.
 
     Where rounding then stands in the way, since loops that repeat multiply it, only the moves after
@@ -143,7 +155,7 @@ def settled(course: Course) -> tuple[Course, float]:
     Returns:
         The motion, and the largest residual left [L, rad].
     """
-    exact = course.of(course.legs, EXACT)
+    exact = motion.of(motion.segments, EXACT)
     unknown = exact.unknown
     best, kept, idle = np.inf, unknown, 0
     while idle < _PATIENCE:
@@ -154,4 +166,4 @@ def settled(course: Course) -> tuple[Course, float]:
         if best < _ENOUGH:
             break
         unknown = unknown + newton_step(values, first=exact.tail if idle else 0)
-    return exact.of(exact.legs_at(kept)), float(best)
+    return exact.of(exact.segments_at(kept)), float(best)

@@ -1,10 +1,10 @@
-"""Shorter motions: sequential linear programming on the joint travel under the exact arrival.
+"""Minimum travel: sequential linear programming on the joint travel under the exact arrival.
 
 The joint travel is a sum of absolute values, so its minimum is sparse: most angles are zero. Each
-round offers every control at every switch, at angle zero, and lets linear programs within a trust
-region choose which to use; what stays zero is dropped and equal neighbours are merged. Violations
-of the arrival and of the bend limit are charged at a price that makes them not worth their while;
-what is left of them is removed by the exact finish.
+round inserts every control at every switch, at angle zero, and linear programs within a trust region
+choose which to use. Controls that stay at zero are dropped, and equal neighbours are merged. An exact
+l1 penalty keeps the violations of the arrival and of the bend limit small; `exact_arrival` removes
+the rest.
 
 Method: Fletcher and de la Maza (1989), Math. Program. 43, sequential linear programming with an
 exact l1 penalty and a second-order correction.
@@ -28,24 +28,32 @@ from purcell_cli.planner.refine.trust_region import descended
 NAME = "refined strokes"
 """Name of strokes that have been optimised together."""
 _DROPPED_RAD = 1e-6
+"""Primitives of a smaller angle than this are dropped [rad]."""
 _WORTH_RAD = 1e-5
-"""A step that promises less is the last."""
-_RESTORING, _RESTORED, _REACH_RAD = 8, 1e-4, 0.25
-"""Newton steps by which a point is moved back to the arrival, what it may miss then, and their largest change."""
-_NEAR, _ASTRAY = 0.3, 0.02
-"""Points that miss by less in all [L, rad] find back by linear programs; and those that end there by more are lost."""
+"""A linear program that promises to save less joint travel than this is the last [rad]."""
+_RESTORING = 8
+"""The most Newton steps that move a point back to the arrival."""
+_RESTORED = 1e-4
+"""A point whose residuals and broken limits sum to less than this is at the arrival [L, rad]."""
+_REACH_RAD = 0.25
+"""The least reach of those Newton steps: the largest change of an angle in one [rad]."""
+_NEAR = 0.3
+"""A search may begin at a point whose violations sum to less than this: linear programs bring it back [L, rad]."""
+_ASTRAY = 0.02
+"""A point that begins or ends with larger violations than this, after Newton steps, is given up [L, rad]."""
 _UNEVEN = (0.02, 0.002, 0.0)
-"""By what parts angles are changed to begin with: as much as the motion can be moved back from."""
+"""Standard deviations of the relative changes of the first angles, in turn until the motion can be moved back to the
+arrival; without any, a symmetric motion can be a saddle that no step leaves."""
 _LONGEST = 100
-"""Longer words are offered no more controls."""
+"""Motions of more free primitives than this are offered no more controls."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Pace:
-    """How long to go on.
+    """How long a motion is optimised.
 
     Attributes:
-        rounds: How often all controls are offered anew.
+        rounds: How often all controls are inserted anew.
         steps: Linear programs in a round.
         split: Into how many parts each primitive is cut for new controls to enter.
         price: Cost of a violation [rad per L or rad].
@@ -59,7 +67,7 @@ class Pace:
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class _Point:
-    """A point of the search."""
+    """A point of the search: free angles, the equations there, the room below the limits, violation and merit."""
 
     angle: Array
     values: Values
@@ -179,7 +187,7 @@ def _uneven(angle: Array, part: float, rng: np.random.Generator) -> Array:
     return np.asarray(angle * (1.0 + part * normal_numbers(rng, (len(angle),))))
 
 
-def shorten(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float = 0.0) -> Equations:
+def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float = 0.0) -> Equations:
     """Return the equations of a motion of less joint travel that still arrives, almost exactly.
 
     Args:
@@ -190,7 +198,7 @@ def shorten(equations: Equations, max_bend_rad: float, pace: Pace, clearance: fl
     """
     found, rng = equations.at_accuracy(SEARCHING), np.random.default_rng(0)
     for _ in range(pace.rounds):
-        parts = found.stretches
+        parts = found.segments
         if sum(len(s.sequence) for s in parts if s.free) <= _LONGEST:
             parts = tuple(s.renamed(NAME, offered(s.sequence, pace.split)) if s.free else s for s in parts)
         tried = found.of(parts)
@@ -213,6 +221,6 @@ def shorten(equations: Equations, max_bend_rad: float, pace: Pace, clearance: fl
 
 
 def tightened(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float = 0.0) -> Equations:
-    """Return the same word at angles of less joint travel, for a first look: no control is offered."""
+    """Return the same primitives at angles of less joint travel, for a first look: no control is inserted."""
     search = _Search(equations, max_bend_rad, clearance, pace.price)
     return equations.of(equations.with_angles(search.run(search.point(equations.angles), pace.steps).angle))

@@ -1,13 +1,13 @@
-"""Loops of both limbs at once: squares of two joints' angles with their corners cut.
+"""Octagonal loops: squares of two joints' angles with their corners cut, on which both limbs turn at once.
 
-Round a square of primitives one limb waits for the other. On a cut corner both turn, and the loop
-is the quicker for it; with the cuts at their best it swims about half as fast again. The octagon
+On a square of primitives one limb waits for the other. On a cut corner both turn, which takes less
+time; with the best cuts the swimmer is about half as fast again. The octagon
 
     q: limb 1 alone, p: the limbs apart in sign, s: limb 2 alone, r: the limbs alike in sign
 
-is centrally symmetric, so it closes whatever its sides, and round the collinear shape it turns the
-base by nothing. Its centre moved off along (c, -c), it swims along a circle, as a square does
-(`arcs`). Angles are turns of the limbs about the base's z axis; lengths in units of L.
+is centrally symmetric, so it closes whatever its sides are, and round the collinear shape it does not
+turn the base. With its centre at (c, -c) the swimmer follows a circle, as with a square (see `loops`).
+Angles are rotations of the limbs about the base's z axis; lengths are in units of L.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from purcell_cli.mechanics.swimmer import Swimmer
 _OFFSETS = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7])
 """Offsets of the tabulated loops, in units of the bend limit."""
 _LARGEST_RAD = 1.9
-"""No loop round the collinear shape is tried with a larger half side."""
+"""The largest half side of a loop round the collinear shape, whatever the bend limit [rad]."""
 _CUTS = (0.55, 0.27)
-"""The cuts p and r of a good loop, over its side."""
+"""The cuts p and r of the first loop, over its side, from which the best are searched."""
 
 
 def corners(half: float, offset: float, cuts: tuple[float, float]) -> Array:

@@ -1,9 +1,9 @@
 """The equations of an exact arrival, and their derivatives, for a whole motion at once.
 
-A motion is a chain of stretches: runs of primitives whose angles are free, and strokes that repeat.
-A repeated stroke that goes round a rectangle of two joints' angles closes whatever the sides, so
-its two sides are free as well; any other stays as it is. The limbs must be collinear where phases
-1 and 2 end, they must end at the goal's shape, and the base at the goal's pose.
+A motion is a chain of segments: primitives whose angles are free, and strokes that repeat. A repeated
+stroke round a rectangle of two joints' angles closes whatever its sides are, so its two sides are free
+as well; any other repeated stroke is fixed. The limbs must be collinear at the end of phases 1 and 2,
+and at the end of the motion the limbs must have the goal's shape and the base the goal's pose.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
-from purcell_cli.planner.refine.stretches import Stretch, phase_ends
+from purcell_cli.planner.refine.segments import Segment, phase_ends
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +55,7 @@ class Equations:
 
     Args:
         swimmer: The swimmer, scaled to L = 1.
-        stretches: The parts of the motion.
+        segments: The parts of the motion.
         start: Shape before it. Shape (2, 3, 3).
         goal: Shape it must end at. Shape (2, 3, 3).
         displacement: Body displacement the motion must make, in units of L. Shape (4, 4).
@@ -65,24 +65,24 @@ class Equations:
     def __init__(
         self,
         swimmer: Swimmer,
-        stretches: Sequence[Stretch],
+        segments: Sequence[Segment],
         start: Array,
         goal: Array,
         displacement: Array,
         accuracy: Accuracy = EXACT,
     ) -> None:
         self.swimmer, self.accuracy, self.start, self.goal = swimmer, accuracy, start, goal
-        self.stretches = tuple(stretches)
+        self.segments = tuple(segments)
         self.displacement, self._wanted_inverse = displacement, se3.inverse(displacement)
-        counts = [len(s.sequence) for s in self.stretches]
+        counts = [len(s.sequence) for s in self.segments]
         stops = np.cumsum([0, *counts]).tolist()
         self._slices = [slice(a, b) for a, b in itertools.pairwise(stops)]
         self.repeats = [
             Repeat(part.start, part.stop, s.cycles)
-            for s, part in zip(self.stretches, self._slices, strict=True)
+            for s, part in zip(self.segments, self._slices, strict=True)
             if not s.free
         ]
-        self.phase = np.repeat(np.array([s.phase for s in self.stretches], dtype=np.int64), counts)
+        self.phase = np.repeat(np.array([s.phase for s in self.segments], dtype=np.int64), counts)
         self._free_index()
         self.targets = phase_ends(self.phase, goal)
 
@@ -91,7 +91,7 @@ class Equations:
         index: list[int] = []
         sign: list[float] = []
         weight: list[float] = []
-        for s in self.stretches:
+        for s in self.segments:
             n, k = len(s.sequence), len(weight)
             if s.free:
                 index += list(range(k, k + n))
@@ -122,7 +122,7 @@ class Equations:
     @functools.cached_property
     def sequence(self) -> PrimitiveSequence:
         """All primitives, one cycle each, as they are."""
-        return joined([s.sequence for s in self.stretches])
+        return joined([s.sequence for s in self.segments])
 
     def sequence_at(self, angle: Array) -> PrimitiveSequence:
         """Return all primitives, one cycle each, at other free angles [rad]. Shape (n,)."""
@@ -133,30 +133,29 @@ class Equations:
     @property
     def joint_travel_rad(self) -> float:
         """The motion's joint travel [rad]."""
-        return sum(s.joint_travel_rad for s in self.stretches)
+        return sum(s.joint_travel_rad for s in self.segments)
 
     def blocks(self) -> list[Block]:
         """Return the motion's strokes."""
-        return [b for s in self.stretches for b in s.blocks()]
+        return [b for s in self.segments for b in s.blocks()]
 
-    def of(self, stretches: Sequence[Stretch]) -> Equations:
+    def of(self, segments: Sequence[Segment]) -> Equations:
         """Return the same equations for another motion."""
-        return Equations(self.swimmer, stretches, self.start, self.goal, self.displacement, self.accuracy)
+        return Equations(self.swimmer, segments, self.start, self.goal, self.displacement, self.accuracy)
 
     def at_accuracy(self, accuracy: Accuracy) -> Equations:
         """Return the same equations on the flow computed otherwise."""
-        return Equations(self.swimmer, self.stretches, self.start, self.goal, self.displacement, accuracy)
+        return Equations(self.swimmer, self.segments, self.start, self.goal, self.displacement, accuracy)
 
-    def with_angles(self, angle: Array) -> list[Stretch]:
-        """Return the stretches with other free angles [rad]. Shape (n,)."""
+    def with_angles(self, angle: Array) -> list[Segment]:
+        """Return the segments with other free angles [rad]. Shape (n,)."""
         sequence = self.sequence_at(angle)
         return [
-            dataclasses.replace(s, sequence=sequence[part])
-            for s, part in zip(self.stretches, self._slices, strict=True)
+            dataclasses.replace(s, sequence=sequence[part]) for s, part in zip(self.segments, self._slices, strict=True)
         ]
 
     def after(self, first: int, missing: Array) -> Equations:
-        """Return the equations of the stretches from one on, those before being as they are.
+        """Return the equations of the segments from one on, those before being as they are.
 
         Args:
             first: The first of them.
@@ -164,15 +163,15 @@ class Equations:
         """
         stop = self._slices[first].start
         shapes = self.sequence.shapes(self.start)[stop:]
-        # With h of the stretches before, g of these and W wanted, h g = W exp(missing); these must make h^-1 W.
-        g = self._displacement(self.stretches[first:], self.sequence[stop:], shapes)
+        # With h of the segments before, g of these and W wanted, h g = W exp(missing); these must make h^-1 W.
+        g = self._displacement(self.segments[first:], self.sequence[stop:], shapes)
         left = se3.normalised(matmul(g, se3.exp(-missing)))
-        return Equations(self.swimmer, self.stretches[first:], shapes[0], self.goal, left, self.accuracy)
+        return Equations(self.swimmer, self.segments[first:], shapes[0], self.goal, left, self.accuracy)
 
-    def _displacement(self, stretches: Sequence[Stretch], sequence: PrimitiveSequence, shapes: Array) -> Array:
-        """Return what stretches do to the base, one cycle of each in a sequence. Shape (4, 4)."""
+    def _displacement(self, segments: Sequence[Segment], sequence: PrimitiveSequence, shapes: Array) -> Array:
+        """Return what segments do to the base, one cycle of each in a sequence. Shape (4, 4)."""
         pieces = Pieces.between(sequence, shapes)
-        parts, cycles = [len(s.sequence) for s in stretches], [s.cycles for s in stretches]
+        parts, cycles = [len(s.sequence) for s in segments], [s.cycles for s in segments]
         moves = run_displacements(self.swimmer, pieces, parts, cycles, self.accuracy)
         return np.asarray(functools.reduce(matmul, moves, np.eye(4)))
 
@@ -180,7 +179,7 @@ class Equations:
         """Return what is missing at some free angles [L, rad]. Shape (n,) to (m,)."""
         sequence = self.sequence_at(angle)
         shapes = sequence.shapes(self.start)
-        g = self._displacement(self.stretches, sequence, shapes)
+        g = self._displacement(self.segments, sequence, shapes)
         gaps = [shape_gap(sequence[:stop], shapes[: stop + 1], shape)[0] for stop, shape in self.targets]
         return np.concatenate([se3.log(se3.normalised(matmul(self._wanted_inverse, g))), *gaps])
 

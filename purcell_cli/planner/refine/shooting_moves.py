@@ -1,9 +1,10 @@
 """The equations of an exact arrival for a motion by moves, all joints at once, and their derivatives.
 
-A course is a chain of legs. The turns of a leg's moves depend linearly on its own unknowns: on a
-leg that is played once every component of every turn is one; on a loop that repeats they are the
-sides of half of it, so that it closes whatever they are. The limbs must be collinear where phases 1
-and 2 end, they must end at the goal's shape, and the base at the goal's pose.
+A motion is a chain of segments. The rotation vectors of a segment's moves depend linearly on its own
+unknowns. On a segment that is played once every component of every rotation vector is an unknown; on a
+repeated loop the unknowns are the sides of half of it, so that it closes whatever they are. The limbs
+must be collinear at the end of phases 1 and 2, and at the end of the motion the limbs must have the
+goal's shape and the base the goal's pose.
 """
 
 from __future__ import annotations
@@ -25,18 +26,18 @@ from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian_of_
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.planner.refine.inequalities import least_cosines
-from purcell_cli.planner.refine.stretches import phase_ends
+from purcell_cli.planner.refine.segments import phase_ends
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-_WATCHED = 0.25
-"""How near the limit, in the cosine of the bend, a limb must come on a move to be watched."""
+_ACTIVE = 0.25
+"""Limbs within this of the bend limit on a move are constraints, in the cosine of the bend."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Leg:
-    """A part of a course.
+class MoveSegment:
+    """A part of a motion.
 
     Attributes:
         phase: 1, 2 or 3 of the reconfiguration.
@@ -65,8 +66,8 @@ class Leg:
             return self.turn.ravel()
         return np.asarray(least_squares(self.tie, self.turn.ravel()), dtype=np.float64)
 
-    def at(self, unknown: Array) -> Leg:
-        """Return the leg at other unknowns. Shape (f,)."""
+    def at(self, unknown: Array) -> MoveSegment:
+        """Return the segment at other unknowns. Shape (f,)."""
         if self.tie is not None and not self.tie.shape[1]:
             return self
         turn = unknown if self.tie is None else matmul(self.tie, unknown)
@@ -97,12 +98,12 @@ class Values:
         return float(np.max(np.abs(self.residual)))
 
 
-class Course:
+class MoveShooting:
     """The equations of one motion.
 
     Args:
         swimmer: The swimmer, scaled to L = 1; its bend limit holds in phase 2.
-        legs: The parts of the motion.
+        segments: The parts of the motion.
         start: Shape before it. Shape (2, 3, 3).
         goal: Shape it must end at. Shape (2, 3, 3).
         displacement: Body displacement the motion must make, in units of L. Shape (4, 4).
@@ -110,42 +111,48 @@ class Course:
     """
 
     def __init__(
-        self, swimmer: Swimmer, legs: Sequence[Leg], start: Array, goal: Array, displacement: Array, accuracy: Accuracy
+        self,
+        swimmer: Swimmer,
+        segments: Sequence[MoveSegment],
+        start: Array,
+        goal: Array,
+        displacement: Array,
+        accuracy: Accuracy,
     ) -> None:
         self.swimmer, self.start, self.goal, self.accuracy = swimmer, start, goal, accuracy
-        self.legs, self.displacement = tuple(legs), displacement
+        self.segments, self.displacement = tuple(segments), displacement
         self._wanted_inverse = se3.inverse(displacement)
-        counts = [len(leg.turn) for leg in self.legs]
+        counts = [len(segment.turn) for segment in self.segments]
         self._stops = np.cumsum([0, *counts])
-        self.phase = np.repeat([leg.phase for leg in self.legs], counts)
-        self.cycles = np.repeat([leg.cycles for leg in self.legs], counts)
+        self.phase = np.repeat([segment.phase for segment in self.segments], counts)
+        self.cycles = np.repeat([segment.cycles for segment in self.segments], counts)
         self.repeats = [
-            Repeat(int(a), int(b), leg.cycles)
-            for leg, a, b in zip(self.legs, self._stops[:-1], self._stops[1:], strict=True)
-            if leg.cycles > 1
+            Repeat(int(a), int(b), segment.cycles)
+            for segment, a, b in zip(self.segments, self._stops[:-1], self._stops[1:], strict=True)
+            if segment.cycles > 1
         ]
         self._targets = phase_ends(self.phase, goal)
 
-    def of(self, legs: Sequence[Leg], accuracy: Accuracy | None = None) -> Course:
+    def of(self, segments: Sequence[MoveSegment], accuracy: Accuracy | None = None) -> MoveShooting:
         """Return the same equations for another motion, on the flow computed otherwise if an accuracy is given."""
-        return Course(self.swimmer, legs, self.start, self.goal, self.displacement, accuracy or self.accuracy)
+        return MoveShooting(self.swimmer, segments, self.start, self.goal, self.displacement, accuracy or self.accuracy)
 
     @property
     def duration(self) -> float:
         """How long the motion lasts at a joint rate of 1 rad/s [s]."""
-        return sum(leg.duration for leg in self.legs)
+        return sum(segment.duration for segment in self.segments)
 
     @property
     def unknown(self) -> Array:
         """All unknowns as they are. Shape (f,)."""
-        return np.concatenate([leg.unknown() for leg in self.legs])
+        return np.concatenate([segment.unknown() for segment in self.segments])
 
     @functools.cached_property
     def tie(self) -> csr_array:
         """The derivative of every turn's components by every unknown, most of it zero. Shape (6 n, f)."""
         from scipy.sparse import block_diag, csr_array, eye_array  # slow to import; few commands need it
 
-        ties = [eye_array(leg.turn.size) if leg.tie is None else csr_array(leg.tie) for leg in self.legs]
+        ties = [eye_array(s.turn.size) if s.tie is None else csr_array(s.tie) for s in self.segments]
         return csr_array(block_diag(ties))
 
     def _by_unknown(self, by_turn: Array) -> Array:
@@ -154,23 +161,23 @@ class Course:
 
     @property
     def tail(self) -> int:
-        """The first unknown of those after which no leg repeats: their changes are not multiplied."""
-        last = max((k + 1 for k, leg in enumerate(self.legs) if leg.cycles > 1), default=0)
+        """The first unknown of those after which no segment repeats: their changes are not multiplied."""
+        last = max((k + 1 for k, segment in enumerate(self.segments) if segment.cycles > 1), default=0)
         return sum(self._counts[:last])
 
     @property
     def _counts(self) -> list[int]:
-        """How many unknowns each leg has."""
-        return [leg.turn.size if leg.tie is None else int(leg.tie.shape[1]) for leg in self.legs]
+        """How many unknowns each segment has."""
+        return [segment.turn.size if segment.tie is None else int(segment.tie.shape[1]) for segment in self.segments]
 
-    def legs_at(self, unknown: Array) -> list[Leg]:
-        """Return the legs at other unknowns. Shape (f,)."""
+    def segments_at(self, unknown: Array) -> list[MoveSegment]:
+        """Return the segments at other unknowns. Shape (f,)."""
         parts = np.split(unknown, np.cumsum(self._counts)[:-1])
-        return [leg.at(part) for leg, part in zip(self.legs, parts, strict=True)]
+        return [segment.at(part) for segment, part in zip(self.segments, parts, strict=True)]
 
     def at(self, unknown: Array) -> Values:
         """Return the equations at some unknowns. Shape (f,)."""
-        moves = MoveSequence.of_turns(np.concatenate([leg.turn for leg in self.legs_at(unknown)]))
+        moves = MoveSequence.of_turns(np.concatenate([segment.turn for segment in self.segments_at(unknown)]))
         shapes = moves.shapes(self.start)
         g, twists = flow_and_jacobian_of_moves(self.swimmer, moves, self.start, self.accuracy, self.repeats)
         n = len(moves)
@@ -207,7 +214,7 @@ class Course:
         n = len(turn)
         part, axes = most_bent(shapes[..., 0], turn)
         room = axes[..., 0] - self._least_cosine
-        move, limb = np.nonzero(room < _WATCHED)
+        move, limb = np.nonzero(room < _ACTIVE)
         lever = np.stack([0.0 * axes[..., 0], axes[..., 2], -axes[..., 1]], axis=-1)[move, limb]
         k = len(move)
         slope = np.zeros((k, n, 2, 3))

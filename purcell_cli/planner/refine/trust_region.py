@@ -1,4 +1,4 @@
-"""The steps of plans by primitives and of quick plans alike: Newton steps within limits, and trust regions."""
+"""A descent by steps within a trust region, for minimum travel and for minimum time."""
 
 from __future__ import annotations
 
@@ -7,7 +7,12 @@ from typing import Protocol, TypeVar
 
 from purcell_cli.geometry.rotations import Array
 
-_FIRST_REACH, _LARGEST_REACH, _LEAST_REACH = 0.1, 0.5, 1e-4
+_FIRST_REACH = 0.1
+"""Radius of the trust region at the first step [rad]."""
+_LARGEST_REACH = 0.5
+"""The largest radius [rad]."""
+_LEAST_REACH = 1e-4
+"""The search ends when the radius is below this [rad]."""
 
 
 class _Point(Protocol):

@@ -12,9 +12,9 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.motion.limits import check
-from purcell_cli.planner.refine.minimum_travel import Pace, merged, offered, shorten
+from purcell_cli.planner.refine.minimum_travel import Pace, merged, minimise_travel, offered
+from purcell_cli.planner.refine.segments import Segment, segments_of
 from purcell_cli.planner.refine.shooting import Equations
-from purcell_cli.planner.refine.stretches import Stretch, stretches_of
 
 KNOWN = {
     "0.1 L along x": ([0.01, 0.0, 0.0], [0.0, 0.0, 0.0], 0.7, 4.52),
@@ -62,11 +62,11 @@ FIXED = PrimitiveSequence.of([("limb1 pitch", 0.2), ("limb2 yaw", 0.1), ("limb2 
 def motion(displacement: np.ndarray) -> Equations:
     """Return equations of free primitives about a repeated rectangle and another repeated stroke."""
     parts = [
-        Stretch(1, (("a", 0.0, 4),), WORD),
-        Stretch(2, (("b", 0.0, 4),), LOOP, cycles=7),
-        Stretch(2, (("c", 0.0, 4),), WORD.inverse()),
-        Stretch(2, (("d", 0.0, 4),), FIXED, cycles=3),
-        Stretch(3, (("e", 0.0, 4),), WORD),
+        Segment(1, (("a", 0.0, 4),), WORD),
+        Segment(2, (("b", 0.0, 4),), LOOP, cycles=7),
+        Segment(2, (("c", 0.0, 4),), WORD.inverse()),
+        Segment(2, (("d", 0.0, 4),), FIXED, cycles=3),
+        Segment(3, (("e", 0.0, 4),), WORD),
     ]
     return Equations(Swimmer().scaled(), parts, COLLINEAR, WORD.shapes(COLLINEAR)[-1], displacement)
 
@@ -96,7 +96,7 @@ def test_the_equations_have_the_derivative_they_say() -> None:
     assert not is_close(equations.at(-angle).derivative[rows], differences[rows], 1e-3)
 
 
-def test_the_equations_after_some_stretches_miss_the_same() -> None:
+def test_the_equations_after_some_segments_miss_the_same() -> None:
     """The base's twist and the gaps of later phases are those of the whole, and so is what the later angles change."""
     displacement = flow(Swimmer().scaled(), WORD) @ np.diag([1.0, -1.0, -1.0, 1.0])
     equations = motion(displacement)
@@ -127,8 +127,8 @@ def test_a_motion_with_bent_limbs_becomes_shorter_and_keeps_its_limits() -> None
     goal = Configuration.from_angles((0.02, 0.01, -0.01), (20.0, 10.0, 30.0), limb1_euler_deg=(0.0, 70.0, 0.0))
     begun = plan(start, goal, swimmer=swimmer, options=PlanOptions(effort="quick")).plan
     wanted = displacement_between(start, goal, swimmer.length_m)
-    equations = Equations(swimmer.scaled(), stretches_of(begun.blocks), start.shape, goal.shape, wanted)
-    found = shorten(equations, swimmer.max_bend_rad - 1e-5, Pace(rounds=2, steps=20))
+    equations = Equations(swimmer.scaled(), segments_of(begun.blocks), start.shape, goal.shape, wanted)
+    found = minimise_travel(equations, swimmer.max_bend_rad - 1e-5, Pace(rounds=2, steps=20))
     assert found.joint_travel_rad < 0.95 * begun.joint_travel_rad
     assert found.at(found.angles).size < 1e-4
     report = check(swimmer, start, found.blocks())

@@ -1,4 +1,4 @@
-"""Stretches: strokes of a motion whose angles change together."""
+"""Segments: strokes of a motion whose angles change together."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Rows = NDArray[np.int64]
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Stretch:
+class Segment:
     """A part of a motion.
 
     Attributes:
@@ -50,12 +50,12 @@ class Stretch:
         """The sum over all its primitives of |angle| [rad]."""
         return self.cycles * self.sequence.joint_travel_rad
 
-    def renamed(self, name: str, sequence: PrimitiveSequence) -> Stretch:
-        """Return the stretch with other primitives, all of one stroke."""
+    def renamed(self, name: str, sequence: PrimitiveSequence) -> Segment:
+        """Return the segment with other primitives, all of one stroke."""
         return dataclasses.replace(self, sequence=sequence, strokes=((name, math.nan, len(sequence)),))
 
-    def changed(self, change: Callable[[PrimitiveSequence], PrimitiveSequence]) -> Stretch:
-        """Return the stretch with the primitives of each of its strokes changed."""
+    def changed(self, change: Callable[[PrimitiveSequence], PrimitiveSequence]) -> Segment:
+        """Return the segment with the primitives of each of its strokes changed."""
         parts = [(name, amplitude, change(part)) for (name, amplitude, _), part in self._parts()]
         strokes = tuple((name, amplitude, len(part)) for name, amplitude, part in parts)
         return dataclasses.replace(self, strokes=strokes, sequence=joined([part for _, _, part in parts]))
@@ -71,9 +71,9 @@ class Stretch:
         return [Block(self.phase, name, part, self.cycles, a) for (name, a, _), part in self._parts()]
 
 
-def stretches_of(blocks: Sequence[Block]) -> list[Stretch]:
-    """Return blocks of primitives as stretches: neighbours in one phase that do not repeat are joined."""
-    out: list[Stretch] = []
+def segments_of(blocks: Sequence[Block]) -> list[Segment]:
+    """Return blocks of primitives as segments: neighbours in one phase that do not repeat are joined."""
+    out: list[Segment] = []
     for block in blocks:
         stroke = (block.gait, block.amplitude_rad, len(block.sequence))
         sequence = cast(PrimitiveSequence, block.sequence)
@@ -82,7 +82,7 @@ def stretches_of(blocks: Sequence[Block]) -> list[Stretch]:
             strokes = (*last.strokes, stroke)
             out[-1] = dataclasses.replace(last, strokes=strokes, sequence=last.sequence + sequence)
         else:
-            out.append(Stretch(block.phase, (stroke,), sequence, block.cycles))
+            out.append(Segment(block.phase, (stroke,), sequence, block.cycles))
     return out
 
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from purcell_cli.geometry.rotations import Array, about_axis, angle_between
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.planner.limbs.turns import turns_to
+from purcell_cli.planner.limbs.limb_rotations import rotations_to
 
 QUARTER = 0.5 * math.pi
 ROTATIONS = {
@@ -37,9 +37,9 @@ def made(controls: Array, angles: Array) -> Array:
 @pytest.mark.parametrize("limb", [1, 2])
 @pytest.mark.parametrize("name", ROTATIONS)
 def test_every_way_begins_where_the_limb_is_and_makes_the_rotation_asked_for(name: str, limb: int) -> None:
-    ways = turns_to(ROTATIONS[name], limb)
+    ways = rotations_to(ROTATIONS[name], limb)
     for k in range(len(ways)):
-        shapes = ways.turns(k).shapes(COLLINEAR)
+        shapes = ways.primitives(k).shapes(COLLINEAR)
         assert_close(shapes[0], COLLINEAR, 0.0)
         assert_close(shapes[-1, limb - 1], ROTATIONS[name], 2e-15, 4.0)
         assert_close(shapes[:, 2 - limb], np.broadcast_to(np.eye(3), (4, 3, 3)), 0.0)
@@ -48,9 +48,9 @@ def test_every_way_begins_where_the_limb_is_and_makes_the_rotation_asked_for(nam
 
 
 @pytest.mark.parametrize("name", ["random 0", "random 3", "gimbal lock"])
-def test_turns_in_the_wrong_order_or_sense_make_another_rotation(name: str) -> None:
+def test_rotations_in_the_wrong_order_or_sense_make_another_rotation(name: str) -> None:
     """The foils: turns about the axes of the base, and turns undone."""
-    ways = turns_to(ROTATIONS[name], 1)
+    ways = rotations_to(ROTATIONS[name], 1)
     backwards = [made(c[::-1], a[::-1]) for c, a in zip(ways.control, ways.angle, strict=True)]
     undone = [made(c, -a) for c, a in zip(ways.control, ways.angle, strict=True)]
     for other in (backwards, undone):
@@ -60,7 +60,7 @@ def test_turns_in_the_wrong_order_or_sense_make_another_rotation(name: str) -> N
 @pytest.mark.parametrize("seed", range(4))
 def test_all_twelve_orders_are_there_two_ways_each_as_scipy_has_them(seed: int) -> None:
     rotation = ROTATIONS[f"random {seed}"]
-    ways = turns_to(rotation, 1)
+    ways = rotations_to(rotation, 1)
     assert len(ways) == 24
     found = {"".join("XYZ"[c] for c in control): [] for control in ways.control}
     for control, angle in zip(ways.control, ways.angle, strict=True):
@@ -74,12 +74,12 @@ def test_all_twelve_orders_are_there_two_ways_each_as_scipy_has_them(seed: int) 
 
 @pytest.mark.parametrize("name", ROTATIONS)
 def test_ways_differ_and_the_least_joint_travel_comes_first(name: str) -> None:
-    ways = turns_to(ROTATIONS[name], 2)
-    played = {tuple((c, round(a, 9)) for c, a in ways.turns(k).busy()) for k in range(len(ways))}
+    ways = rotations_to(ROTATIONS[name], 2)
+    played = {tuple((c, round(a, 9)) for c, a in ways.primitives(k).busy()) for k in range(len(ways))}
     assert len(played) == len(ways)
     assert np.all(np.diff(ways.joint_travel_rad) >= -1e-8)
     for k in range(len(ways)):
-        assert ways.turns(k).joint_travel_rad == pytest.approx(ways.joint_travel_rad[k], abs=1e-15)
+        assert ways.primitives(k).joint_travel_rad == pytest.approx(ways.joint_travel_rad[k], abs=1e-15)
     # A limb turns at least by the angle of the rotation, whatever the axes.
     assert ways.joint_travel_rad[0] >= angle_between(np.eye(3), ROTATIONS[name]) - 1e-12
 
@@ -87,11 +87,11 @@ def test_ways_differ_and_the_least_joint_travel_comes_first(name: str) -> None:
 @pytest.mark.parametrize("angle", [1e-12, 0.3, -2.0, math.pi])
 @pytest.mark.parametrize("axis", range(3))
 def test_a_turn_about_one_own_axis_takes_that_turn_alone(axis: int, angle: float) -> None:
-    ways = turns_to(about_axis(axis, angle), 1)
-    assert list(ways.turns(0).busy().control) == [axis]
+    ways = rotations_to(about_axis(axis, angle), 1)
+    assert list(ways.primitives(0).busy().control) == [axis]
     assert ways.joint_travel_rad[0] == pytest.approx(abs(angle), rel=1e-12)
 
 
 def test_no_rotation_takes_no_turn() -> None:
-    assert turns_to(np.eye(3), 1).joint_travel_rad[0] == 0.0
-    assert len(turns_to(np.eye(3), 1).turns(0).busy()) == 0
+    assert rotations_to(np.eye(3), 1).joint_travel_rad[0] == 0.0
+    assert len(rotations_to(np.eye(3), 1).primitives(0).busy()) == 0

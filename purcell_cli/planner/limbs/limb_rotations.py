@@ -1,4 +1,4 @@
-"""Turns of one limb about its own axes that reach a rotation."""
+"""Decomposes a limb's rotation into three rotations about its own axes."""
 
 from __future__ import annotations
 
@@ -13,21 +13,17 @@ from purcell_cli.geometry.rotations import Array, wrapped
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 
 _NEGLIGIBLE_RAD = 1e-15
-
-
+"""Angles up to this are zero: rounding errors of a rotation that needs no such angle [rad]."""
 _LOCKED = 1e-12
-
-
+"""Below this size of the matrix elements that tell the first angle, the rotations are in gimbal lock."""
 _ORDERS = ["".join(o) for o in itertools.product("XYZ", repeat=3) if o[0] != o[1] and o[1] != o[2]]
-
-
 _AXES = np.array([["XYZ".index(axis) for axis in order] for order in _ORDERS])
-"""The twelve orders in which three turns about own axes reach any orientation."""
+"""The twelve orders of axes in which three rotations about own axes reach any orientation. Shape (12, 3)."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Ways:
-    """Ways to turn one limb, three turns about its own axes each; a turn may be empty.
+    """Ways to rotate one limb, by three rotations about its own axes each; a rotation may be empty.
 
     Attributes:
         control: Controls, 0 to 5. Shape (n, 3).
@@ -48,13 +44,13 @@ class Ways:
         """The joint travel of each [rad]. Shape (n,)."""
         return np.asarray(np.abs(self.angle).sum(axis=1))
 
-    def turns(self, k: int) -> PrimitiveSequence:
+    def primitives(self, k: int) -> PrimitiveSequence:
         """Return the three primitives of one of the ways."""
         return PrimitiveSequence(self.control[k], self.angle[k])
 
 
-def turns_to(rotation: Array, limb: int) -> Ways:
-    """Return every way of turning a limb by a rotation with three turns about its own axes.
+def rotations_to(rotation: Array, limb: int) -> Ways:
+    """Return every way of rotating a limb by three rotations about its own axes.
 
     Args:
         rotation: The rotation in the limb's own frame. Shape (3, 3).
@@ -63,11 +59,11 @@ def turns_to(rotation: Array, limb: int) -> Ways:
     Returns:
         Ways, all different, the least joint travel first.
     """
-    angle = np.array([_three_turns(rotation, *axes) for axes in _AXES.tolist()])
+    angle = np.array([_three_angles(rotation, *axes) for axes in _AXES.tolist()])
     angle = np.stack([angle, _other(angle)], axis=1).reshape(-1, 3)
     angle[np.abs(angle) <= _NEGLIGIBLE_RAD] = 0.0
     control = np.repeat(_AXES, 2, axis=0) + 3 * (limb - 1)
-    # Ways with the same turns are one, whichever empty turns stand between them.
+    # Ways that differ only in empty rotations are one.
     key = np.where(angle != 0.0, control + 1.0, 0.0)
     used = np.argsort(key == 0.0, axis=1, kind="stable")
     key, turned = (np.take_along_axis(x, used, axis=1) for x in (key, angle))
@@ -76,11 +72,11 @@ def turns_to(rotation: Array, limb: int) -> Ways:
     return ways[np.argsort(np.round(ways.joint_travel_rad, 9), kind="stable")]
 
 
-def _three_turns(rotation: Array, i: int, j: int, k: int) -> tuple[float, float, float]:
-    """Return the angles of turns about own axes i, j and k that make a rotation [rad].
+def _three_angles(rotation: Array, i: int, j: int, k: int) -> tuple[float, float, float]:
+    """Return the angles of rotations about own axes i, j and k that make a rotation [rad].
 
     The second is from -pi / 2 to pi / 2 where all axes differ, and from 0 to pi where i is k. Where the
-    first and the last axis come to lie in one line, the last turn is empty (gimbal lock).
+    first and the last axis come to lie in one line, the last rotation is empty (gimbal lock).
     """
     r, l = rotation.tolist(), 3 - i - j
     sign = 1.0 if (j - i) % 3 == 1 else -1.0
@@ -97,7 +93,7 @@ def _three_turns(rotation: Array, i: int, j: int, k: int) -> tuple[float, float,
 
 
 def _other(angle: Array) -> Array:
-    """Return the other three turns that make the same rotation, in each of the orders [rad]. Shape (12, 3)."""
+    """Return the other three angles that make the same rotation, in each of the orders [rad]. Shape (12, 3)."""
     middle = np.where(_AXES[:, 0] == _AXES[:, 2], -angle[:, 1], np.pi - angle[:, 1])
     turned = np.stack([angle[:, 0] + np.pi, middle, angle[:, 2] + np.pi], axis=1)
     return wrapped(turned)
