@@ -173,7 +173,7 @@ def test_the_command_takes_a_shape_and_a_swimmer(capsys: pytest.CaptureFixture[s
     assert "A(r) has rank 3" in out
     code, out, _ = played(capsys, "--shape", str(shape), "--planar", "--depth", "2")
     assert code == 1
-    assert "Chow's condition is not seen up to depth 2: 2 directions lack" in out
+    assert "Chow's condition is not seen up to depth 2: 2 directions are missing" in out
     assert out.endswith("not shown\n")
 
 

@@ -101,7 +101,7 @@ def test_a_plan_reads_back_bit_for_bit(tmp_path: Path) -> None:
 def test_the_work_of_reading_a_plan_grows_as_the_plan_does(tmp_path: Path) -> None:
     work = []
     for count in (500, 1000, 2000):
-        write_plan(PlanDocument(random_plan(np.random.default_rng(0), count), 0.05), tmp_path / "plan.json")
+        write_plan(PlanDocument(random_plan(np.random.default_rng(0), count)), tmp_path / "plan.json")
         work.append(calls(lambda: load_plan(tmp_path / "plan.json")))
     assert work[2] - work[1] <= 2.2 * (work[1] - work[0])
     assert work[2] < 200 * 2000

@@ -173,19 +173,21 @@ def aimed(way: int) -> tuple[Explanation, list[str]]:
     return found, [s.gait for s in found.strokes]
 
 
-def test_a_crank_a_long_way_and_an_aim_are_named_as_delicate() -> None:
+def test_a_roll_stroke_a_long_way_and_an_aim_are_named_as_sensitive() -> None:
     found, names = aimed(60)
     assert names == ["x-rotation", "z-rotation", "x-cruise"]
     culprits = {s.parameter: c for s, c in zip(found.sensitivities, found.culprits, strict=True)}
     crank, turn, way = (culprits[p] for p in ("slenderness", "base_half_length_m", "drag_ratio"))
     assert (crank.stroke, turn.stroke, way.stroke) == (0, 1, 2)
     assert crank.words.startswith("it rolls with nearly straight limbs, where little resists a roll; it sets the dir")
-    assert turn.words.startswith("what one cycle is off adds up over 6; it sets the direction of a way of 2")
-    assert way.words == "what one cycle is off adds up over 60"
+    assert turn.words.startswith(
+        "the error of one cycle adds up over 6 cycles; it sets the direction of a displacement of 2"
+    )
+    assert way.words == "the error of one cycle adds up over 60 cycles"
     assert 0.5 < way.share < 1.0
 
 
-def test_one_cycle_and_no_way_to_go_are_not_called_delicate() -> None:
+def test_one_cycle_and_no_way_to_go_are_not_called_sensitive() -> None:
     found, _ = aimed(1)
     culprits = {s.parameter: c for s, c in zip(found.sensitivities, found.culprits, strict=True)}
     assert (culprits["drag_ratio"].stroke, culprits["drag_ratio"].words) == (2, "")

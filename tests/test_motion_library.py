@@ -114,4 +114,4 @@ def test_other_swimmers_and_bent_limbs_use_the_library_too() -> None:
     goal = Configuration.from_angles([0.003, 0.002, -0.001], [2.0, -3.0, 4.0], *limbs)
     found = plan(start, goal, swimmer=Swimmer(0.1, 0.06, 0.02, max_bend_rad=1.3))
     assert found.verdict == "reached"
-    assert any("word" in s.words for s in found.plan.structures)
+    assert any("library plan" in s.words for s in found.plan.structures)
