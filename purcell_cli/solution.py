@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -28,7 +28,8 @@ from purcell_cli.motion.verdict import PlanVerdict, Verdict
 from purcell_cli.planner.progress import Progress
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.simultaneous import quickened
-from purcell_cli.verification.certificate import Certificate, certify
+from purcell_cli.verification.certificate import Certificate, judged
+from purcell_cli.verification.replay import TOLERANCE_L, TOLERANCE_RAD, Replay, replay
 
 FARTHEST_L = 1e9
 """A goal farther from the start than this, in units of L, is refused: no double says its position to a thousandth."""
@@ -41,14 +42,31 @@ class Solution:
     Attributes:
         plan: The strokes of the three phases.
         options: What was asked of it.
-        certificate: What an independent re-integration of the controls found.
+        replay: What an independent re-integration of the controls made of them.
         limits: How near the motion comes to its limits, and which it breaks.
     """
 
     plan: Plan
     options: PlanOptions
-    certificate: Certificate
+    replay: Replay
     limits: LimitsReport
+
+    @functools.cached_property
+    def certificate(self) -> Certificate:
+        """How far the re-integration ends from the goal."""
+        return judged(self.replay, self.plan.goal, TOLERANCE_L * self.plan.swimmer.length_m, TOLERANCE_RAD)
+
+    @functools.cached_property
+    def rows_off(self) -> Deviation:
+        """How far the trajectory's rows, where the control changes, are from the re-integration at the most."""
+        rows, again = self.trajectory, self.replay
+        k = np.searchsorted(rows.time_s, schedule(self.plan.swimmer, self.plan.blocks)[0][again.row])
+        away = rows.pose[k, :3, 3] - again.pose[:, :3, 3]
+        turned = [rows.pose[k, :3, :3] - again.pose[:, :3, :3], *np.moveaxis(rows.shape[k] - again.shape, 1, 0)]
+        return Deviation(
+            math.sqrt(np.max(np.sum(away * away, axis=1))),
+            *(math.sqrt(0.5 * np.max(np.sum(x * x, axis=(1, 2)))) for x in turned),
+        )
 
     @functools.cached_property
     def displacement(self) -> Array:
@@ -75,10 +93,14 @@ class Solution:
 
     @property
     def verdict(self) -> PlanVerdict:
-        """Reached where the certificate says so and all limits are kept, or what it is instead."""
+        """Reached where the certificate says so, all rows are where it says, and all limits are kept."""
         if not self.limits.kept:
             return Verdict.NOT_WITHIN_LIMITS
-        return Verdict.REACHED if self.certificate.reached else Verdict.NOT_REACHED
+        found = self.certificate
+        kept = self.rows_off.within(
+            found.tolerance_m - found.bound.position_m, found.tolerance_rad - found.bound.base_rad
+        )
+        return Verdict.REACHED if found.reached and kept else Verdict.NOT_REACHED
 
     @property
     def joint_travel_rad(self) -> float:
@@ -116,7 +138,6 @@ def plan(
     options: PlanOptions = PlanOptions(),
     gaits: Mapping[str, Gait] | None = None,
     progress: Progress = lambda _done, _of, _news: None,
-    certify: Callable[..., Certificate] = certify,
 ) -> Solution:
     """Plan a motion from a start to a goal configuration, and check it.
 
@@ -128,7 +149,6 @@ def plan(
             quicker, where that is found how.
         gaits: The stored gaits to plan with; those of the package where none are given.
         progress: Is told how far the search is.
-        certify: Does what `certificate.certify` does, perhaps elsewhere.
 
     Raises:
         ParameterError: A start or goal that does not keep the clearance.
@@ -145,29 +165,26 @@ def plan(
         raise ParameterError(f"goal: a position within {farthest:g} m of the start is wanted, found {away:g} m")
     made = reconfigure(body, start, goal, stored, options.effort, options.objective, limits, progress)
     made = quickened(made, limits) if options.controls == Controls.SIMULTANEOUS else made
-    return carried_out(made, options, certify=certify)
+    return carried_out(made, options)
 
 
-def carried_out(
-    plan: Plan, options: PlanOptions = PlanOptions(), *, certify: Callable[..., Certificate] = certify
-) -> Solution:
+def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
     """Carry out a plan, new or read from a document, and check it.
 
     Args:
         plan: The plan.
         options: The limits that it must keep besides the bend limit, and how its trajectory is sampled.
-        certify: Does what `certificate.certify` does, perhaps elsewhere.
 
     Raises:
         ParameterError: A time between rows that asks for too many rows.
     """
-    swimmer, start, goal, blocks = plan.swimmer, plan.start, plan.goal, plan.blocks
+    swimmer, start, blocks = plan.swimmer, plan.start, plan.blocks
     wanted, known = Limits.of(options), plan.limits
     check_spacing(swimmer, blocks, options.dt_s)
     return Solution(
         plan,
         options,
-        certify(swimmer, start, goal, *schedule(swimmer, blocks)),
+        replay(swimmer, start, *schedule(swimmer, blocks)),
         known if known is not None and known.limits == wanted else check(swimmer, start, blocks, wanted),
     )
 

@@ -16,7 +16,6 @@ from purcell_cli.cli.terminal import busy as _busy
 from purcell_cli.cli.terminal import show as _show
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.verdict import Verdict
-from purcell_cli.verification.certifier_process import certifier
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -87,7 +86,7 @@ def plan(
     json: Json = False,
 ) -> int:
     """Plan a motion from a start to a goal configuration and write it as CSV."""
-    with certifier() as certify, _bar("planning") as progress:
+    with _bar("planning") as progress:
         from purcell_cli.cli.reports.plan import plan_document
         from purcell_cli.files.atomic_file import whole_file, writable
         from purcell_cli.files.builtin import stored_gaits
@@ -109,7 +108,6 @@ def plan(
             options=dataclasses.replace(options, workspace=query.workspace),
             gaits=stored_gaits(gaits),
             progress=progress,
-            certify=certify,
         )
         document = plan_document(solution, str(file), None if plan_out is None else str(plan_out))
         with contextlib.ExitStack() as both:
@@ -130,20 +128,19 @@ def run(
     json: Json = False,
 ) -> int:
     """Play a plan again from its document: the same trajectory, checked anew."""
-    with certifier() as certify:
-        from purcell_cli.cli.reports.plan import plan_document
-        from purcell_cli.files.atomic_file import writable
-        from purcell_cli.files.plan_file import load_plan
-        from purcell_cli.files.trajectory_formats import chosen_format, write_trajectory
-        from purcell_cli.solution import carried_out
+    from purcell_cli.cli.reports.plan import plan_document
+    from purcell_cli.files.atomic_file import writable
+    from purcell_cli.files.plan_file import load_plan
+    from purcell_cli.files.trajectory_formats import chosen_format, write_trajectory
+    from purcell_cli.solution import carried_out
 
-        saved = load_plan(document)
-        form = chosen_format(form, out)
-        file = out or Path(f"trajectory.{form}")
-        writable(file)
-        _two_files("--out", file, document)
-        with _busy("swimming"):
-            solution = carried_out(saved.plan, saved.options, certify=certify)
-            told = plan_document(solution, str(file), str(document), "run")
-            write_trajectory(solution.trajectory, file, form)
+    saved = load_plan(document)
+    form = chosen_format(form, out)
+    file = out or Path(f"trajectory.{form}")
+    writable(file)
+    _two_files("--out", file, document)
+    with _busy("swimming"):
+        solution = carried_out(saved.plan, saved.options)
+        told = plan_document(solution, str(file), str(document), "run")
+        write_trajectory(solution.trajectory, file, form)
     return _show_solution(solution, told, json, explain)

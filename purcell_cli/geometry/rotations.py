@@ -42,7 +42,7 @@ _AXES = np.eye(3)
 
 
 def hat(vector: ArrayLike) -> Array:
-    """Return the matrix of the cross product with a vector (appendix B of the paper).
+    """Return the matrix of the cross product with a vector, in its precision (appendix B of the paper).
 
     Args:
         vector: Vectors. Shape (..., 3).
@@ -50,8 +50,8 @@ def hat(vector: ArrayLike) -> Array:
     Returns:
         Skew matrices. Shape (..., 3, 3).
     """
-    v = np.asarray(vector, dtype=np.float64)
-    out = np.zeros((*v.shape, 3))
+    v = np.asarray(vector)
+    out = np.zeros((*v.shape, 3), dtype=np.result_type(v, np.float64))
     out[..., 0, 1], out[..., 0, 2] = -v[..., 2], v[..., 1]
     out[..., 1, 0], out[..., 1, 2] = v[..., 2], -v[..., 0]
     out[..., 2, 0], out[..., 2, 1] = -v[..., 1], v[..., 0]

@@ -13,7 +13,9 @@ from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import Clearance, least_clearance
 from purcell_cli.motion.trajectory_table import Table
-from purcell_cli.verification.certificate import Certificate, Rows, judged, replay
+from purcell_cli.verification.certificate import Certificate, judged
+from purcell_cli.verification.extrapolation import Rows
+from purcell_cli.verification.replay import replay
 
 _RATE_SLACK = 1e-9
 """By which part of itself the joint rate may be exceeded: above the rounding of a rate that is written and read,
@@ -65,7 +67,7 @@ def verify(
     """
     limit = tolerance_l * swimmer.length_m
     poses, shapes = se3.pose(from_quaternion(table.base), table.position_m), from_quaternion(table.limbs)
-    found = replay(swimmer, start, table.time_s, table.rate_rad_s, every_row=True)
+    found = replay(swimmer, start, table.time_s, table.rate_rad_s, True, tolerance_l, tolerance_rad)
     certificate = judged(found, goal, limit, tolerance_rad)
     first = Configuration(poses[0], shapes[0])
     faults = [

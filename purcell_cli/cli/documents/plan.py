@@ -141,6 +141,7 @@ class PlanDocument(TypedDict):
     phases: Annotated[list[PhasePart], "the three phases"]
     planned_error: Annotated[DeviationPart, "from the goal to the end by the planner's own flow"]
     verified_error: Annotated[DeviationPart, "from the goal to the end by re-integration"]
+    rows_error: Annotated[DeviationPart, "largest distance of the rows from the re-integration, where controls change"]
     tolerance: Annotated[TolerancePart, "deviations up to which the goal is reached"]
     certificate: Annotated[CertificatePart, "how the controls were re-integrated"]
     clearance_m: Annotated[float, "least distance of the limbs' surfaces over the whole path [m]"]

@@ -22,6 +22,8 @@ from purcell_cli.mechanics.swimmer import Swimmer
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from purcell_cli.verification.certificate import Certificate
+
 
 def as_json(document: Mapping[str, Any]) -> str:
     """Return a document as one line of JSON; NaN has no place in it."""
@@ -49,6 +51,16 @@ def _deviation(deviation: Deviation, length_m: float) -> DeviationPart:
     }
 
 
+def certificate_document(found: Certificate) -> CertificatePart:
+    """Return how controls were re-integrated."""
+    return {
+        "method": "extrapolation",
+        "segments": found.segments,
+        "integrated": found.integrated,
+        "bound": {"position_m": found.bound.position_m, "angle_rad": found.bound.base_rad},
+    }
+
+
 def swimmer_document(swimmer: Swimmer) -> SwimmerPart:
     """Return a swimmer's parameters."""
     return cast(SwimmerPart, {**dataclasses.asdict(swimmer), "L_m": swimmer.length_m})
@@ -69,7 +81,7 @@ def displacement_cells(displacement: DisplacementPart, length_m: float, digits: 
 
 
 def _checked(console: Console, certificate: CertificatePart) -> None:
-    counts = f"{certificate['segments']} segments of constant control, {certificate['integrated']} distinct, integrated"
+    counts = f"{certificate['segments']} segments of constant control, {certificate['integrated']} of them distinct"
     console.print(f"checked by {certificate['method']}: {counts}")
 
 

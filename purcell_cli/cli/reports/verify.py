@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from purcell_cli.verification.verify import Verification
 from purcell_cli.cli.documents.plan import VerifyDocument
-from purcell_cli.cli.reports.common import _checked, _deviation, _verdict, swimmer_document
+from purcell_cli.cli.reports.common import _checked, _deviation, _verdict, certificate_document, swimmer_document
 
 
 def verify_document(found: Verification, swimmer: Swimmer) -> VerifyDocument:
@@ -24,11 +24,7 @@ def verify_document(found: Verification, swimmer: Swimmer) -> VerifyDocument:
         "start_error": _deviation(found.start, swimmer.length_m),
         "verified_error": _deviation(found.certificate.deviation, swimmer.length_m),
         "tolerance": {"position_m": found.certificate.tolerance_m, "angle_rad": found.certificate.tolerance_rad},
-        "certificate": {
-            "method": "DOP853",
-            "segments": found.certificate.segments,
-            "integrated": found.certificate.integrated,
-        },
+        "certificate": certificate_document(found.certificate),
         "clearance_m": None if found.clearance is None else found.clearance.distance_m,
         "faults": list(found.faults),
     }
