@@ -31,19 +31,25 @@ def verify(
     tolerance: Annotated[
         float, typer.Option("--tolerance", metavar="X", help="Largest error of position [L] and angles [rad].")
     ] = 1e-9,
+    clearance: Annotated[
+        float, typer.Option("--clearance", metavar="M", help="How far the limbs must stay apart [m].")
+    ] = 0.0,
     json: Json = False,
 ) -> int:
     """Check a trajectory: replay its controls by an independent method from start to goal."""
     from purcell_cli.cli.reports.verify import show_verify, verify_document
     from purcell_cli.errors import ParameterError
     from purcell_cli.files.trajectory_csv import read_csv
+    from purcell_cli.motion.options import OPTIONS
+    from purcell_cli.verification.limits_kept import Wanted
     from purcell_cli.verification.verify import verify as check
 
     if not 0.0 < tolerance < 1.0:
         raise ParameterError(f"--tolerance: a number above 0 and below 1 is wanted, found {tolerance!r}")
     query = query_of(start, goal, swimmer)
-    table = read_csv(trajectory)
+    wanted = Wanted(OPTIONS["clearance_m"].checked(clearance, "--clearance"), query.workspace)
+    parts = [read_csv(trajectory)]
     with _busy("re-integrating"):
-        found = check(table, query.start, query.goal, query.swimmer, tolerance, tolerance)
+        found = check(parts, query.start, query.goal, query.swimmer, tolerance, tolerance, wanted)
     _show(verify_document(found, query.swimmer), json, show_verify)
     return DONE if found.holds else NOT_REACHED

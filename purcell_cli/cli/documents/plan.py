@@ -153,6 +153,14 @@ class PlanDocument(TypedDict):
     explanation: NotRequired[Annotated[ExplanationPart, "with `--explain`: why the plan is as it is"]]
 
 
+class JudgedPart(TypedDict):
+    """The limits that a trajectory was held against."""
+
+    clearance_m: Annotated[float, "least distance wanted between the limbs' surfaces [m]"]
+    max_bend_rad: Annotated[float, "largest bend wanted in phase 2; in 1 and 3 also the start's and goal's own [rad]"]
+    workspace_m: Annotated[WorkspacePart | None, "the box to stay in; null where none is known [m]"]
+
+
 class VerifyDocument(TypedDict):
     """What `purcell verify` prints."""
 
@@ -163,5 +171,8 @@ class VerifyDocument(TypedDict):
     verified_error: Annotated[DeviationPart, "from the goal to the end by re-integration"]
     tolerance: Annotated[TolerancePart, "deviations that are allowed"]
     certificate: Annotated[CertificatePart, "how the controls were re-integrated"]
-    clearance_m: Annotated[float | None, "least distance of the limbs' surfaces; null if the file does not hold [m]"]
+    clearance_m: Annotated[float, "least distance of the limbs' surfaces over the whole path [m]"]
+    largest_bend_rad: Annotated[float | None, "largest bend in phase 2; null if nothing moves in it [rad]"]
+    workspace_violation_m: Annotated[float | None, "how far a link leaves the workspace; null without one [m]"]
+    judged: Annotated[JudgedPart, "the limits that the file was held against"]
     faults: Annotated[list[str], "what is wrong, a sentence each"]
