@@ -359,7 +359,7 @@ def test_a_byte_order_mark_is_skipped(tmp_path: Path) -> None:
 
 
 def test_a_path_that_is_no_readable_file_is_refused(tmp_path: Path) -> None:
-    assert "No such file" in fault(tmp_path / "missing.yaml")
+    assert "no such file" in fault(tmp_path / "missing.yaml")
     assert "a directory" in fault(tmp_path)
     assert "Not a directory" in fault(written(tmp_path, "{}") / "below.yaml")
     assert "wanted a readable file" in fault("bad\0name")

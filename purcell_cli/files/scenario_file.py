@@ -14,11 +14,12 @@ from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.elements import Element, ValueT
 from purcell_cli.files.gait_file import GAIT
 from purcell_cli.files.option_elements import choice
+from purcell_cli.files.paths import UnreadableError
 from purcell_cli.files.place import Place, shortened
 from purcell_cli.files.scalars import NAME, Number, Text
 from purcell_cli.files.sweep import SWEEP
 from purcell_cli.files.swimmer_file import SWIMMER
-from purcell_cli.files.yaml_source import UnreadableError, file_bytes, load, read_document
+from purcell_cli.files.yaml_source import file_bytes, load, read_document
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.verdict import Verdict

@@ -45,5 +45,5 @@ def show_verify(console: Console, document: VerifyDocument) -> None:
     if document["clearance_m"] is not None:
         console.print(f"limbs {1e3 * document['clearance_m']:.4g} mm apart or more")
     for fault in document["faults"]:
-        console.print(f"[red]-[/] {fault}", soft_wrap=True)
+        console.print(f"- {fault}", soft_wrap=True)
     _verdict(console, document["verdict"])
