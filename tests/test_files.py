@@ -189,11 +189,45 @@ def test_numbers_come_back_as_they_were_written(tmp_path: Path, numbers: list[fl
 
 @pytest.mark.parametrize(
     ("text", "value"),
-    [("1e-3", 1e-3), ("1E3", 1e3), ("-.5e+1", -5.0), ("+2.e2", 200.0), ("0x1F", 31.0), ("010", 8.0), ("1_000", 1e3),
-     ("!!float 3", 3.0), ("1:30", 90.0)],
+    [("1e-3", 1e-3), ("1E3", 1e3), ("-.5e+1", -5.0), ("+2.e2", 200.0), ("0x1F", 31.0), ("0o17", 15.0),
+     ("!!float 3", 3.0), ("-.5", -0.5), ("+.5", 0.5), (".5", 0.5), ("5.", 5.0), ("+7", 7.0), ("-0", 0.0), ("08", 8.0),
+     ("07", 7.0), ("00.5", 0.5), ("1.5e3", 1500.0), ("1.5e+3", 1500.0), ("0e0", 0.0), ("0xabc", 2748.0), ("0o0", 0.0)],
 )  # fmt: skip
-def test_numbers_follow_yaml_and_plain_exponents(tmp_path: Path, text: str, value: float) -> None:
+def test_numbers_are_those_of_yaml_1_2(tmp_path: Path, text: str, value: float) -> None:
     assert load_configuration(written(tmp_path, f"base: {{position_m: [{text}, 0, 0]}}")).pose[0, 3] == value
+
+
+READ_OTHERWISE = {
+    "017": ("15", "write 17"), "-010": ("-8", "write -10"), "+0777": ("511", "write 777"),
+    "1_000": ("1000", "write 1000"), "-0x1F": ("-31", "write -31"),
+    "1_0.5": ("10.5", "write 10.5"), "1:30": ("90", "write 90"), "190:20:30": ("685230", "write 685230"),
+    "-1:30": ("-90", "write -90"), "1:30.5": ("90.5", "write 90.5"), "0b11": ("3", "write 3"),
+    "0x_f": ("15", "write 15"), "0_7": ("7", "write 7"), "1_": ("1", "write 1"), "!!int 017": ("15", "write 17"),
+}  # fmt: skip
+"""Scalars that YAML 1.1 reads as a number and YAML 1.2 as another or none: the number, and the hint."""
+
+
+@pytest.mark.parametrize("text", READ_OTHERWISE)
+def test_what_yaml_1_1_reads_otherwise_is_refused_with_a_hint(tmp_path: Path, text: str) -> None:
+    """The foil is PyYAML, which reads each without a word."""
+    number, hint = READ_OTHERWISE[text]
+    assert yaml.safe_load(text) == float(number)
+    assert_fault(
+        tmp_path, f"base: {{position_m: [{text}, 0, 0]}}", 1, "base.position_m[0]", "wanted a finite number", hint
+    )
+    if not text.startswith("!"):
+        assert_fault(tmp_path, f"name: {text}\nstart: {{}}\ngoal: {{}}", 1, "name", hint, load="scenario")
+
+
+def test_what_yaml_1_1_takes_for_truth_or_a_date_is_a_text_in_quotes(
+    tmp_path: Path,
+) -> None:
+    for text in ("yes", "No", "ON", "off", "2001-01-01"):
+        document = "name: {}\nstart: {{}}\ngoal: {{}}"
+        assert_fault(tmp_path, document.format(text), 1, "name", "in quotes it is a text", load="scenario")
+        assert load_scenario(written(tmp_path, document.format(f"'{text}'"))).name == text
+    for text in ("y", "n", "tRue", "0b", "1.2.3"):
+        assert load_scenario(written(tmp_path, document.format(text))).name == text
 
 
 @pytest.mark.parametrize(
@@ -201,7 +235,8 @@ def test_numbers_follow_yaml_and_plain_exponents(tmp_path: Path, text: str, valu
     [".nan", ".inf", "-.inf", ".NaN", "1e400", "9" * 400, "9" * 5000, "0x" + "f" * 5000,
      "1:" * 50_000 + "1", "yes", "true",
      '"1"', "'1e-3'", "!!str 1", "1e-3x", "nan", "null", "2020-01-01", "[1]", "{a: 1}",
-     "!!float ''", "!!int x", "=", "<<"],
+     "!!float ''", "!!int x", "=", "<<",
+     "!!int 1.5", "!!float 0x10", "!!int 1_0", "0o8", "0b", "1e", "+-1", "٣", "1.5.2"],
 )  # fmt: skip
 def test_what_is_no_finite_number_is_refused(tmp_path: Path, text: str) -> None:
     text = f"base:\n  position_m:\n  - 0\n  - {text}\n  - 0\n"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 import signal
 import threading
 from pathlib import Path
@@ -14,12 +15,13 @@ import numpy as np
 
 from purcell_cli.errors import InputError
 from purcell_cli.files.atomic_file import whole_file
-from purcell_cli.files.paths import UnreadableError, readable
+from purcell_cli.files.paths import UnreadableError, is_folder, readable
 from purcell_cli.files.place import shortened
 from purcell_cli.files.used_files import note_input
 from purcell_cli.geometry.rotations import INPUT_SLACK, Array, as_euler
 from purcell_cli.motion.trajectory import Trajectory, continuous_quaternions
 from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.wording import counted
 
 _LIMB = ("qw", "qx", "qy", "qz", "psi_rad", "theta_rad", "phi_rad")
 COLUMNS = (
@@ -37,6 +39,9 @@ _ROWS_AT_ONCE = 65536
 _LARGEST_BYTES = 4 << 30
 """Bytes of a trajectory that is read at most: they are some ten million rows, whose numbers take 2.5 GB of memory."""
 
+
+_ODD = re.compile("_")
+"""What Python takes for part of a number, and nobody else."""
 
 _LONGEST_HEADER = 65536
 """Bytes of the first line that are looked at: a good one has 315."""
@@ -101,33 +106,36 @@ def write_rows(trajectory: Trajectory, stream: IO[bytes]) -> None:
 
 
 def _fault(source: Path, reason: str) -> str:
-    """Return the message about a file whose rows cannot be read: its first bad cell, else the reason given."""
+    """Return the message about a file whose rows cannot be read: its first bad line, else the reason given."""
     with source.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
         rows = csv.reader(stream)
+        fault: str | None = None
         try:
             next(rows, None)
-            for row in rows:
-                if len(row) != len(COLUMNS):
-                    found = f"{len(row)}" if row else "an empty line"
-                    return f"{source}:{rows.line_num}: wanted {len(COLUMNS)} values, found {found}"
-                for name, cell in zip(COLUMNS, row, strict=True):
-                    if not _good_cell(name, cell):
-                        wanted = "1, 2 or 3" if name == "phase" else "a finite number"
-                        found = f"'{shortened(cell)}'" if cell else "nothing"
-                        return f"{source}:{rows.line_num}: {name}: wanted {wanted}, found {found}"
+            fault = next(filter(None, map(_row_fault, rows)), None)
         except csv.Error as error:
-            return f"{source}:{rows.line_num}: wanted a row of numbers, found one that cannot be read ({error})"
+            fault = f"wanted a row of finite numbers, found one that cannot be read ({error})"
+        if fault is not None:
+            return f"{source}:{rows.line_num}: {fault}"
     return f"{source}: wanted numbers in every row, found: {reason}"
 
 
-def _good_cell(name: str, cell: str) -> bool:
-    """Return whether a cell is what its column wants."""
-    if name == "gait":
-        return True
-    try:
-        return math.isfinite(int(cell) if name == "phase" else float(cell))
-    except ValueError:
-        return False
+def _row_fault(row: list[str]) -> str | None:
+    """Return what is wrong with a row, None if nothing is."""
+    if len(row) > len(COLUMNS):
+        return f"wanted a row of finite numbers, found more fields than {len(COLUMNS)}"
+    if len(row) < len(COLUMNS):
+        return f"wanted a row of finite numbers, found {counted(len(row), 'field')} of {len(COLUMNS)}"
+    for name, cell in zip(COLUMNS, row, strict=True):
+        try:
+            good = name == "gait" or math.isfinite(int(cell) if name == "phase" else float(_ODD.sub("x", cell)))
+        except ValueError:
+            if cell:
+                return f"column '{name}': wanted numbers in every row, found '{shortened(cell)}'"
+            good = False
+        if not good:
+            return "wanted a row of finite numbers, found one that is not"
+    return None
 
 
 def _check_header(source: Path, stream: IO[bytes]) -> None:
@@ -137,7 +145,7 @@ def _check_header(source: Path, stream: IO[bytes]) -> None:
     except UnicodeDecodeError:
         raise InputError(f"{source}:1: wanted a header line of UTF-8 text, found other bytes") from None
     try:
-        header = next(csv.reader([text.rstrip("\r\n")]), [])
+        header = next(csv.reader([text.rstrip("\r\n")]), []) or [""]
     except csv.Error:
         header = [text]
     if header == list(COLUMNS):
@@ -166,7 +174,8 @@ def read_csv(path: Path | str) -> Table:
     try:
         size = readable(source).st_size
     except UnreadableError as error:
-        raise InputError(f"{source}: wanted a trajectory file, found {error}") from None
+        found = "a folder" if is_folder(source) else error
+        raise InputError(f"{source}: wanted a trajectory file, found {found}") from None
     if size > _LARGEST_BYTES:
         raise InputError(f"{source}: wanted at most {_LARGEST_BYTES >> 30} GiB, found more")
     note_input(source)

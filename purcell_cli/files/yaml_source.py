@@ -6,7 +6,6 @@ Whatever is wrong is an `InputError`, raised quickly and in little memory.
 from __future__ import annotations
 
 import os
-import re
 import stat
 import sys
 from collections.abc import Callable
@@ -18,10 +17,11 @@ from yaml.composer import Composer
 from yaml.reader import Reader
 
 from purcell_cli.errors import InputError
+from purcell_cli.files.core_schema import TAG, core_kind
 from purcell_cli.files.documents import Document
 from purcell_cli.files.elements import ValueT
 from purcell_cli.files.paths import UnreadableError, readable
-from purcell_cli.files.place import TAG, Place, input_error, key_path, kind, shortened
+from purcell_cli.files.place import Place, input_error, key_path, kind, shortened
 from purcell_cli.files.used_files import note_input
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -42,7 +42,6 @@ _CORE = {
     yaml.SequenceStartEvent: {TAG + "seq"},
     yaml.MappingStartEvent: {TAG + "map"},
 }
-_EXPONENT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$")
 
 
 def file_bytes(path: Path) -> bytes:
@@ -160,8 +159,11 @@ class _GuardedLoader(_GuardedComposer, _Loader):  # type: ignore[misc]  # the ba
         _Loader.__init__(self, text)
         _GuardedComposer.__init__(self, file)
 
-
-_GuardedLoader.add_implicit_resolver(TAG + "float", _EXPONENT, list("-+.0123456789"))
+    def resolve(self, kind: type[yaml.Node], value: Any, implicit: Any) -> str:
+        """Return the tag of a node that has none of its own."""
+        if kind is yaml.ScalarNode and implicit[0]:
+            return TAG + ("merge" if value == "<<" else core_kind(value))
+        return str(super().resolve(kind, value, implicit))
 
 
 def _composed(text: str, file: str) -> yaml.Node | None:
