@@ -23,7 +23,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 import purcell_cli
-from purcell_cli.errors import InputError
+from purcell_cli.errors import InputError, PurcellWarning
 from purcell_cli.files.configuration_file import load_configuration, load_goal
 from purcell_cli.files.gait_file import load_gait
 from purcell_cli.files.linear_expression import linear_terms
@@ -150,11 +150,14 @@ def test_a_matrix_within_a_millionth_is_normalised(tmp_path: Path) -> None:
     ("text", "found"),
     [
         ("quaternion_wxyz: [0, 0, 0, 0]", "length 0"),
-        ("quaternion_wxyz: [1.000002, 0, 0, 0]", "length 1.000002"),
+        ("quaternion_wxyz: [1.0101, 0, 0, 0]", "length 1.0101"),
+        ("quaternion_wxyz: [0.9899, 0, 0, 0]", "length 0.9899"),
         ("quaternion_wxyz: [1e300, 1e300, 0, 0]", "length inf"),
         ("quaternion_wxyz: [1, 0, 0]", "a list of 3"),
         ("matrix: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]", "a reflection"),
-        ("matrix: [[1.00001, 0, 0], [0, 1, 0], [0, 0, 1]]", "off by 2e-05"),
+        ("matrix: [[1.0101, 0, 0], [0, 1, 0], [0, 0, 1]]", "orthogonal within 0.01"),
+        ("matrix: [[1, 0.021, 0], [0, 1, 0], [0, 0, 1]]", "off by 0.021"),
+        ("matrix: [[-1.005, 0, 0], [0, 1, 0], [0, 0, 1]]", "reflection"),
         ("matrix: [[1e300, 1e300, 0], [-1e300, 1e300, 0], [0, 0, 1]]", "off by"),
         ("matrix: [[0, 0, 0], [0, 0, 0], [0, 0, 0]]", "off by 1"),
         ("matrix: [1, 0, 0, 0, 1, 0, 0, 0, 1]", "a list of 9"),
@@ -174,6 +177,49 @@ def test_an_orientation_that_is_none_is_refused_at_its_key(tmp_path: Path, text:
 )
 def test_an_orientation_has_exactly_one_form(tmp_path: Path, text: str, found: str) -> None:
     assert_fault(tmp_path, f"base:\n  orientation: {text}", 2, "base.orientation", "exactly one", found)
+
+
+MEASURED = {
+    "quaternion_wxyz: [0.707, 0, 0, 0.707]": (1.51e-4, [math.pi / 2, 0, 0]),
+    "quaternion_wxyz: [1.01, 0, 0, 0]": (1e-2, [0, 0, 0]),
+    "quaternion_wxyz: [0.99, 0, 0, 0]": (1e-2, [0, 0, 0]),
+    "quaternion_wxyz: [0, 1.000002, 0, 0]": (2e-6, [0, 0, math.pi]),
+    "matrix: [[0.87, -0.5, 0], [0.5, 0.87, 0], [0, 0, 1]]": (3.45e-3, [math.atan2(0.5, 0.87), 0, 0]),
+    "matrix: [[1.00001, 0, 0], [0, 1, 0], [0, 0, 1]]": (1e-5, [0, 0, 0]),
+    "matrix: [[1, -0.019, 0], [0, 1, 0], [0, 0, 1]]": (9.5e-3, [math.atan2(0.019, 2.0), 0, 0]),
+}
+"""Orientations of few digits: what they are off, and the Euler angles of the nearest rotation."""
+
+
+@pytest.mark.parametrize("form", MEASURED)
+def test_a_measured_orientation_is_normalised_with_a_warning_that_says_by_how_much(tmp_path: Path, form: str) -> None:
+    off, angles = MEASURED[form]
+    with pytest.warns(PurcellWarning) as told:
+        found = load_configuration(written(tmp_path, f"limb1:\n  {form}")).shape[0]
+    (message,) = {str(warning.message) for warning in told}
+    key, _, said = message.partition(": limb1.")[2].partition(": normalised, since it is off by ")
+    assert message.startswith(f"{tmp_path / 'file.yaml'}:2: limb1.")
+    assert key == form.partition(":")[0]
+    assert abs(float(said) - off) < 0.05 * off
+    assert np.allclose(found, rotations.from_euler(angles), rtol=0, atol=2e-5 if off > 1e-3 else 1e-15)
+    assert np.allclose(found.T @ found, np.eye(3), rtol=0, atol=1e-15)
+
+
+def test_what_is_off_by_a_millionth_is_normalised_without_a_word(tmp_path: Path) -> None:
+    """Warnings are errors here."""
+    for form in ("quaternion_wxyz: [1.0000009, 0, 0, 0]", "matrix: [[1.0000009, 0, 0], [0, 1, 0], [0, 0, 1]]"):
+        shape = load_configuration(written(tmp_path, f"limb1: {{{form}}}")).shape
+        assert np.allclose(shape, np.eye(3), rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("form", ["euler_deg", "euler_rad"])
+def test_an_angle_that_a_double_cannot_hold_is_refused_with_the_largest_that_can(tmp_path: Path, form: str) -> None:
+    for angle in ("1e300", "-1000001", "1.7e308"):
+        text = f"limb1:\n  {form}: [0, {angle}, 0]"
+        assert_fault(tmp_path, text, 2, f"limb1.{form}[1]", "at least -1e+06 and at most 1e+06")
+    found = load_configuration(written(tmp_path, f"limb1: {{{form}: [-1e6, 0, 0]}}")).shape[0]
+    angle = math.radians(-math.fmod(1e6, 360.0)) if form == "euler_deg" else -1e6
+    assert np.allclose(found[:2, 0], [math.cos(angle), math.sin(angle)], rtol=0, atol=1e-10)
 
 
 @pytest.mark.slow

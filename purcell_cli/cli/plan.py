@@ -84,6 +84,7 @@ def plan(
         from purcell_cli.files.atomic_file import whole_file, writable
         from purcell_cli.files.builtin import stored_gaits
         from purcell_cli.files.plan_file import PlanDocument as Saved
+        from purcell_cli.files.scenario_file import warn_if_far
         from purcell_cli.files.trajectory_formats import write_trajectory
         from purcell_cli.solution import plan as solve
 
@@ -100,6 +101,7 @@ def plan(
             progress=progress,
             certify=certify,
         )
+        warn_if_far(query)
         document = plan_document(solution, str(file), None if plan_out is None else str(plan_out))
         with contextlib.ExitStack() as both:
             if plan_out is not None:  # it appears only when the trajectory has
