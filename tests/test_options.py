@@ -158,9 +158,9 @@ def test_a_command_takes_the_members_and_nothing_else(command: str, name: str, r
     for other in (option.kind.__name__, "", str(option.default).upper(), f"{option.default} "):
         before = set(Path().iterdir())
         code, out, err = run(command, "still.yaml", option.flag, other)
-        place, names = option.flag.lstrip("-"), ", ".join(option.kind)
+        names = ", ".join(option.kind)
         assert (code, out) == (2, "")
-        assert err.startswith(f"purcell {command}: {place}: one of {names}")
+        assert err.startswith(f"purcell {command}: {option.flag}: one of {names}")
         assert err.endswith(f" is wanted, found {other!r}\n")
         assert set(Path().iterdir()) == before
 

@@ -7,15 +7,16 @@ import glob
 import hashlib
 import os
 import re
+import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from purcell_cli.errors import InputError
+from purcell_cli.errors import InputError, PurcellWarning
 from purcell_cli.files.builtin import stored_scenarios
 from purcell_cli.files.place import Place, shortened
 from purcell_cli.files.scalars import NAME
-from purcell_cli.files.scenario_file import EXPECT, SCHEMAS, Expect, Scenario
+from purcell_cli.files.scenario_file import EXPECT, SCHEMAS, Expect, Scenario, warn_if_far
 from purcell_cli.files.sweep import variants
 from purcell_cli.files.yaml_source import compose_file
 
@@ -73,6 +74,7 @@ class _Draft:
             if self.error:
                 raise InputError(self.error)
             scenario: Scenario = SCHEMAS["scenario"].read(self.place)
+            warn_if_far(scenario, f"{self.name}: ")
             return Case(self.name, self.file, self.sweep, scenario.expect, scenario)
         except InputError as error:
             return Case(self.name, self.file, self.sweep, _expect(self.place), None, str(error))
@@ -234,7 +236,9 @@ def _is_part(file: str) -> bool:
 
 def _reads(kind: str, place: Place) -> bool:
     try:
-        SCHEMAS[kind].read(place)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PurcellWarning)  # it is read again where it is used
+            SCHEMAS[kind].read(place)
     except InputError:
         return False
     return True

@@ -104,7 +104,7 @@ def _progress(count: int) -> Iterator[Callable[[Outcome, dict[str, Any]], None]]
     from rich.console import Console
 
     columns = (
-        rich.TextColumn("{task.description}"),
+        rich.TextColumn("{task.description}", markup=False),
         rich.BarColumn(),
         rich.MofNCompleteColumn(),
         rich.TextColumn("{task.fields[rate]}"),
@@ -171,7 +171,7 @@ def _show(console: Console, document: BatchDocument) -> None:
         for heading in ("scenario", "verdict", "why"):
             table.add_column(heading, overflow="fold")
         for row in document["failures"]:
-            table.add_row(row["name"], row["verdict"], _plain("\n".join(row["reasons"])))
+            table.add_row(row["name"], row["verdict"], "\n".join(row["reasons"]))
         console.print(table)
         if document["failed"] > len(document["failures"]):
             console.print(f"and {document['failed'] - len(document['failures'])} more; the summary has all")
@@ -182,11 +182,5 @@ def _show(console: Console, document: BatchDocument) -> None:
     if document["passed_over"]:
         console.print(f"{document['passed_over']} files that are a configuration or a swimmer were passed over")
     colour = "green" if document["verdict"] == "passed" else "red"
-    console.print(f"[{colour}]{document['verdict']}[/]")
-    console.print(f"results in {_plain(document['folder'])}", soft_wrap=True)
-
-
-def _plain(text: str) -> str:
-    from rich.markup import escape
-
-    return escape(text)
+    console.print(document["verdict"], style=colour)
+    console.print(f"results in {document['folder']}", soft_wrap=True)

@@ -44,15 +44,16 @@ def plot(
 ) -> None:
     """Draw a trajectory against time, or a gait over the curvature of its shapes."""
     from purcell_cli.files.atomic_file import writable
+    from purcell_cli.files.paths import is_file as is_regular
     from purcell_cli.files.trajectory_csv import read_csv
     from purcell_cli.pictures.style import picture_format, save_figure
     from purcell_cli.pictures.time_plot import time_figure
 
     path = Path(what)
-    is_file = path.suffix == ".csv" or path.is_file()
+    is_file = path.suffix == ".csv" or is_regular(path)
     file = out or Path(f"{path.stem if is_file else what}.png")
+    writable(file, "--out")
     picture_format(file)
-    writable(file)
     with busy("drawing"):
         if is_file:
             save_figure(time_figure(read_csv(path), path.name), file)
@@ -77,9 +78,12 @@ def figures(
     json: Json = False,
 ) -> None:
     """Draw the paper's figures anew: its six motions, and what its printed sequences do."""
+    from purcell_cli.files.atomic_file import writable_folder
     from purcell_cli.pictures.style import make_folder, picture_format, save_figure
 
     picture_format(Path(f"figure.{form}"))
+    swimmer_of(swimmer)
+    writable_folder(out, "--out")
     make_folder(out)
     files = []
     with busy("drawing") as progress:
@@ -105,7 +109,7 @@ def view(
     from purcell_cli.pictures.html_view import shown_rows, write_page
 
     file = out or Path(f"{trajectory.stem}.html")
-    writable(file)
+    writable(file, "--out", ("html", "htm"))
     body = swimmer_of(swimmer)
     table = read_csv(trajectory)
     with busy("drawing"):

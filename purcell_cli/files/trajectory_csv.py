@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import csv
+import math
+import re
 import signal
 import threading
 from pathlib import Path
@@ -12,9 +15,13 @@ import numpy as np
 
 from purcell_cli.errors import InputError
 from purcell_cli.files.atomic_file import whole_file
+from purcell_cli.files.paths import UnreadableError, is_folder, readable
+from purcell_cli.files.place import shortened
+from purcell_cli.files.used_files import note_input
 from purcell_cli.geometry.rotations import INPUT_SLACK, Array, as_euler
 from purcell_cli.motion.trajectory import Trajectory, continuous_quaternions
 from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.wording import counted
 
 _LIMB = ("qw", "qx", "qy", "qz", "psi_rad", "theta_rad", "phi_rad")
 COLUMNS = (
@@ -31,6 +38,13 @@ _ROWS_AT_ONCE = 65536
 
 _LARGEST_BYTES = 4 << 30
 """Bytes of a trajectory that is read at most: they are some ten million rows, whose numbers take 2.5 GB of memory."""
+
+
+_ODD = re.compile("_")
+"""What Python takes for part of a number, and nobody else."""
+
+_LONGEST_HEADER = 65536
+"""Bytes of the first line that are looked at: a good one has 315."""
 
 
 def polars() -> Any:
@@ -91,13 +105,62 @@ def write_rows(trajectory: Trajectory, stream: IO[bytes]) -> None:
         frame.write_csv(stream, include_header=low == 0)
 
 
-def _unreadable(source: Path, reason: str) -> str:
-    """Return the message about a file whose rows cannot be read."""
-    with source.open(encoding="utf-8", errors="replace") as stream:
-        for line, text in enumerate(stream, start=1):
-            if text.count(",") < len(COLUMNS) - 1:
-                return f"{source}:{line}: wanted a row of finite numbers, found one that is not"
+def _fault(source: Path, reason: str) -> str:
+    """Return the message about a file whose rows cannot be read: its first bad line, else the reason given."""
+    with source.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
+        rows = csv.reader(stream)
+        fault: str | None = None
+        try:
+            next(rows, None)
+            fault = next(filter(None, map(_row_fault, rows)), None)
+        except csv.Error as error:
+            fault = f"wanted a row of finite numbers, found one that cannot be read ({error})"
+        if fault is not None:
+            return f"{source}:{rows.line_num}: {fault}"
     return f"{source}: wanted numbers in every row, found: {reason}"
+
+
+def _row_fault(row: list[str]) -> str | None:
+    """Return what is wrong with a row, None if nothing is."""
+    if len(row) > len(COLUMNS):
+        return f"wanted a row of finite numbers, found more fields than {len(COLUMNS)}"
+    if len(row) < len(COLUMNS):
+        return f"wanted a row of finite numbers, found {counted(len(row), 'field')} of {len(COLUMNS)}"
+    for name, cell in zip(COLUMNS, row, strict=True):
+        try:
+            good = name == "gait" or math.isfinite(int(cell) if name == "phase" else float(_ODD.sub("x", cell)))
+        except ValueError:
+            if cell:
+                return f"column '{name}': wanted numbers in every row, found '{shortened(cell)}'"
+            good = False
+        if not good:
+            return "wanted a row of finite numbers, found one that is not"
+    return None
+
+
+def _check_header(source: Path, stream: IO[bytes]) -> None:
+    """Refuse a first line that does not name the columns; a byte order mark and quotes may stand there."""
+    try:
+        text = stream.readline(_LONGEST_HEADER).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(f"{source}:1: wanted a header line of UTF-8 text, found other bytes") from None
+    try:
+        header = next(csv.reader([text.rstrip("\r\n")]), []) or [""]
+    except csv.Error:
+        header = [text]
+    if header == list(COLUMNS):
+        return
+    wrong = next(
+        (k for k, (a, b) in enumerate(zip(header, COLUMNS, strict=False)) if a != b), min(len(header), len(COLUMNS))
+    )
+    found = f"'{shortened(header[wrong], 40)}'" if wrong < len(header) else "no more"
+    wanted = repr(COLUMNS[wrong]) if wrong < len(COLUMNS) else "no more columns"
+    hint = ""
+    if header[1:] == list(COLUMNS):
+        hint = " (a column of row names; R leaves it out with row.names = FALSE)"
+    elif header and header[0].startswith((f"{COLUMNS[0]};", f"{COLUMNS[0]}\t")):
+        hint = f" (columns are parted by commas, not by {header[0][len(COLUMNS[0])]!r})"
+    raise InputError(f"{source}:1: column {wrong + 1}: wanted {wanted}, found {found}{hint}")
 
 
 def read_csv(path: Path | str) -> Table:
@@ -108,34 +171,31 @@ def read_csv(path: Path | str) -> Table:
     """
     pl = polars()
     source = Path(path)
-    if not source.is_file():
-        raise InputError(f"{source}: wanted a trajectory file, found {'a folder' if source.is_dir() else 'none'}")
-    if source.stat().st_size > _LARGEST_BYTES:
-        raise InputError(f"{source}: wanted at most {_LARGEST_BYTES >> 30} GiB, found more")
     try:
-        with source.open("rb") as stream:
-            header = stream.readline(65536).decode("utf-8").rstrip("\r\n").split(",")
-    except UnicodeDecodeError:
-        raise InputError(f"{source}:1: wanted a header line of UTF-8 text, found other bytes") from None
-    if header != list(COLUMNS):
-        wrong = next(
-            (k for k, (a, b) in enumerate(zip(header, COLUMNS, strict=False)) if a != b), min(len(header), len(COLUMNS))
-        )
-        found = repr(header[wrong][:40]) if wrong < len(header) else "no more"
-        wanted = repr(COLUMNS[wrong]) if wrong < len(COLUMNS) else "no more columns"
-        raise InputError(f"{source}:1: column {wrong + 1}: wanted {wanted}, found {found}")
+        size = readable(source).st_size
+    except UnreadableError as error:
+        found = "a folder" if is_folder(source) else error
+        raise InputError(f"{source}: wanted a trajectory file, found {found}") from None
+    if size > _LARGEST_BYTES:
+        raise InputError(f"{source}: wanted at most {_LARGEST_BYTES >> 30} GiB, found more")
+    note_input(source)
     types = dict.fromkeys(COLUMNS, pl.Float64) | {"phase": pl.Int64, "gait": pl.String}
     try:
-        frame = pl.read_csv(source, schema=types)
+        with source.open("rb") as stream:  # polars takes a path for a pattern, or for an address
+            _check_header(source, stream)
+            stream.seek(0)
+            frame = pl.read_csv(stream, schema=types)
     except (pl.exceptions.PolarsError, OSError) as error:
-        raise InputError(_unreadable(source, str(error).splitlines()[0])) from None
+        reason = str(getattr(error, "strerror", None) or error).splitlines() or ["no reason"]
+        raise InputError(_fault(source, reason[0])) from None
+    while frame.height and all(value is None for value in frame.row(-1)):  # empty lines at the end
+        frame = frame.head(-1)
     numbers = frame.select(c for c in COLUMNS if c != "gait").to_numpy()
     bad = np.flatnonzero(~np.all(np.isfinite(numbers), axis=1))
-    if not len(numbers) or len(bad):
-        line = int(bad[0]) + 2 if len(bad) else 2
-        raise InputError(
-            f"{source}:{line}: wanted a row of finite numbers, found {'one that is not' if len(bad) else 'no row'}"
-        )
+    if len(bad):
+        raise InputError(_fault(source, f"others in row {int(bad[0]) + 1}"))
+    if not len(numbers):
+        raise InputError(f"{source}:2: wanted a row of finite numbers, found no row")
     values = numbers[:, 2:]
     late = np.flatnonzero(np.diff(numbers[:, 0]) < 0)
     if len(late):

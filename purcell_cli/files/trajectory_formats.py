@@ -12,6 +12,7 @@ from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.files.trajectory_csv import COLUMNS, polars, write_csv
 from purcell_cli.motion.trajectory import Trajectory, as_table
 from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.wording import nearest_hint
 
 FORMATS = {
     "csv": "text at full double precision; the one that purcell reads",
@@ -26,13 +27,17 @@ def chosen_format(name: str | None, path: Path | None) -> str:
     """Return the format that is asked for: by its name, else by the file's ending, else csv.
 
     Raises:
-        UnknownNameError: No format has this name.
+        UnknownNameError: No format has this name, or this ending.
     """
     if name is None:
         ending = "" if path is None else path.suffix.removeprefix(".").lower()
-        return ending if ending in FORMATS else "csv"
+        if ending and ending not in FORMATS:
+            known = ", ".join(f".{form}" for form in FORMATS)
+            raise UnknownNameError(f"--out: a name that ends in {known} is wanted, found .{ending} in {path}")
+        return ending or "csv"
     if name not in FORMATS:
-        raise UnknownNameError(f"--format: one of {', '.join(FORMATS)} is wanted, found {name!r}")
+        known = f"{', '.join(FORMATS)}{nearest_hint(name, FORMATS)}"
+        raise UnknownNameError(f"--format: one of {known} is wanted, found {name!r}")
     return name
 
 

@@ -53,5 +53,5 @@ def show_verify(console: Console, document: VerifyDocument) -> None:
     told.append("no workspace known" if judged["workspace_m"] is None else "workspace known")
     console.print("limits judged: " + ", ".join(told), soft_wrap=True)
     for fault in document["faults"]:
-        console.print(f"[red]-[/] {fault}", soft_wrap=True)
+        console.print(f"- {fault}", soft_wrap=True)
     _verdict(console, document["verdict"])
