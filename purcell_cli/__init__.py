@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from purcell_cli.files.plan_file import load_plan, write_plan
     from purcell_cli.files.scenario_file import load_scenario
     from purcell_cli.files.swimmer_file import load_swimmer
-    from purcell_cli.files.trajectory_csv import read_csv, write_csv
+    from purcell_cli.files.trajectory_csv import write_csv
+    from purcell_cli.files.trajectory_reader import read_csv
     from purcell_cli.gaits.pure_stroke import realise
     from purcell_cli.lie_brackets.controllability import controllability
     from purcell_cli.lie_brackets.curvature import curvature
@@ -60,7 +61,7 @@ _HOMES = {
     "load_scenario": "files.scenario_file",
     "load_swimmer": "files.swimmer_file",
     "plan": "solution",
-    "read_csv": "files.trajectory_csv",
+    "read_csv": "files.trajectory_reader",
     "realise": "gaits.pure_stroke",
     "stored_gaits": "files.builtin",
     "stored_scenarios": "files.builtin",

@@ -105,7 +105,7 @@ def plan(
             if plan_out is not None:  # it appears only when the trajectory has
                 text = Saved(solution.plan, solution.options).as_text()
                 both.enter_context(whole_file(plan_out)).write(text.encode())
-            write_trajectory(solution.trajectory, file, form)
+            write_trajectory(solution.trajectory, file, form, solution.plan.swimmer)
     return _show_solution(solution, document, json, explain)
 
 
@@ -129,5 +129,5 @@ def run(
     with _busy("swimming"):
         solution = carried_out(saved.plan, saved.options)
         told = plan_document(solution, str(file), str(document), "run")
-        write_trajectory(solution.trajectory, file, form)
+        write_trajectory(solution.trajectory, file, form, solution.plan.swimmer)
     return _show_solution(solution, told, json, explain)

@@ -100,10 +100,8 @@ class LimitsKept:
             found, piece = float(bend[mine[n], limb]), int(mine[n])
             if found > most[limb] + _BEND_SLACK_RAD:
                 place = f"{_line(row + piece)} (t = {time_s[piece] + when[piece, limb]:.6g} s)"
-                self.faults.setdefault(
-                    "bend",
-                    f"{place}: limb {limb + 1} bends by {found:.6g} rad in phase {k}, more than {most[limb]:.6g}",
-                )
+                what = f"limb {limb + 1} bends by {found:.6g} rad in phase {k}, more than {most[limb]:.6g} rad"
+                self.faults.setdefault("bend", f"{place}: {what}")
 
     def _workspace(self, workspace: Workspace, row: int, time_s: Array, poses: Array, pieces: Pieces) -> None:
         found = largest_excess(self._swimmer, workspace, poses, np.arange(len(poses)), pieces, _displacements)

@@ -30,7 +30,7 @@ _LOOKED_AT = 64
 """Rows whose motion is compared with the swimmer's, to tell whether it can have made them."""
 _ROUNDING = 1e-14
 """What writing poses as numbers may change [L, rad], a part of the coordinates."""
-_MISFIT = 1e-6
+MISFIT = 1e-6
 """A larger part of a row's motion that is not the swimmer's is not the rounding of a file."""
 
 
@@ -159,7 +159,7 @@ def misfit(table: Table, swimmer: Swimmer) -> float:
 def _swimmer(table: Table, swimmer: Swimmer) -> list[str]:
     """Return that another swimmer has made the rows, where that is so."""
     off = misfit(table, swimmer)
-    if off <= _MISFIT:
+    if off <= MISFIT:
         return []
     return [f"the rows' velocities are not this swimmer's (off by {off:.2g} of the joints' rates): see --swimmer"]
 
