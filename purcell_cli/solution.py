@@ -5,12 +5,10 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from purcell_cli.errors import ParameterError
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
@@ -20,7 +18,9 @@ from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements, energies, starting_shapes
+from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.limits import Limits, LimitsReport, check
+from purcell_cli.motion.memory import refuse_huge
 from purcell_cli.motion.options import Controls, PlanOptions
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, check_spacing, sample, schedule
@@ -31,8 +31,8 @@ from purcell_cli.planner.refine.simultaneous import quickened
 from purcell_cli.verification.certificate import Certificate, judged
 from purcell_cli.verification.replay import TOLERANCE_L, TOLERANCE_RAD, Replay, replay
 
-FARTHEST_L = 1e9
-"""A goal farther from the start than this, in units of L, is refused: no double says its position to a thousandth."""
+_BATCH = 1 << 14
+"""Rows that are compared at once: bounds the memory of a long motion."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -60,13 +60,16 @@ class Solution:
     def rows_off(self) -> Deviation:
         """How far the trajectory's rows, where the control changes, are from the re-integration at the most."""
         rows, again = self.trajectory, self.replay
-        k = np.searchsorted(rows.time_s, schedule(self.plan.swimmer, self.plan.blocks)[0][again.row])
-        away = rows.pose[k, :3, 3] - again.pose[:, :3, 3]
-        turned = [rows.pose[k, :3, :3] - again.pose[:, :3, :3], *np.moveaxis(rows.shape[k] - again.shape, 1, 0)]
-        return Deviation(
-            math.sqrt(np.max(np.sum(away * away, axis=1))),
-            *(math.sqrt(0.5 * np.max(np.sum(x * x, axis=(1, 2)))) for x in turned),
-        )
+        row = np.searchsorted(rows.time_s, schedule(self.plan.swimmer, self.plan.blocks)[0][again.row])
+        pose, shape, most = again.pose, again.shape, np.zeros(4)
+        for low in range(0, len(row), _BATCH):
+            some = slice(low, low + _BATCH)
+            k = row[some]
+            away = np.sum((rows.pose[k, :3, 3] - pose[some, :3, 3]) ** 2, axis=1)
+            turned = np.sum((rows.pose[k, :3, :3] - pose[some, :3, :3]) ** 2, axis=(1, 2))
+            limbs = np.sum((rows.shape[k] - shape[some]) ** 2, axis=(2, 3))
+            most = np.maximum(most, np.max(np.column_stack([away, 0.5 * turned, 0.5 * limbs]), axis=0))
+        return Deviation(*np.sqrt(most).tolist())
 
     @functools.cached_property
     def displacement(self) -> Array:
@@ -152,17 +155,15 @@ def plan(
 
     Raises:
         ParameterError: A start or goal that does not keep the clearance.
-        ParameterError: A goal farther from the start than `FARTHEST_L`.
-        ParameterError: A time between rows that asks for too many rows.
+        ParameterError: A coordinate of the start or the goal too large to be said exactly.
+        ParameterError: A motion that takes too much memory.
         GaitError: No stored gait for a motion that is needed.
     """
     stored = stored_gaits() if gaits is None else gaits
     body, limits = swimmer or Swimmer(), Limits.of(options)
     for name, configuration in (("start", start), ("goal", goal)):
+        refuse_large(body, name, configuration)
         limits.refuse(body, name, configuration)
-    if (away := math.dist(start.pose[:3, 3], goal.pose[:3, 3])) > FARTHEST_L * body.length_m:
-        farthest = FARTHEST_L * body.length_m
-        raise ParameterError(f"goal: a position within {farthest:g} m of the start is wanted, found {away:g} m")
     made = reconfigure(body, start, goal, stored, options.effort, options.objective, limits, progress)
     made = quickened(made, limits) if options.controls == Controls.SIMULTANEOUS else made
     return carried_out(made, options)
@@ -176,11 +177,12 @@ def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
         options: The limits that it must keep besides the bend limit, and how its trajectory is sampled.
 
     Raises:
-        ParameterError: A time between rows that asks for too many rows.
+        ParameterError: A motion that takes too much memory.
     """
     swimmer, start, blocks = plan.swimmer, plan.start, plan.blocks
     wanted, known = Limits.of(options), plan.limits
     check_spacing(swimmer, blocks, options.dt_s)
+    refuse_huge(plan.primitives, plan.duration_s / options.dt_s, options.max_memory_gb)
     return Solution(
         plan,
         options,

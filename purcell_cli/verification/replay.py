@@ -40,8 +40,8 @@ _CARES = ((np.float64, 1.0), (np.longdouble, 0.6), (np.longdouble, 0.3))
 bound is small. Extended precision takes some eight times as long."""
 _SMALL = 0.1
 """A bound below this part of the tolerance is small."""
-_BATCH = 4096
-"""Segments whose drift is made at once: bounds the memory of a long motion."""
+_BATCH = 1 << 14
+"""Segments that are put together at once: bounds the memory of a long motion."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -72,7 +72,11 @@ class Replay:
     @property
     def shape(self) -> Array:
         """The limbs' orientations where segments begin, and at the end, in double precision. Shape (m + 1, 2, 3, 3)."""
-        return np.asarray(_shapes(self.begun_shape, self.turned), dtype=np.float64)
+        out = np.empty((len(self.turned), 2, 3, 3))
+        for low in range(0, len(out), _BATCH):
+            some = slice(low, low + _BATCH)
+            out[some] = _shapes(self.begun_shape, self.turned[some])
+        return out
 
     @property
     def end_shape(self) -> Real:
@@ -82,18 +86,24 @@ class Replay:
     @functools.cached_property
     def pose(self) -> Array:
         """The base's poses where segments begin, and at the end, in double precision [m]. Shape (m + 1, 4, 4)."""
-        pose = se3.running_products(self.begun_pose, self.moves.fine[self.which])
-        if not len(self.drift):
-            return pose.astype(np.float64)
-        # Seen from where the motion begins, the small twists add up, and each moves all that comes after it.
-        origin = self.begun_pose[:3, 3]
-        away, rotation = (pose[:, :3, 3] - origin).astype(np.float64), pose[:, :3, :3].astype(np.float64)
-        turn = np.einsum("kij,kj->ki", rotation[1:], self.drift[:, 3:])
-        push = np.einsum("kij,kj->ki", rotation[1:], self.drift[:, :3]) + np.cross(away[1:], turn)
-        turn, push = (np.cumsum(np.concatenate([np.zeros((1, 3)), x]), axis=0) for x in (turn, push))
-        pose[:, :3, 3] += push + np.cross(turn, away)
-        pose[:, :3, :3] += hat(turn) @ rotation
-        return pose.astype(np.float64)
+        out = np.empty((len(self.which) + 1, 4, 4))
+        here, out[0] = self.begun_pose, self.begun_pose
+        turn = push = np.zeros(3)
+        for low in range(0, len(self.which), _BATCH):
+            some = slice(low, low + _BATCH)
+            pose = se3.running_products(here, self.moves.fine[self.which[some]])[1:]
+            here = pose[-1].copy()
+            if len(self.drift):
+                # Seen from where the motion begins, the small twists add up, and each moves all that comes after it.
+                away, rotation = (pose[:, :3, 3] - self.begun_pose[:3, 3]).astype(np.float64), pose[:, :3, :3]
+                turned = np.einsum("kij,kj->ki", rotation, self.drift[some, 3:]).astype(np.float64)
+                pushed = np.einsum("kij,kj->ki", rotation, self.drift[some, :3]) + np.cross(away, turned)
+                turns, pushes = turn + np.cumsum(turned, axis=0), push + np.cumsum(pushed, axis=0)
+                turn, push = turns[-1], pushes[-1]
+                pose[:, :3, 3] += pushes + np.cross(turns, away)
+                pose[:, :3, :3] += hat(turns) @ rotation
+            out[1:][some] = pose
+        return out
 
     @functools.cached_property
     def end_pose(self) -> Real:
@@ -175,8 +185,11 @@ def _turned(rates: Array, durations: Array) -> Real:
     each[1:, :, 1:] = half * np.where(size > 0.0, np.sin(size) / np.where(size > 0.0, size, 1.0), 1.0)
     # w + x i + y j + z k as the complex numbers (w + x i, y + z i).
     pairs = each.view(np.result_type(half.dtype, np.complex128))
-    out = running(pairs, _hamilton).view(half.dtype)
-    return np.asarray(out / np.sqrt(np.sum(out * out, axis=-1, keepdims=True)))
+    for low in range(0, len(pairs) - 1, _BATCH):
+        some = slice(low, low + _BATCH + 1)  # the last of one batch begins the next
+        pairs[some] = running(pairs[some], _hamilton)
+        each[some] /= np.sqrt(np.sum(each[some] * each[some], axis=-1, keepdims=True))
+    return each
 
 
 def _shapes(start: Real, turned: Real) -> Real:

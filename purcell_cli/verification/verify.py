@@ -15,6 +15,7 @@ from purcell_cli.geometry.rotations import Array, as_euler, as_vector, from_eule
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.verification.certificate import Certificate
 from purcell_cli.verification.extrapolation import segment_displacements
@@ -78,7 +79,12 @@ def verify(
         tolerance_l: Position tolerance, in units of L.
         tolerance_rad: Angle tolerance [rad].
         wanted: The limits that it must keep besides the bend limit.
+
+    Raises:
+        ParameterError: A coordinate of the start or the goal too large to be said within the tolerance.
     """
+    for name, configuration in (("start", start), ("goal", goal)):
+        refuse_large(swimmer, name, configuration, tolerance_l)
     limit = tolerance_l * swimmer.length_m
     kept = LimitsKept(swimmer, start, goal, wanted)
     faults: dict[str, list[str]] = {}
