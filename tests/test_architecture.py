@@ -22,6 +22,7 @@ FLOORS = [
     ("explanation",),
     ("pictures", "batch"),
     ("cli",),
+    ("__main__",),
 ]
 """Rooms by floor, from the bottom. Rooms of one floor do not import each other."""
 

@@ -178,7 +178,7 @@ def run_batch(cases: Cases, settings: Settings, options: Options, progress: Prog
     begun = time.perf_counter()
     with ResultsFolder(options.folder, options.resume) as folder:
         if options.junit is not None:
-            writable(options.junit)
+            writable(options.junit, "--junit", ("xml",))
         batch = _Batch(cases, settings, options, folder)
         try:
             batch.solve(progress)

@@ -20,6 +20,9 @@ PAPER_MOTIONS = ("x-motion", "y-motion", "z-motion", "z-rotation", "y-rotation",
 PRINTED = tuple(f"printed-{name}" for name in ("x", "y", "z", "psi", "theta", "phi"))
 """The same motions by the sequences as printed."""
 
+_KINDS = ("stroke", "poses", "time")
+"""What is drawn of each motion."""
+
 _SMOOTH = 0.01
 """Longest time between rows of a stroke that is drawn, for a joint rate of 1 rad/s [s]."""
 
@@ -79,22 +82,26 @@ def figures(
     json: Json = False,
 ) -> None:
     """Draw the paper's figures anew: its six motions, and what its printed sequences do."""
-    from purcell_cli.files.atomic_file import writable_folder
+    from purcell_cli.files.atomic_file import writable, writable_folder
     from purcell_cli.pictures.style import make_folder, picture_format, save_figure
 
     picture_format(Path(f"figure.{form}"))
     swimmer_of(swimmer)
     writable_folder(out, "--out")
     make_folder(out)
-    files = []
+    files = {(n, kind): out / f"{n}-{kind}.{form}" for n in (*PAPER_MOTIONS, *PRINTED) for kind in _KINDS}
+    for file in files.values():
+        writable(file, "--out")
     with busy("drawing") as progress:
         for name in (*PAPER_MOTIONS, *PRINTED):
             progress(name)
             for kind, figure in _stroke_figures(name, None, swimmer, None).items():
-                file = out / f"{name}-{kind}.{form}"
-                save_figure(figure, file)
-                files.append(str(file))
-    document: FiguresDocument = {"schema": "purcell/figures/1", "verdict": "done", "pictures": files}
+                save_figure(figure, files[name, kind])
+    document: FiguresDocument = {
+        "schema": "purcell/figures/1",
+        "verdict": "done",
+        "pictures": [str(f) for f in files.values()],
+    }
     show(document, json, _show_figures)
 
 
