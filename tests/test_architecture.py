@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "purcell_cli"
 
 FLOORS = [
     ("errors", "wording"),
+    ("processes",),
     ("geometry",),
     ("mechanics",),
     ("lie_brackets", "motion"),
@@ -22,6 +23,7 @@ FLOORS = [
     ("explanation",),
     ("pictures", "batch"),
     ("cli",),
+    ("__main__",),
 ]
 """Rooms by floor, from the bottom. Rooms of one floor do not import each other."""
 

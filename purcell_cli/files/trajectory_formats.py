@@ -12,6 +12,7 @@ from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.files.trajectory_csv import COLUMNS, polars, write_csv
 from purcell_cli.motion.trajectory import Trajectory, as_table
 from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.processes import outside_forks
 
 FORMATS = {
     "csv": "text at full double precision; the one that purcell reads",
@@ -45,6 +46,7 @@ def columns(table: Table) -> dict[str, Any]:
     return named | {name: np.ascontiguousarray(values[:, k]) for k, name in enumerate(COLUMNS[3:])}
 
 
+@outside_forks
 def write_trajectory(trajectory: Trajectory, path: Path | str, form: str = "csv") -> None:
     """Write a trajectory in one of `FORMATS`.
 

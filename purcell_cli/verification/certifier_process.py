@@ -14,10 +14,12 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import IO, TYPE_CHECKING, Any, cast
 
+from purcell_cli.processes import command
+
 if TYPE_CHECKING:
     from purcell_cli.verification.certificate import Certificate
 
-_SERVE = "import sys; sys.path[:] = {path!r}; from purcell_cli.verification.certifier_process import serve; serve()"
+_SERVE = "from purcell_cli.verification.certifier_process import serve; serve()"
 
 
 @contextlib.contextmanager
@@ -49,7 +51,7 @@ def serve() -> None:
 def _started() -> subprocess.Popen[bytes] | None:
     try:  # in a session of its own, since Ctrl-C is for who plans
         return subprocess.Popen(  # noqa: S603  # this very program
-            [sys.executable, "-c", _SERVE.format(path=sys.path)],
+            command(_SERVE),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
