@@ -83,7 +83,7 @@ def batch(
     cases = find_cases(paths, name_filter)
     task = Options(out, jobs or _cores(), dask, resume, junit, parquet, earlier)
     with _progress(cases.count) as progress:
-        outcome = run_batch(cases, settings, task, progress)
+        outcome = run_batch(cases, settings, task, progress, lambda line: print(line, file=sys.stderr))
     show(_document(outcome, task, cases.passed_over), json, _show)
     return NOT_REACHED if outcome.failed else DONE
 
