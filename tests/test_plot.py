@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-import matplotlib
+import matplotlib as mpl
 import numpy as np
 import pytest
 from helpers import assert_close, is_close
@@ -270,7 +270,7 @@ no.such: key
 @pytest.mark.slow
 @pytest.mark.parametrize("ending", ["svg", "png", "pdf"])
 def test_pictures_are_the_same_bytes_whatever_settings_a_user_has(tmp_path: Path, ending: str) -> None:
-    """A notebook's backend that is not installed here, TeX, and a file of settings; that it is read else is the foil."""
+    """A notebook's backend that is not installed here, TeX, and a file of settings; reading it is the foil."""
     program = "from purcell_cli.cli.app import main; main()"
     pictures = []
     for name, settings, backend in (
@@ -299,9 +299,9 @@ def test_pictures_drawn_in_a_process_with_settings_of_its_own_do_not_take_them_o
         return (tmp_path / name).read_bytes()
 
     plain = drawn("plain.svg")
-    with matplotlib.rc_context({"text.usetex": True, "font.size": 20, "lines.marker": "o", "savefig.bbox": "tight"}):
+    with mpl.rc_context({"text.usetex": True, "font.size": 20, "lines.marker": "o", "savefig.bbox": "tight"}):
         assert drawn("styled.svg") == plain
-        assert matplotlib.rcParams["font.size"] == 20, "the user's own stay as they are"
+        assert mpl.rcParams["font.size"] == 20, "the user's own stay as they are"
 
 
 @pytest.mark.slow
