@@ -5,7 +5,10 @@ They are loaded when first used, so that the command line starts quickly. Not by
 need it, for the twelve lines at the end of this module.
 """
 
-from __future__ import annotations
+import sys
+
+if sys.argv[:1] == ["-m"] and {"purcell_cli", "-mpurcell_cli"} & {*sys.orig_argv} and not sys.flags.safe_path:
+    del sys.path[0]  # the working folder, where strangers' files may have the names of modules
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any

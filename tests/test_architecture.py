@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "purcell_cli"
 
 FLOORS = [
     ("errors", "wording"),
+    ("processes",),
     ("geometry",),
     ("mechanics",),
     ("lie_brackets", "motion"),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import signal
 import threading
+from collections.abc import Mapping
 from pathlib import Path
 from types import FrameType
 from typing import IO, Any
@@ -13,6 +15,7 @@ import numpy as np
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.geometry.rotations import Array, as_euler
 from purcell_cli.motion.trajectory import Trajectory, continuous_quaternions
+from purcell_cli.processes import outside_forks
 
 _LIMB = ("qw", "qx", "qy", "qz", "psi_rad", "theta_rad", "phi_rad")
 COLUMNS = (
@@ -64,7 +67,6 @@ def write_csv(trajectory: Trajectory, path: Path | str) -> None:
 
 def write_rows(trajectory: Trajectory, stream: IO[bytes]) -> None:
     """Write a trajectory as CSV into an open file, as `write_csv` does."""
-    pl = polars()
     names = np.array(trajectory.gaits)
     before: list[Array | None] = [None, None, None]
     for low in range(0, len(trajectory), _ROWS_AT_ONCE):
@@ -76,11 +78,17 @@ def write_rows(trajectory: Trajectory, stream: IO[bytes]) -> None:
             blocks += [quaternion, as_euler(rotation)]
         numbers = np.concatenate([*blocks, trajectory.rate_rad_s[part]], axis=1) + 0.0
         columns = {"t_s": trajectory.time_s[part], "phase": trajectory.phase[part]}
-        frame = pl.DataFrame(
-            {
-                **columns,
-                "gait": names[trajectory.gait[part]],
-                **{name: np.ascontiguousarray(numbers[:, k]) for k, name in enumerate(COLUMNS[3:])},
-            }
-        )
-        frame.write_csv(stream, include_header=low == 0)
+        named = {
+            **columns,
+            "gait": names[trajectory.gait[part]],
+            **{name: np.ascontiguousarray(numbers[:, k]) for k, name in enumerate(COLUMNS[3:])},
+        }
+        stream.write(_as_text(named, low == 0))
+
+
+@outside_forks
+def _as_text(columns: Mapping[str, Array], header: bool) -> bytes:
+    """Return rows as text, columns by name."""
+    text = io.BytesIO()
+    polars().DataFrame(columns).write_csv(text, include_header=header)
+    return text.getvalue()

@@ -15,6 +15,7 @@ from purcell_cli.files.trajectory_csv import COLUMNS, polars, write_csv
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.trajectory import Trajectory, as_table
 from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.processes import outside_forks
 from purcell_cli.wording import nearest_hint
 
 FORMATS = {
@@ -53,6 +54,7 @@ def columns(table: Table) -> dict[str, Any]:
     return named | {name: np.ascontiguousarray(values[:, k]) for k, name in enumerate(COLUMNS[3:])}
 
 
+@outside_forks
 def write_trajectory(
     trajectory: Trajectory, path: Path | str, form: str = "csv", swimmer: Swimmer | None = None
 ) -> None:

@@ -9,7 +9,7 @@ import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 import numpy as np
 
@@ -18,9 +18,13 @@ from purcell_cli.files.paths import UnreadableError, is_folder, readable
 from purcell_cli.files.place import shortened
 from purcell_cli.files.trajectory_csv import COLUMNS, polars
 from purcell_cli.files.used_files import note_input
-from purcell_cli.geometry.rotations import INPUT_SLACK
+from purcell_cli.geometry.rotations import INPUT_SLACK, Array
 from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.processes import outside_forks
 from purcell_cli.wording import counted
+
+Names = np.ndarray[tuple[int, ...], np.dtype[np.str_]]
+"""Names, one a row."""
 
 _PART_BYTES = 32 << 20
 """Bytes that are read together: some 60,000 rows, whose numbers take 15 MB."""
@@ -123,44 +127,52 @@ def read_parts(path: Path | str) -> Iterator[Table]:
     if size > _LARGEST_BYTES:
         raise InputError(f"{source}: wanted at most {_LARGEST_BYTES >> 30} GiB, found more")
     note_input(source)
-    pl = polars()
-    before: Any = None
+    before: tuple[Array, Names] | None = None
     row = 0
     try:
-        with source.open("rb") as stream:  # polars takes a path for a pattern, or for an address
+        with source.open("rb") as stream:
             _check_header(source, stream)
             stream.seek(0)
-            for frame in _frames(stream):
-                whole = frame if before is None else pl.concat([before, frame])
-                if not whole.height:
+            header = True
+            while block := stream.read(_PART_BYTES):
+                block += stream.readline()
+                numbers, gaits, fault = _parsed(block, header, stream.peek(1) == b"")
+                header = False
+                if fault:
+                    raise InputError(_fault(source, fault))
+                if before is not None:
+                    numbers, gaits = (np.concatenate([a, b]) for a, b in zip(before, (numbers, gaits), strict=True))
+                if not len(numbers):
                     continue
-                yield _table(source, whole, row)
-                before, row = whole.tail(1), row + whole.height - 1
-    except (pl.exceptions.PolarsError, OSError) as error:
-        reason = str(getattr(error, "strerror", None) or error).splitlines() or ["no reason"]
-        raise InputError(_fault(source, reason[0])) from None
+                yield _table(source, numbers, gaits, row)
+                before, row = (numbers[-1:], gaits[-1:]), row + len(numbers) - 1
+    except OSError as error:
+        raise InputError(_fault(source, error.strerror or str(error))) from None
     if before is None:
         raise InputError(f"{source}:2: wanted a row of finite numbers, found no row")
 
 
-def _frames(stream: IO[bytes]) -> Iterator[Any]:
-    """Return the rows of a file in data frames, empty lines at the end left out."""
+@outside_forks
+def _parsed(block: bytes, header: bool, last: bool) -> tuple[Array, Names, str]:
+    """Return the numbers and the gaits of some lines, empty ones at the end left out, and why it cannot be done."""
     pl = polars()
     types = dict.fromkeys(COLUMNS, pl.Float64) | {"phase": pl.Int64, "gait": pl.String}
-    first = True
-    while block := stream.read(_PART_BYTES):
-        block += stream.readline()
-        last = stream.peek(1) == b"" if isinstance(stream, io.BufferedReader) else False
-        frame = pl.read_csv(io.BytesIO(block), schema=types, has_header=first)
-        while last and frame.height and all(value is None for value in frame.row(-1)):
-            frame = frame.head(-1)
-        first = False
-        yield frame
-
-
-def _table(source: Path, frame: Any, row: int) -> Table:
-    """Return the numbers of some rows, the first of which has a number, and check them."""
+    try:  # polars takes a path for a pattern, or for an address
+        frame = pl.read_csv(io.BytesIO(block), schema=types, has_header=header)
+    except pl.exceptions.PolarsError as error:
+        return (
+            np.empty((0, len(COLUMNS) - 1)),
+            np.empty(0, dtype=np.str_),
+            (str(error).splitlines() or ["no reason"])[0],
+        )
+    while last and frame.height and all(value is None for value in frame.row(-1)):
+        frame = frame.head(-1)
     numbers = frame.select(c for c in COLUMNS if c != "gait").to_numpy()
+    return numbers, frame["gait"].fill_null("").to_numpy().astype(str), ""
+
+
+def _table(source: Path, numbers: Array, gaits: Names, row: int) -> Table:
+    """Return some rows, the first of which has a number, and check them."""
     bad = np.flatnonzero(~np.all(np.isfinite(numbers), axis=1))
     if len(bad):
         raise InputError(_fault(source, f"others in row {row + int(bad[0]) + 1}"))
@@ -180,7 +192,7 @@ def _table(source: Path, frame: Any, row: int) -> Table:
     return Table(
         numbers[:, 0],
         numbers[:, 1],
-        frame["gait"].fill_null("").to_numpy().astype(str),
+        gaits,
         values[:, :3],
         values[:, 3:7],
         np.stack([values[:, 10:14], values[:, 17:21]], axis=1),

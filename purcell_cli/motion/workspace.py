@@ -43,31 +43,46 @@ WALLS = tuple(f"{side} {axis}" for axis in "xyz" for side in ("least", "largest"
 """The box's walls."""
 
 
+Corner = tuple[float | None, float | None, float | None]
+"""A corner of a box: x, y and z [m], None where the box has no wall."""
+
+OPEN: Corner = (None, None, None)
+"""A corner without walls."""
+
+
 @dataclasses.dataclass(frozen=True, slots=True)
 class Workspace:
-    """A box with walls across the world's axes.
+    """A box with walls across the world's axes, open where it has none.
 
     Attributes:
-        min: The corner of least x, y and z [m].
-        max: The opposite corner [m].
+        min: The corner of least x, y and z [m]; None for no wall there.
+        max: The opposite corner [m]; None for no wall there.
 
     Raises:
-        ParameterError: Numbers that are not finite, or a box of no extent.
+        ParameterError: Numbers that are not finite, a box of no extent, or one without a wall.
     """
 
-    min: tuple[float, float, float]
-    max: tuple[float, float, float]
+    min: Corner = OPEN
+    max: Corner = OPEN
 
     def __post_init__(self) -> None:
         for name in ("min", "max"):
-            corner = tuple(float(v) for v in getattr(self, name))
-            if len(corner) != 3 or not all(math.isfinite(v) for v in corner):
-                raise ParameterError(f"{name}: three finite numbers are wanted, found {list(corner)}")
+            corner = tuple(None if v is None else float(v) for v in getattr(self, name))
+            if len(corner) != 3 or not all(v is None or math.isfinite(v) for v in corner):
+                raise ParameterError(f"{name}: three finite numbers, None for no wall, are wanted, found {[*corner]}")
             object.__setattr__(self, name, corner)
-        if not all(low < high for low, high in zip(self.min, self.max, strict=True)):
+        if not all(low is None or high is None or low < high for low, high in zip(self.min, self.max, strict=True)):
             raise ParameterError(
                 f"max: a corner above min ({list(self.min)}) in x, y and z is wanted, found {list(self.max)}"
             )
+        if self.min == self.max == OPEN:
+            raise ParameterError("max: a box with one wall or more is wanted, found none")
+
+    @property
+    def walls_m(self) -> Array:
+        """Where the walls are, infinitely far where there is none [m]. Shape (2, 3), least and largest."""
+        corners = zip((self.min, self.max), (-math.inf, math.inf), strict=True)
+        return np.array([[far if v is None else v for v in corner] for corner, far in corners])
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -156,6 +171,20 @@ def largest_excess(
     return dataclasses.replace(box.best, error_m=box.error_m)
 
 
+def excess_of(swimmer: Swimmer, workspace: Workspace, pose: Array, shape: Array) -> Excess:
+    """Return how far links stand out of a box in one configuration.
+
+    Args:
+        swimmer: The swimmer.
+        workspace: The box.
+        pose: The base's pose [m]. Shape (4, 4).
+        shape: The shape. Shape (2, 3, 3).
+    """
+    box = _Box(swimmer, workspace)
+    box.beyond(np.zeros(1, dtype=np.int64), np.zeros(1), pose[None], shape[None, ..., 0])
+    return box.best
+
+
 class _Path:
     """The pieces of a path, cut into 1, 2, 4, ... equal parts.
 
@@ -200,7 +229,7 @@ class _Box:
         self.swimmer = swimmer
         thick = [radius_m(swimmer, half) for half in (swimmer.base_half_length_m, swimmer.limb_half_length_m)]
         self.radius = np.array([max(thick), max(thick), thick[1], thick[1]])[:, None]
-        self.low, self.high = np.array(workspace.min), np.array(workspace.max)
+        self.low, self.high = workspace.walls_m
         self.best = Excess()
 
     @property

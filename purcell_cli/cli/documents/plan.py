@@ -45,8 +45,8 @@ class PhasePart(TypedDict):
 class WorkspacePart(TypedDict):
     """A box that all links stay in."""
 
-    min: Annotated[list[float], "the corner of least x, y and z [m]"]
-    max: Annotated[list[float], "the opposite corner [m]"]
+    min: Annotated[list[float | None], "the corner of least x, y and z, null for no wall there [m]"]
+    max: Annotated[list[float | None], "the opposite corner, null for no wall there [m]"]
 
 
 class ViolationPart(TypedDict):
@@ -97,6 +97,7 @@ class StructurePart(TypedDict):
 
     description: Annotated[str, "what it does"]
     joint_travel_rad: Annotated[float, "its joint travel, as estimated [rad]"]
+    why_not: Annotated[str, "why it was not taken though it has less joint travel; else empty"]
 
 
 class LargestPart(TypedDict):
