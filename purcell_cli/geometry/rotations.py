@@ -123,23 +123,6 @@ def running(values: NDArray[Any], product: Callable[..., NDArray[Any]] = matmul)
     return out
 
 
-def running_orientations(start: ArrayLike, turns: Array) -> Array:
-    """Return orientations before, between and after turns about own axes.
-
-    Args:
-        start: Orientations before the first turn. Shape (..., 3, 3).
-        turns: Rotations, each in the frame turned so far. Shape (n, ..., 3, 3).
-
-    Returns:
-        Orientations. Shape (n + 1, ..., 3, 3).
-    """
-    out = np.empty((len(turns) + 1, *turns.shape[1:]))
-    out[0], out[1:] = start, turns
-    out = orthonormalised(running(out))
-    out[0] = start
-    return out
-
-
 def from_euler(angles: ArrayLike) -> Array:
     """Return the rotation with Euler angles (psi, theta, phi) [rad]. Shape (..., 3) to (..., 3, 3)."""
     e = np.asarray(angles, dtype=np.float64)
