@@ -13,7 +13,7 @@ import pytest
 from helpers import random_sequence, random_shapes, random_swimmer
 from reference import base_velocity, lift, lift_derivatives
 
-from purcell_cli.kernel import library, sources
+from purcell_cli.kernel import library, linear, poses, sources
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
 from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_the_digits
 from purcell_cli.kernel.shapes import shapes_along
@@ -26,7 +26,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 
 SWIMMER = Swimmer().scaled()
 FOLDER = library.HERE
-MODULES = ("elementary", "flow", "shapes")
+MODULES = ("elementary", "flow", "linear", "poses", "shapes")
 """The modules of the kernel that call it."""
 
 
@@ -147,6 +147,17 @@ def everything(seed: int) -> bytes:
         *sin_cos(numbers),
         arctan2(numbers, numbers[::-1]),
         exp_coefficients(np.abs(numbers)),
+        poses.quaternion(shapes),
+        poses.log(poses.exp(pieces[1])),
+        poses.inverse(poses.exp(pieces[1])),
+        poses.adjoint(poses.exp(pieces[1])),
+        poses.rotation(pieces[1][:, :3]),
+        poses.orthonormalised(shapes + 1e-9),
+        linear.products(pieces[1], pieces[1].T),
+        linear.products(shapes[:, 0], shapes[:, 1]),
+        linear.solve(shapes[:, 0] + 0.1, pieces[1].reshape(30, 3, 2)),
+        *linear.orthogonal_rows(pieces[1], 1e-9),
+        *linear.orthogonal_by_rotations(pieces[1].T),
         *connection(flow.swimmer, shapes[..., 0], pieces[1].reshape(-1, 2, 3)),
         flow.pieces(*pieces),
         flow.runs(*pieces, [10, 20], [3, 1000]),
@@ -240,6 +251,9 @@ GOOD = {
     "axes": np.tile(np.eye(3)[0], (4, 2, 1)),
     "speeds": np.full((4, 2, 3), 0.5),
     "moves": np.tile(np.eye(4), (3, 1, 1)),
+    "matrices": np.array([[[3.0, 1.0], [0.5, -2.0]], [[1.0, 0.2], [0.4, 1.0]]]),
+    "sides": np.array([[[1.0], [0.5]], [[0.3], [0.2]]]),
+    "rows": np.arange(6.0).reshape(2, 3) ** 2,
 }
 CALLS = {
     FLOW.pieces: ("shapes", "rates", "durations"),
@@ -251,10 +265,20 @@ CALLS = {
     (lambda start, turns: shapes_along(start, None, turns)): ("start", "turns"),
     (lambda axes, speeds: connection(FLOW.swimmer, axes, speeds)): ("axes", "speeds"),
     (lambda moves: played(with_twice_the_digits(np.eye(4)), moves, 2)): ("moves",),
+    linear.products: ("matrices", "sides"),
+    linear.solve: ("matrices", "sides"),
+    (lambda rows: linear.orthogonal_rows(rows, 1e-9)): ("rows",),
+    linear.orthogonal_by_rotations: ("rows",),
+    poses.exp: ("rates",),
+    poses.rotation: ("axes",),
+    **dict.fromkeys((poses.log, poses.inverse, poses.adjoint, poses.orthonormalised), ("moves",)),
+    poses.quaternion: ("start",),
     sin_cos: ("angles",),
     arctan2: ("angles", "angles"),
     exp_coefficients: ("angles",),
 }
+BROADCAST = (linear.products, linear.solve)
+"""Calls that repeat what there is one of."""
 WHOLE = ("counts", "cycles", "controls")
 
 
@@ -305,6 +329,7 @@ def test_wrong_arrays_are_errors_and_never_a_crash(call) -> None:
         if len(names) > 1 and call is not arctan2:
             bad += [good[None], good.ravel()[:1], np.empty(0), np.float64(1.0)]
             bad += [good[:-1], np.concatenate([good, good])] if "start" not in names or len(names) > 2 else []
+            bad = [part for part in bad if call not in BROADCAST or np.shape(part)[-2:] != good.shape[-2:]]
         for wrong in bad:
             if wrong is None and name == "controls":
                 continue

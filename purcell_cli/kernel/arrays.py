@@ -55,6 +55,7 @@ def _of_shape(found: NDArray[_Kind], what: str, shape: tuple[int, ...] | None) -
 
 def address(array: Any) -> int:
     """Return where an array in one piece begins; it must live while the address is used."""
-    if array.flags.writeable:
+    try:
         return ctypes.addressof(_AS_BUFFER(array))
-    return int(array.ctypes.data)
+    except TypeError:  # it may not be written
+        return int(array.ctypes.data)

@@ -144,6 +144,20 @@ API void purcell_sin_cos(SIZE n, const double *angle, double *sine, double *cosi
     for (SIZE k = 0; k < n; k++) purcell_sin_cos_of(angle[k], sine + k, cosine + k);
 }
 
+API double purcell_sine(double angle) {
+    double sine, cosine;
+    purcell_sin_cos_of(angle, &sine, &cosine);
+    return sine;
+}
+
+API double purcell_cosine(double angle) {
+    double sine, cosine;
+    purcell_sin_cos_of(angle, &sine, &cosine);
+    return cosine;
+}
+
+API double purcell_angle(double y, double x) { return purcell_arctan2_of(y, x); }
+
 API void purcell_arctan2(SIZE n, const double *y, const double *x, double *out) {
     for (SIZE k = 0; k < n; k++) out[k] = purcell_arctan2_of(y[k], x[k]);
 }

@@ -37,3 +37,13 @@ def exp_coefficients(angle_squared: ArrayLike) -> Array:
     if x.size:
         KERNEL.purcell_exp_coefficients(x.size, address(x), address(out))
     return out
+
+
+def sin_cos_of(angle: float) -> tuple[float, float]:
+    """Return the sine and cosine of one angle [rad], the same bits as `sin_cos`."""
+    return KERNEL.purcell_sine(angle), KERNEL.purcell_cosine(angle)
+
+
+def arctan2_of(y: float, x: float) -> float:
+    """Return the angle of one point (x, y) [rad], the same bits as `arctan2`."""
+    return float(KERNEL.purcell_angle(y, x))

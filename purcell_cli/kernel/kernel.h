@@ -37,6 +37,10 @@ void purcell_sin_cos_of(double angle, double *sine, double *cosine);
 double purcell_arctan2_of(double y, double x);
 void purcell_exp_of(double angle_squared, double out[3]);
 
+/* shapes.c: the rotation of a rotation vector, and one Newton step of the polar factor. */
+void purcell_rotation_of(const double vector[3], double out[9]);
+void purcell_orthonormalise_of(double rotation[9]);
+
 /* The swimmer's numbers, scaled to a length of 1 and a lateral drag per length of 1. */
 struct limb {
     double side;     /* 1 where it hangs at the base's +x end, -1 at the other */

@@ -18,10 +18,22 @@ FILE = HERE / file_name(sys.platform)
 _SIZE, _ARRAY, _NUMBER = ctypes.c_int64, ctypes.c_void_p, ctypes.c_double
 _RULE = [_ARRAY, _SIZE, _ARRAY, _ARRAY, _ARRAY, _NUMBER, _NUMBER, _SIZE]
 """The swimmer, the collocation's rule, step and tolerance, and how many pieces there are."""
-_SIGNATURES: dict[str, tuple[type[ctypes.c_int64] | None, list[type]]] = {
+_SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list[type]]] = {
+    "sine": (_NUMBER, [_NUMBER]),
+    "cosine": (_NUMBER, [_NUMBER]),
+    "angle": (_NUMBER, [_NUMBER, _NUMBER]),
     "sin_cos": (None, [_SIZE, _ARRAY, _ARRAY, _ARRAY]),
     "arctan2": (None, [_SIZE, _ARRAY, _ARRAY, _ARRAY]),
     "exp_coefficients": (None, [_SIZE, _ARRAY, _ARRAY]),
+    "products": (None, [*[_SIZE] * 4, _ARRAY, _SIZE, _ARRAY, _SIZE, _ARRAY]),
+    "solve": (None, [*[_SIZE] * 3, *[_ARRAY] * 2]),
+    "orthogonal_rows": (_SIZE, [*[_SIZE] * 2, _ARRAY, _NUMBER, *[_ARRAY] * 2]),
+    "orthogonal_by_rotations": (None, [*[_SIZE] * 2, _ARRAY]),
+    **{
+        name: (None, [_SIZE, *[_ARRAY] * 2])
+        for name in ("quaternions", "exp", "log", "rotations", "adjoints", "inverses")
+    },
+    "orthonormalise": (None, [*[_SIZE] * 2, _ARRAY]),
     "shapes": (None, [_SIZE, *[_ARRAY] * 4]),
     "connections": (None, [_ARRAY, _SIZE, *[_ARRAY] * 6]),
     "flow_of_pieces": (_SIZE, [*_RULE, *[_ARRAY] * 5]),

@@ -3,7 +3,7 @@
 #include "small.h"
 
 /* One Newton step of the polar factor: it squares the defect. */
-static void orthonormalise(double r[9]) {
+void purcell_orthonormalise_of(double r[9]) {
     double defect[9], made[9];
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
@@ -53,7 +53,7 @@ API void purcell_shapes(SIZE n, const double *start, const SIZE *control, const 
             } else {
                 continue;
             }
-            orthonormalise(shape);
+            purcell_orthonormalise_of(shape);
         }
     }
 }

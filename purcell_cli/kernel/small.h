@@ -2,6 +2,8 @@
 #ifndef PURCELL_SMALL_H
 #define PURCELL_SMALL_H
 
+#include "kernel.h"
+
 #define DOT(a, b) ((a)[0] * (b)[0] + (a)[1] * (b)[1] + (a)[2] * (b)[2])
 #define CROSS(out, a, b)                        \
     do {                                        \
@@ -11,11 +13,11 @@
     } while (0)
 
 /* out = a b for matrices (n, k) and (k, m), each sum from the first term on. out must be neither. */
-static inline void product(const double *a, const double *b, double *out, int n, int k, int m) {
-    for (int i = 0; i < n; i++) {
-        for (int c = 0; c < m; c++) out[i * m + c] = a[i * k] * b[c];
-        for (int j = 1; j < k; j++)
-            for (int c = 0; c < m; c++) out[i * m + c] += a[i * k + j] * b[j * m + c];
+static inline void product(const double *a, const double *b, double *out, SIZE n, SIZE k, SIZE m) {
+    for (SIZE i = 0; i < n; i++) {
+        for (SIZE c = 0; c < m; c++) out[i * m + c] = a[i * k] * b[c];
+        for (SIZE j = 1; j < k; j++)
+            for (SIZE c = 0; c < m; c++) out[i * m + c] += a[i * k + j] * b[j * m + c];
     }
 }
 

@@ -14,11 +14,11 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, from_quaternion, hat, running
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.connection import base_twist_rows, resistance
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.verification.extended import extended, product, products, running_products
 
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 """Numbers of rows."""
@@ -110,12 +110,12 @@ class Replay:
     @property
     def pose(self) -> Array:
         """The base's poses where segments begin, and at the end [m]. Shape (m + 1, 4, 4)."""
-        return se3.running_products(se3.extended(self.begun.pose), self.moves[self.which]).astype(np.float64)
+        return running_products(extended(self.begun.pose), self.moves[self.which]).astype(np.float64)
 
     @property
     def end(self) -> Configuration:
         """The configuration at the end."""
-        pose = self.begun.pose @ se3.product(self.moves, self.which)
+        pose = self.begun.pose @ product(self.moves, self.which)
         return Configuration(pose.astype(np.float64), _shapes(self.begun.shape, self.turned[-1]))
 
 
@@ -273,11 +273,11 @@ def _integrate(swimmer: Swimmer, shapes: Array, rates: Array, durations: Array, 
     whole, index = _cut(again)
     owner, length = owner[whole], (length / again)[whole]
     begun = _Turning(ends[0][whole], rates[owner]).shapes(index * length)
-    pieces = se3.extended(np.tile(np.eye(4), (len(owner), 1, 1)))
+    pieces = extended(np.tile(np.eye(4), (len(owner), 1, 1)))
     for low in range(0, len(owner), _BATCH):
         some = slice(low, low + _BATCH)
         pieces[some, :3] += _integrate_pieces(unit, _Turning(begun[some], rates[owner[some]]), length[some], care)
-    out = se3.products(pieces, np.bincount(owner, minlength=len(parts)))
+    out = products(pieces, np.bincount(owner, minlength=len(parts)))
     out[:, :3, 3] *= swimmer.length_m
     return out
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.verification.extended import products
 from reference.base_velocity import TwistModel, twist_model
 from reference.collocation import (
     Accuracy,
@@ -20,6 +20,13 @@ from reference.collocation import (
 
 _BATCH = 4096
 """Steps evaluated at once: bounds the memory of a long path."""
+
+
+def _normalised(poses: Array) -> Array:
+    """Return poses whose rotation a Newton step has mended, in their precision."""
+    out, r = poses.copy(), poses[:, :3, :3]
+    out[:, :3, :3] = r @ (1.5 * np.eye(3) - 0.5 * np.swapaxes(r, 1, 2) @ r)
+    return out
 
 
 def displacements(model: TwistModel, shapes: Array, rate: Array, duration: Array, accuracy: Accuracy) -> Array:
@@ -36,7 +43,7 @@ def displacements(model: TwistModel, shapes: Array, rate: Array, duration: Array
         for first in range(0, len(poses), _BATCH):
             some = slice(first, first + _BATCH)
             poses[some] = _solve(model, mesh[some], accuracy, gradient=False).step_pose
-        out[part] = se3.normalised(se3.products(poses, np.bincount(mesh.piece, minlength=len(duration[part]))))
+        out[part] = _normalised(products(poses, np.bincount(mesh.piece, minlength=len(duration[part]))))
     return out
 
 
