@@ -20,7 +20,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 KERNEL = Path("purcell_cli", "kernel")
 FLAGS = [
-    *("-std=c11", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),  # no sum may be fused
+    *("-std=c11", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),  # no sum may be fused
     *("-shared", "-fvisibility=hidden", "-Wno-psabi"),
 ]
 ZIG_FLAGS = ["-mcpu=baseline", "-fno-sanitize=undefined", "-s"]

@@ -162,8 +162,9 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
         c.total = room + 88 * p;
         c.own = c.total + 36;
         for (int i = 0; i < 72; i++) c.total[i] = 0.0;
-        if (purcell_mesh(c.s, step, shapes + 18 * p, rate, duration, link, &c) < 0) return p + 1;
-        purcell_wide_normalise(&c.here);
+        const SIZE steps = purcell_mesh(c.s, step, shapes + 18 * p, rate, duration, link, &c);
+        if (steps < 0) return p + 1;
+        if (steps > 0) purcell_wide_normalise(&c.here);
         purcell_wide_round(&c.here, c.total + 72);
         if (r < k && p + 1 == repeats[3 * r + 1]) {
             wide_pose rest;
