@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, hat
 from purcell_cli.mechanics.connection import base_twist_rows, resistance
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.verification.extended import extended, products
 
 Real = NDArray[Any]
 """Floating-point numbers of one precision or another."""
@@ -193,13 +193,13 @@ def segment_displacements(
     whole, index = _cut(again)
     owner, length = owner[whole], (length / again)[whole]
     begun = Turning(ends[0][whole], rates[owner]).shapes(index * length)
-    both = [se3.extended(np.tile(np.eye(4), (len(owner), 1, 1))) for _ in range(2)]
+    both = [extended(np.tile(np.eye(4), (len(owner), 1, 1))) for _ in range(2)]
     for low in range(0, len(owner), _BATCH):
         some = slice(low, low + _BATCH)
         found = _extrapolated(unit, Turning(begun[some], rates[owner[some]]), length[some])
         for pieces, each in zip(both, found, strict=True):
             pieces[some, :3] += each
-    fine, rough = (se3.products(pieces, np.bincount(owner, minlength=len(parts))) for pieces in both)
+    fine, rough = (products(pieces, np.bincount(owner, minlength=len(parts))) for pieces in both)
     for out in (fine, rough):
         out[:, :3, 3] *= swimmer.length_m
     return Displacements(fine, rough, np.asarray(rounding, dtype=np.float64))

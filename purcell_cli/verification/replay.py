@@ -19,6 +19,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, hat, running
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.verification.extended import extended, product, running_products
 from purcell_cli.verification.extrapolation import Displacements, Real, Rows, segment_displacements
 
 TOLERANCE_L = 1e-9
@@ -91,7 +92,7 @@ class Replay:
         turn = push = np.zeros(3)
         for low in range(0, len(self.which), _BATCH):
             some = slice(low, low + _BATCH)
-            pose = se3.running_products(here, self.moves.fine[self.which[some]])[1:]
+            pose = running_products(here, self.moves.fine[self.which[some]])[1:]
             here = pose[-1].copy()
             if len(self.drift):
                 # Seen from where the motion begins, the small twists add up, and each moves all that comes after it.
@@ -109,8 +110,8 @@ class Replay:
     def end_pose(self) -> Real:
         """The base's pose at the end [m]. Shape (4, 4)."""
         if len(self.drift):
-            return se3.extended(self.pose[-1])
-        return np.asarray(self.begun_pose @ se3.product(self.moves.fine, self.which))
+            return extended(self.pose[-1])
+        return np.asarray(self.begun_pose @ product(self.moves.fine, self.which))
 
     @property
     def end(self) -> Configuration:
@@ -120,7 +121,7 @@ class Replay:
     @functools.cached_property
     def bound(self) -> Deviation:
         """By how much the end may be wrong: what the last extrapolation changed there, and all rounding together."""
-        fine, rough = (se3.product(moves, self.which) for moves in (self.moves.fine, self.moves.rough))
+        fine, rough = (product(moves, self.which) for moves in (self.moves.fine, self.moves.rough))
         away, turned = rough[:3, 3] - fine[:3, 3], rough[:3, :3] - fine[:3, :3]
         rounding = self.moves.rounding[self.which]
         arm = np.linalg.norm(self.pose[1:, :3, 3] - self.pose[-1, :3, 3], axis=1) + self.length_m
@@ -161,7 +162,7 @@ def replay(
     if isinstance(start, Replay):
         pose, shape = start.end_pose, start.end_shape
     else:
-        pose, shape = se3.extended(start.pose), se3.extended(start.shape)
+        pose, shape = extended(start.pose), extended(start.shape)
     turned = _turned(rates, durations)
     same = np.round(turned[:-1].reshape(len(rates), 8).astype(np.float64), _SAME_SHAPE_DIGITS) + 0.0
     first, which = _distinct(np.concatenate([same, rates, durations[:, None]], axis=1))
@@ -177,7 +178,7 @@ def replay(
 
 def _turned(rates: Array, durations: Array) -> Real:
     """Return how limbs are turned before, between and after segments, as quaternions. Shape (m + 1, 2, 4)."""
-    half = 0.5 * se3.extended(rates).reshape(-1, 2, 3) * durations[:, None, None]
+    half = 0.5 * extended(rates).reshape(-1, 2, 3) * durations[:, None, None]
     size = np.sqrt(np.sum(half * half, axis=-1, keepdims=True))
     each = np.zeros((len(rates) + 1, 2, 4), dtype=half.dtype)
     each[0, :, 0] = 1.0
@@ -247,13 +248,12 @@ def _drift(swimmer: Swimmer, shapes: Real, rates: Array, durations: Array, which
             angle[k % 3] = sign * _DRIFT_STEP
             turns[k, k // 3] = se3.rotation(angle)
         begun = (shape[:, None] @ turns).reshape(-1, 2, 3, 3)
-        ends.append(
-            segment_displacements(
-                swimmer, begun, np.repeat(rates[swung], 6, axis=0), np.repeat(durations[swung], 6)
-            ).fine
+        found = segment_displacements(
+            swimmer, begun, np.repeat(rates[swung], 6, axis=0), np.repeat(durations[swung], 6)
         )
+        ends.append(found.fine.astype(np.float64))
     slope = np.zeros((len(shapes), 6, 6))
-    slope[swung] = (se3.log(se3.inverse(ends[1]) @ ends[0]) / (2.0 * _DRIFT_STEP)).reshape(-1, 6, 6)
+    slope[swung] = (se3.log(np.linalg.inv(ends[1]) @ ends[0]) / (2.0 * _DRIFT_STEP)).reshape(-1, 6, 6)
     out = np.empty((len(which), 6))
     for low in range(0, len(which), _BATCH):
         some = slice(low, low + _BATCH)
