@@ -59,7 +59,7 @@ class Contender:
 
     @property
     def rank(self) -> tuple[bool, float, float, float]:
-        """What it is compared by, the less the better: whether it fails to arrive, its excess, what it misses by, cost."""
+        """What it is compared by, the less the better: whether it fails to arrive, its excess, its miss, its cost."""
         return not self.arrives, self.excess, 0.0 if self.arrives else self.off, self.cost
 
 
