@@ -22,6 +22,9 @@ PRINTED = tuple(f"printed-{name}" for name in ("x", "y", "z", "psi", "theta", "p
 _KINDS = ("stroke", "poses", "time")
 """What is drawn of each motion."""
 
+_LONGEST_TITLE = 300
+"""Characters of a page's title at most: as many as a file's name has."""
+
 _SMOOTH = 0.01
 """Longest time between rows of a stroke that is drawn, for a joint rate of 1 rad/s [s]."""
 
@@ -48,6 +51,7 @@ def plot(
     """Draw a trajectory against time, or a gait over the curvature of its shapes."""
     from purcell_cli.files.atomic_file import writable
     from purcell_cli.files.paths import is_file as is_regular
+    from purcell_cli.files.place import shortened
     from purcell_cli.files.trajectory_csv import read_csv
     from purcell_cli.pictures.style import picture_format, save_figure
     from purcell_cli.pictures.time_plot import time_figure
@@ -59,7 +63,8 @@ def plot(
     picture_format(file)
     with busy("drawing"):
         if is_file:
-            save_figure(time_figure(read_csv(path), path.name), file)
+            title = shortened(path.name).replace("$", r"\$")  # two of them would begin and end a formula
+            save_figure(time_figure(read_csv(path), title), file)
         else:
             save_figure(_stroke_figures(what, amplitude, swimmer, gaits)["stroke"], file)
     document: PlotDocument = {
@@ -112,6 +117,7 @@ def view(
 ) -> None:
     """Make one page of HTML that plays a trajectory in any browser, without a network."""
     from purcell_cli.files.atomic_file import writable
+    from purcell_cli.files.place import shortened
     from purcell_cli.files.trajectory_csv import read_csv
     from purcell_cli.pictures.html_view import shown_rows, write_page
 
@@ -120,7 +126,7 @@ def view(
     body = swimmer_of(swimmer)
     table = read_csv(trajectory)
     with busy("drawing"):
-        size = write_page(table, body, trajectory.name, file)
+        size = write_page(table, body, shortened(trajectory.name, _LONGEST_TITLE), file)
     document: ViewDocument = {
         "schema": "purcell/view/1",
         "verdict": "done",
