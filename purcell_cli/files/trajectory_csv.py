@@ -12,11 +12,13 @@ from types import FrameType
 from typing import IO, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.errors import InputError
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.files.paths import UnreadableError, is_folder, readable
 from purcell_cli.files.place import shortened
+from purcell_cli.files.plain_csv import read_rows, refuse_fork, without_polars, write_columns
 from purcell_cli.files.used_files import note_input
 from purcell_cli.geometry.rotations import INPUT_SLACK, Array, as_euler
 from purcell_cli.motion.trajectory import Trajectory, continuous_quaternions
@@ -51,7 +53,11 @@ def polars() -> Any:
     """Return the polars package: slow to import, and seven times faster at CSV than numpy.
 
     An interrupt waits until it is imported, which would end in a panic otherwise.
+
+    Raises:
+        ResultsError: The process is forked from one that has it.
     """
+    refuse_fork()
     held: list[tuple[int, FrameType | None]] = []
     before = signal.getsignal(signal.SIGINT)
     ours = callable(before) and threading.current_thread() is threading.main_thread()
@@ -83,7 +89,6 @@ def write_csv(trajectory: Trajectory, path: Path | str) -> None:
 
 def write_rows(trajectory: Trajectory, stream: IO[bytes]) -> None:
     """Write a trajectory as CSV into an open file, as `write_csv` does."""
-    pl = polars()
     names = np.array(trajectory.gaits)
     before: list[Array | None] = [None, None, None]
     for low in range(0, len(trajectory), _ROWS_AT_ONCE):
@@ -94,15 +99,18 @@ def write_rows(trajectory: Trajectory, stream: IO[bytes]) -> None:
             before[k] = quaternion[-1]
             blocks += [quaternion, as_euler(rotation)]
         numbers = np.concatenate([*blocks, trajectory.rate_rad_s[part]], axis=1) + 0.0
-        columns = {"t_s": trajectory.time_s[part], "phase": trajectory.phase[part]}
-        frame = pl.DataFrame(
-            {
-                **columns,
-                "gait": names[trajectory.gait[part]],
-                **{name: np.ascontiguousarray(numbers[:, k]) for k, name in enumerate(COLUMNS[3:])},
-            }
-        )
-        frame.write_csv(stream, include_header=low == 0)
+        columns: dict[str, Any] = {"t_s": trajectory.time_s[part], "phase": trajectory.phase[part]}
+        columns["gait"] = names[trajectory.gait[part]]
+        columns |= {name: np.ascontiguousarray(numbers[:, k]) for k, name in enumerate(COLUMNS[3:])}
+        write_table(columns, stream, include_header=low == 0)
+
+
+def write_table(columns: dict[str, Any], stream: IO[bytes], separator: str = ",", *, include_header: bool) -> None:
+    """Write columns of numbers and texts as CSV: by polars, or without it where it would wait for ever."""
+    if without_polars():
+        write_columns(columns, stream, separator, include_header=include_header)
+    else:
+        polars().DataFrame(columns).write_csv(stream, separator=separator, include_header=include_header)
 
 
 def _fault(source: Path, reason: str) -> str:
@@ -163,22 +171,9 @@ def _check_header(source: Path, stream: IO[bytes]) -> None:
     raise InputError(f"{source}:1: column {wrong + 1}: wanted {wanted}, found {found}{hint}")
 
 
-def read_csv(path: Path | str) -> Table:
-    """Read a trajectory file.
-
-    Raises:
-        InputError: The file is missing, or its header or a row is not that of a trajectory.
-    """
+def _rows(source: Path) -> tuple[Array, NDArray[np.str_]]:
+    """Return the numbers of a file's rows, shape (n, 33), and the gaits."""
     pl = polars()
-    source = Path(path)
-    try:
-        size = readable(source).st_size
-    except UnreadableError as error:
-        found = "a folder" if is_folder(source) else error
-        raise InputError(f"{source}: wanted a trajectory file, found {found}") from None
-    if size > _LARGEST_BYTES:
-        raise InputError(f"{source}: wanted at most {_LARGEST_BYTES >> 30} GiB, found more")
-    note_input(source)
     types = dict.fromkeys(COLUMNS, pl.Float64) | {"phase": pl.Int64, "gait": pl.String}
     try:
         with source.open("rb") as stream:  # polars takes a path for a pattern, or for an address
@@ -191,6 +186,38 @@ def read_csv(path: Path | str) -> Table:
     while frame.height and all(value is None for value in frame.row(-1)):  # empty lines at the end
         frame = frame.head(-1)
     numbers = frame.select(c for c in COLUMNS if c != "gait").to_numpy()
+    return numbers, frame["gait"].fill_null("").to_numpy().astype(str)
+
+
+def _rows_without_polars(source: Path) -> tuple[Array, NDArray[np.str_]]:
+    """Return the same in a process that cannot use polars."""
+    with source.open("rb") as stream:
+        _check_header(source, stream)
+    try:
+        with source.open(encoding="utf-8-sig", newline="") as text:
+            text.readline()
+            numbers, gaits = read_rows(text, COLUMNS)
+    except (ValueError, csv.Error, OSError) as error:
+        raise InputError(_fault(source, str(error))) from None
+    return numbers, np.array(gaits, dtype=str)
+
+
+def read_csv(path: Path | str) -> Table:
+    """Read a trajectory file.
+
+    Raises:
+        InputError: The file is missing, or its header or a row is not that of a trajectory.
+    """
+    source = Path(path)
+    try:
+        size = readable(source).st_size
+    except UnreadableError as error:
+        found = "a folder" if is_folder(source) else error
+        raise InputError(f"{source}: wanted a trajectory file, found {found}") from None
+    if size > _LARGEST_BYTES:
+        raise InputError(f"{source}: wanted at most {_LARGEST_BYTES >> 30} GiB, found more")
+    note_input(source)
+    numbers, gaits = (_rows_without_polars if without_polars() else _rows)(source)
     bad = np.flatnonzero(~np.all(np.isfinite(numbers), axis=1))
     if len(bad):
         raise InputError(_fault(source, f"others in row {int(bad[0]) + 1}"))
@@ -211,7 +238,7 @@ def read_csv(path: Path | str) -> Table:
     return Table(
         numbers[:, 0],
         numbers[:, 1],
-        frame["gait"].fill_null("").to_numpy().astype(str),
+        gaits,
         values[:, :3],
         values[:, 3:7],
         np.stack([values[:, 10:14], values[:, 17:21]], axis=1),

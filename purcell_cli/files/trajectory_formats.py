@@ -9,7 +9,7 @@ import numpy as np
 
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.files.atomic_file import whole_file
-from purcell_cli.files.trajectory_csv import COLUMNS, polars, write_csv
+from purcell_cli.files.trajectory_csv import COLUMNS, polars, write_csv, write_table
 from purcell_cli.motion.trajectory import Trajectory, as_table
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.wording import nearest_hint
@@ -71,9 +71,8 @@ def write_trajectory(trajectory: Trajectory, path: Path | str, form: str = "csv"
         if form == "npz":
             np.savez(stream, **named)
             return
-        pl = polars()
         if form == "parquet":
-            pl.DataFrame(named).write_parquet(stream)
+            polars().DataFrame(named).write_parquet(stream)
         else:
             names = ("t_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw")
-            pl.DataFrame({name: named[name] for name in names}).write_csv(stream, separator=" ", include_header=False)
+            write_table({name: named[name] for name in names}, stream, " ", include_header=False)
