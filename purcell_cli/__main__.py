@@ -1,4 +1,4 @@
-"""The command line, as ``python -m purcell_cli``."""
+"""The command line as `python -m purcell_cli`."""
 
 from purcell_cli.cli.app import main
 

@@ -8,8 +8,6 @@ import functools
 import math
 import os
 import stat
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -476,62 +474,6 @@ def test_line_ends_of_other_systems_are_read(good: Path) -> None:
     for data in (good.read_bytes().replace(b"\n", b"\r\n"), good.read_bytes().rstrip(b"\n")):
         other.write_bytes(data)
         assert np.array_equal(numbers(read_csv(other)), wanted)
-
-
-_FORK = """
-import multiprocessing, sys
-import numpy as np
-from purcell_cli.errors import InputError
-from purcell_cli.files.trajectory_csv import read_csv
-from purcell_cli.files.trajectory_formats import write_trajectory
-from purcell_cli.motion.trajectory import Trajectory
-
-def standing(n):
-    rng = np.random.default_rng(3)
-    pose, whole = np.tile(np.eye(4), (n, 1, 1)), np.ones(n, dtype=np.int64)
-    pose[:, :3, 3] = rng.normal(size=(n, 3)) * 10.0 ** rng.integers(-12, 20, (n, 3))
-    shape = np.tile(np.eye(3), (n, 2, 1, 1))
-    return Trajectory(np.arange(n) * 0.05, whole, 0 * whole, ("standing",), pose, shape, rng.normal(size=(n, 6)))
-
-def written(name):
-    for form in ("csv", "tum"):
-        write_trajectory(standing(900), f"{name}.{form}", form)
-    table = read_csv(f"{name}.csv")
-    np.savez(f"{name}.npz", position=table.position_m, gait=table.gait, time=table.time_s)
-
-def child():
-    written("child")
-    with open("child.csv") as good, open("bad.csv", "w") as bad:
-        bad.write(good.read().replace(",1,", ",x,", 1))
-    for action, kind, words in (
-        (lambda: read_csv("bad.csv"), InputError, "bad.csv:2: column 'phase'"),
-        (lambda: write_trajectory(standing(9), "child.parquet", "parquet"), InputError, "by spawn"),
-    ):
-        try:
-            action()
-        except kind as error:
-            assert words in str(error)
-        else:
-            raise AssertionError(words)
-
-written("parent")
-process = multiprocessing.get_context("fork").Process(target=child)
-process.start()
-process.join(60)
-process.kill()
-sys.exit(process.exitcode)
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
-def test_a_forked_process_writes_and_reads_the_same_though_its_parent_has_used_polars(tmp_path: Path) -> None:
-    """Polars itself waits there for threads that are not there."""
-    done = subprocess.run([sys.executable, "-c", _FORK], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    for ending in ("csv", "tum", "npz"):
-        assert (tmp_path / f"child.{ending}").read_bytes() == (tmp_path / f"parent.{ending}").read_bytes()
-    assert not (tmp_path / "child.parquet").exists()
 
 
 def quoted(text: str) -> str:

@@ -821,7 +821,8 @@ def test_a_goal_and_a_scenario_may_have_a_workspace(tmp_path: Path) -> None:
     ("text", "key", "part"),
     [
         ("workspace_m: 3", "workspace_m", "a mapping with some of the keys min, max"),
-        ("workspace_m: {min: [0, 0, 0]}", "workspace_m.max", "no such key"),
+        ("workspace_m: {min: [~, null, null]}", "workspace_m", "a box with one wall or more is wanted, found none"),
+        ("workspace_m: {min: [0, '', 0]}", "workspace_m.min[1]", "a finite number"),
         ("workspace_m: {min: [0, 0], max: [1, 1, 1]}", "workspace_m.min", "a list of 3"),
         ("workspace_m: {min: [0, 0, 0], max: [1, .inf, 1]}", "workspace_m.max[1]", "a finite number"),
         ("workspace_m: {min: [0, 0, .nan], max: [1, 1, 1]}", "workspace_m.min[2]", "a finite number"),
@@ -838,6 +839,15 @@ def test_a_goal_and_a_scenario_may_have_a_workspace(tmp_path: Path) -> None:
 def test_a_workspace_that_is_none_is_reported_where_it_is(tmp_path: Path, text: str, key: str, part: str) -> None:
     assert_fault(tmp_path, f"limb1: {{euler_deg: [1, 2, 3]}}\n{text}\n", 2, key, part, load="goal")
     assert_fault(tmp_path, f"{SCENARIO}{text}\n", 4, key, part, load="scenario")
+
+
+def test_a_workspace_may_be_open_to_some_sides(tmp_path: Path) -> None:
+    for text, low, high in (
+        ("{min: [0, -1, 2]}", (0.0, -1.0, 2.0), (None, None, None)),
+        ("{min: [~, null, -0.3], max: [1, null, ~]}", (None, None, -0.3), (1.0, None, None)),
+    ):
+        goal = written(tmp_path, f"workspace_m: {text}", "goal.yaml")
+        assert load_goal(goal).workspace == Workspace(low, high)
 
 
 def test_a_workspace_in_a_start_or_twice_is_refused(tmp_path: Path) -> None:

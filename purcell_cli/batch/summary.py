@@ -12,6 +12,7 @@ from typing import Any
 from purcell_cli.batch.results_folder import kept_file
 from purcell_cli.batch.rows import COLUMNS, Row
 from purcell_cli.errors import ResultsError
+from purcell_cli.processes import outside_forks
 
 SCHEMA = "purcell/batch-summary/1"
 
@@ -57,6 +58,7 @@ def _cell(value: Any) -> str:
     return value if isinstance(value, str) else repr(value)
 
 
+@outside_forks
 def write_parquet(table: Path, path: Path) -> None:
     """Write summary.parquet from summary.csv, with the same columns."""
     from purcell_cli.files.trajectory_csv import polars

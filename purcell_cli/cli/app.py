@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import signal
 import sys
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -75,6 +76,7 @@ _COMMANDS = {str(getattr(registered.callback, "__name__", "")) for registered in
 def main() -> None:
     """Run the command line; exit with 0 done, 1 not reached, 2 misuse or bad input."""
     code = MISUSE
+    signal.signal(signal.SIGTERM, _terminated)
     try:
         with robust_streams():
             code = _run(sys.argv[1:])
@@ -82,6 +84,11 @@ def main() -> None:
         _fail("", f"standard output: {error.strerror or error}", json=False)
         code = MISUSE
     sys.exit(code)
+
+
+def _terminated(number: int, _: object) -> NoReturn:
+    """End by a signal as by an error: half-written files are removed, and other processes of the command ended."""
+    sys.exit(128 + number)
 
 
 def _run(arguments: list[str]) -> int:

@@ -100,7 +100,7 @@ def batch(
         warnings.warn(f"{many} of the baseline not in this batch: {told}", PurcellWarning, stacklevel=2)
     task = Options(out, jobs or _cores(), dask, resume, junit, parquet, earlier)
     with _progress(cases.count) as progress:
-        outcome = run_batch(cases, settings, task, progress)
+        outcome = run_batch(cases, settings, task, progress, lambda line: print(line, file=sys.stderr))
     show(_document(outcome, task, cases.passed_over, vanished), json, _show)
     return NOT_REACHED if outcome.failed else DONE
 

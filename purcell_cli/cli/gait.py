@@ -94,5 +94,5 @@ def gait(
     form, file = trajectory_file(out, form, chosen.name)
     with _busy("swimming"):
         document = report.gait_document(chosen, stroke, body, cycles, str(file))
-        write_trajectory(sample_stroke(body, Configuration(), stroke, cycles, dt), file, form)
+        write_trajectory(sample_stroke(body, Configuration(), stroke, cycles, dt), file, form, body)
     _show(document, json, report.show_gait)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -52,7 +53,7 @@ def plot(
     from purcell_cli.files.atomic_file import writable
     from purcell_cli.files.paths import is_file as is_regular
     from purcell_cli.files.place import shortened
-    from purcell_cli.files.trajectory_csv import read_csv
+    from purcell_cli.files.trajectory_reader import read_csv
     from purcell_cli.pictures.style import picture_format, save_figure
     from purcell_cli.pictures.time_plot import time_figure
 
@@ -116,15 +117,20 @@ def view(
     json: Json = False,
 ) -> None:
     """Make one page of HTML that plays a trajectory in any browser, without a network."""
+    from purcell_cli.errors import PurcellWarning
     from purcell_cli.files.atomic_file import writable
     from purcell_cli.files.place import shortened
-    from purcell_cli.files.trajectory_csv import read_csv
+    from purcell_cli.files.trajectory_reader import read_csv
     from purcell_cli.pictures.html_view import shown_rows, write_page
+    from purcell_cli.verification.verify import MISFIT, misfit
 
     file = out or Path(f"{trajectory.stem}.html")
     writable(file, "--out", ("html", "htm"))
     body = swimmer_of(swimmer)
     table = read_csv(trajectory)
+    if (off := misfit(table, body)) > MISFIT:
+        text = f"{trajectory}: its rows move otherwise than this swimmer does (off by {off:.2g} of the joints' rates)"
+        warnings.warn(f"{text}; --swimmer takes the swimmer's file or the plan document", PurcellWarning, stacklevel=2)
     with busy("drawing"):
         size = write_page(table, body, shortened(trajectory.name, _LONGEST_TITLE), file)
     document: ViewDocument = {

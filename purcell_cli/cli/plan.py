@@ -16,7 +16,6 @@ from purcell_cli.cli.terminal import busy as _busy
 from purcell_cli.cli.terminal import show as _show
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.verdict import Verdict
-from purcell_cli.verification.certifier_process import certifier
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -79,7 +78,7 @@ def plan(
     json: Json = False,
 ) -> int:
     """Plan a motion from a start to a goal configuration and write it as CSV."""
-    with certifier() as certify, _bar("planning") as progress:
+    with _bar("planning") as progress:
         from purcell_cli.cli.reports.plan import plan_document
         from purcell_cli.files.atomic_file import whole_file, writable
         from purcell_cli.files.builtin import stored_gaits
@@ -99,7 +98,6 @@ def plan(
             options=dataclasses.replace(options, workspace=query.workspace),
             gaits=stored_gaits(gaits),
             progress=progress,
-            certify=certify,
         )
         warn_if_far(query)
         document = plan_document(solution, str(file), None if plan_out is None else str(plan_out))
@@ -107,7 +105,7 @@ def plan(
             if plan_out is not None:  # it appears only when the trajectory has
                 text = Saved(solution.plan, solution.options).as_text()
                 both.enter_context(whole_file(plan_out)).write(text.encode())
-            write_trajectory(solution.trajectory, file, form)
+            write_trajectory(solution.trajectory, file, form, solution.plan.swimmer)
     return _show_solution(solution, document, json, explain)
 
 
@@ -121,16 +119,15 @@ def run(
     json: Json = False,
 ) -> int:
     """Play a plan again from its document: the same trajectory, checked anew."""
-    with certifier() as certify:
-        from purcell_cli.cli.reports.plan import plan_document
-        from purcell_cli.files.plan_file import load_plan
-        from purcell_cli.files.trajectory_formats import write_trajectory
-        from purcell_cli.solution import carried_out
+    from purcell_cli.cli.reports.plan import plan_document
+    from purcell_cli.files.plan_file import load_plan
+    from purcell_cli.files.trajectory_formats import write_trajectory
+    from purcell_cli.solution import carried_out
 
-        saved = load_plan(document)
-        form, file = trajectory_file(out, form, "trajectory")
-        with _busy("swimming"):
-            solution = carried_out(saved.plan, saved.options, certify=certify)
-            told = plan_document(solution, str(file), str(document), "run")
-            write_trajectory(solution.trajectory, file, form)
+    saved = load_plan(document)
+    form, file = trajectory_file(out, form, "trajectory")
+    with _busy("swimming"):
+        solution = carried_out(saved.plan, saved.options)
+        told = plan_document(solution, str(file), str(document), "run")
+        write_trajectory(solution.trajectory, file, form, solution.plan.swimmer)
     return _show_solution(solution, told, json, explain)

@@ -27,7 +27,7 @@ _WIDTH = 128
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else.")]
 SwimmerFile = Annotated[
     Path | None,
-    typer.Option("--swimmer", metavar="FILE", help="The swimmer's YAML file; default: the paper's swimmer."),
+    typer.Option("--swimmer", metavar="FILE", help="The swimmer's YAML file, or a plan document; else the paper's."),
 ]
 GaitFolder = Annotated[Path | None, typer.Option("--gaits", metavar="DIR", help="A folder of your own gait files.")]
 
@@ -77,8 +77,11 @@ def bar(message: str) -> Iterator[Callable[[int, int, str], None]]:
 
 
 def swimmer_of(path: Path | None) -> Swimmer:
-    """Return the swimmer in a file; the paper's where none is given."""
+    """Return the swimmer in a file of its own, or in a plan document; the paper's where none is given."""
+    from purcell_cli.files.plan_file import is_plan, load_plan
     from purcell_cli.files.swimmer_file import load_swimmer
     from purcell_cli.mechanics.swimmer import Swimmer
 
-    return Swimmer() if path is None else load_swimmer(path)
+    if path is None:
+        return Swimmer()
+    return load_plan(path).plan.swimmer if is_plan(path) else load_swimmer(path)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from purcell_cli.errors import PurcellWarning
-from purcell_cli.files.containers import Field, ListOf, Record, only_value
+from purcell_cli.files.containers import Field, ListOf, OrNull, Record, only_value
 from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.elements import Element
 from purcell_cli.files.place import Place
@@ -117,14 +117,14 @@ CONFIGURATION = Document(
     "A configuration of the swimmer (start.yaml)", Made(Record(CONFIGURATION_FIELDS), _configuration)
 )
 
-_CORNER = ListOf(_COORDINATE, 3)
+_CORNER = ListOf(OrNull(_COORDINATE), 3)
 """A corner of a box: x, y and z [m]."""
 
 WORKSPACE: Element[Workspace] = Made(
     Record(
         {
-            "min": Field(_CORNER, "the corner of least x, y and z [m]", required=True),
-            "max": Field(_CORNER, "the opposite corner [m]", required=True),
+            "min": Field(_CORNER, "the corner of least x, y and z, null for no wall there [m]; left out, no walls"),
+            "max": Field(_CORNER, "the opposite corner, null for no wall there [m]; left out, no walls"),
         }
     ),
     lambda value, _: Workspace(**value),

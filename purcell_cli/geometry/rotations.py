@@ -28,6 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.reproducible import arctan2, hypot, inner, matmul, norm, sin_cos
+from purcell_cli.kernel import poses
 
 Array = NDArray[np.float64]
 
@@ -48,7 +49,7 @@ _AXES = np.eye(3)
 
 
 def hat(vector: ArrayLike) -> Array:
-    """Return the matrix of the cross product with a vector (appendix B of the paper).
+    """Return the matrix of the cross product with a vector, in its precision (appendix B of the paper).
 
     Args:
         vector: Vectors. Shape (..., 3).
@@ -56,8 +57,8 @@ def hat(vector: ArrayLike) -> Array:
     Returns:
         Skew matrices. Shape (..., 3, 3).
     """
-    v = np.asarray(vector, dtype=np.float64)
-    out = np.zeros((*v.shape, 3))
+    v = np.asarray(vector)
+    out = np.zeros((*v.shape, 3), dtype=np.result_type(v, np.float64))
     out[..., 0, 1], out[..., 0, 2] = -v[..., 2], v[..., 1]
     out[..., 1, 0], out[..., 1, 2] = v[..., 2], -v[..., 0]
     out[..., 2, 0], out[..., 2, 1] = -v[..., 1], v[..., 0]
@@ -103,8 +104,7 @@ def orthonormalised(matrix: Array) -> Array:
     Args:
         matrix: Matrices orthogonal up to rounding. Shape (..., 3, 3).
     """
-    defect: Array = matmul(np.swapaxes(matrix, -1, -2), matrix)
-    return matmul(matrix, 1.5 * _AXES - 0.5 * defect)
+    return poses.orthonormalised(matrix)
 
 
 def running(values: NDArray[Any], product: Callable[..., NDArray[Any]] = matmul) -> NDArray[Any]:
@@ -126,23 +126,6 @@ def running(values: NDArray[Any], product: Callable[..., NDArray[Any]] = matmul)
     out[0] = values[0]
     out[1::2] = pairs = running(product(values[:-1:2], values[1::2]), product)
     out[2::2] = product(pairs[: (len(values) - 1) // 2], values[2::2])
-    return out
-
-
-def running_orientations(start: ArrayLike, turns: Array) -> Array:
-    """Return orientations before, between and after turns about own axes.
-
-    Args:
-        start: Orientations before the first turn. Shape (..., 3, 3).
-        turns: Rotations, each in the frame turned so far. Shape (n, ..., 3, 3).
-
-    Returns:
-        Orientations. Shape (n + 1, ..., 3, 3).
-    """
-    out = np.empty((len(turns) + 1, *turns.shape[1:]))
-    out[0], out[1:] = start, turns
-    out = orthonormalised(running(out))
-    out[0] = start
     return out
 
 
@@ -200,20 +183,7 @@ def from_quaternion(quaternion: ArrayLike, slack: float = INPUT_SLACK) -> Array:
 
 def as_quaternion(rotation: ArrayLike) -> Array:
     """Return the unit quaternion (w, x, y, z) of a rotation, w >= 0. Shape (..., 3, 3) to (..., 4)."""
-    r = np.asarray(rotation, dtype=np.float64)
-    d0, d1, d2 = r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]
-    # The four ways to read a quaternion off a matrix; the one with the largest divisor is accurate.
-    table = np.empty((*d0.shape, 4, 4))
-    table[..., 0, 0], table[..., 1, 1] = 1 + d0 + d1 + d2, 1 + d0 - d1 - d2
-    table[..., 2, 2], table[..., 3, 3] = 1 - d0 + d1 - d2, 1 - d0 - d1 + d2
-    for i, j, k in ((1, 2, 3), (2, 3, 1), (3, 1, 2)):
-        low, high = r[..., k - 1, j - 1], r[..., j - 1, k - 1]
-        table[..., 0, i] = table[..., i, 0] = low - high
-        table[..., j, k] = table[..., k, j] = low + high
-    best = np.argmax(np.diagonal(table, axis1=-2, axis2=-1), axis=-1)
-    q = table.reshape(-1, 4, 4)[np.arange(best.size), best.ravel()].reshape(*d0.shape, 4)
-    q /= np.sqrt(inner(q, q))[..., None]
-    return np.asarray(np.where(q[..., :1] < 0, -q, q))
+    return poses.quaternion(rotation)
 
 
 def quaternion_error(quaternion: ArrayLike) -> Array:

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from purcell_cli.verification.certificate import Certificate
+
 
 def as_json(document: Mapping[str, Any], indent: int | None = None) -> str:
     """Return a document as JSON that stdout can encode, on one line where no indent is asked for.
@@ -65,6 +67,16 @@ def _deviation(deviation: Deviation, length_m: float) -> DeviationPart:
     }
 
 
+def certificate_document(found: Certificate) -> CertificatePart:
+    """Return how controls were re-integrated."""
+    return {
+        "method": "extrapolation",
+        "segments": found.segments,
+        "integrated": found.integrated,
+        "bound": {"position_m": found.bound.position_m, "angle_rad": found.bound.base_rad},
+    }
+
+
 def swimmer_document(swimmer: Swimmer) -> SwimmerPart:
     """Return a swimmer's parameters."""
     return cast(SwimmerPart, {**dataclasses.asdict(swimmer), "L_m": swimmer.length_m})
@@ -98,7 +110,7 @@ def plain_table(title: str) -> Table:
 
 
 def _checked(console: Console, certificate: CertificatePart) -> None:
-    counts = f"{certificate['segments']} segments of constant control, {certificate['integrated']} distinct, integrated"
+    counts = f"{certificate['segments']} segments of constant control, {certificate['integrated']} of them distinct"
     console.print(f"checked by {certificate['method']}: {counts}")
 
 

@@ -68,7 +68,8 @@ def explanation_document(explanation: Explanation, swimmer: Swimmer) -> Explanat
         for s, c in zip(explanation.sensitivities, explanation.culprits, strict=True)
     ]
     structures: list[StructurePart] = [
-        {"description": s.words, "joint_travel_rad": s.joint_travel_rad} for s in explanation.structures
+        {"description": s.words, "joint_travel_rad": s.joint_travel_rad, "why_not": s.why_not}
+        for s in explanation.structures
     ]
     return {"strokes": strokes, "structures": structures, "sensitivity": sensitivity}
 
@@ -132,12 +133,13 @@ def _show_structures(console: Console, structures: list[StructurePart]) -> None:
     taken = structures[0]["joint_travel_rad"]
     for k, s in enumerate(structures[:_MOST_STRUCTURES]):
         more = s["joint_travel_rad"] - taken
+        words = s["description"] + (f"; not taken: it {s['why_not']}" if s["why_not"] else "")
         share = f" ({100.0 * more / taken:.3g} %)" if taken else ""
         label = ("taken", "runner-up")[k] if k < 2 else ""
-        table.add_row(label, s["description"], f"{s['joint_travel_rad']:.4f}", f"{more:.4f}{share}" if k else "")
+        table.add_row(label, words, f"{s['joint_travel_rad']:.4f}", f"{more:.4f}{share}" if k else "")
     console.print(table)
     if len(structures) > _MOST_STRUCTURES:
-        console.print(f"and {len(structures) - _MOST_STRUCTURES} that cost more")
+        console.print(f"and {len(structures) - _MOST_STRUCTURES} more")
 
 
 def _show_sensitivity(console: Console, explanation: ExplanationPart) -> None:
