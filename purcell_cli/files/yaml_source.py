@@ -194,7 +194,7 @@ def _composed(text: str, file: str) -> yaml.Node | None:
         line = mark.line + 1 if mark else 1
         if "nesting depth" in str(error.problem):  # a limit of PyYAML's own, from 6.0.4 on, met before ours
             raise input_error(file, line, keys[-1], f"at most {MOST_LEVELS} levels of nesting", "more") from error
-        found = "a tab, where only spaces may stand" if _at_tab(text, mark) else f"a fault ({fault})"
+        found = f"{'a tab, where only spaces may stand' if _at_tab(text, mark) else 'a fault'} ({fault})"
         raise input_error(file, line, keys[-1], "one YAML document", found) from error
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
         raise input_error(file, 1, keys[-1], "one YAML document", "one that cannot be read") from error
