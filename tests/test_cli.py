@@ -175,6 +175,9 @@ VERIFY_KEYS = {
     "tolerance": TOLERANCE_KEYS,
     "certificate": CERTIFICATE_KEYS,
     "clearance_m": None,
+    "largest_bend_rad": None,
+    "workspace_violation_m": None,
+    "judged": dict.fromkeys(("clearance_m", "max_bend_rad", "workspace_m")),
     "faults": None,
 }
 
