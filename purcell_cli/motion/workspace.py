@@ -76,7 +76,7 @@ class Workspace:
                 f"max: a corner above min ({list(self.min)}) in x, y and z is wanted, found {list(self.max)}"
             )
         if self.min == self.max == OPEN:
-            raise ParameterError("max: a box with one wall or more is wanted, found none")
+            raise ParameterError("a box with one wall or more is wanted, found none")
 
     @property
     def walls_m(self) -> Array:
