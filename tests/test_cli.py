@@ -248,7 +248,7 @@ def test_a_checks_document_has_exactly_its_keys_and_writes_nothing(run: Run, fol
         assert keys(document) == VERIFY_KEYS
         assert (document["schema"], document["verdict"]) == ("purcell/verify/1", verdict)
         assert bool(document["faults"]) == (verdict == "not reached")
-            assert document["clearance_m"] > 0.19
+        assert document["clearance_m"] > 0.19
     assert contents(folder) == before
 
 
