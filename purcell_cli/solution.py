@@ -25,6 +25,7 @@ from purcell_cli.motion.options import Controls, PlanOptions
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, check_spacing, sample, schedule
 from purcell_cli.motion.verdict import PlanVerdict, Verdict
+from purcell_cli.planner.gait_sequence import unfit_gaits
 from purcell_cli.planner.progress import Progress
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.simultaneous import quickened
@@ -126,7 +127,8 @@ def plan(
         swimmer: The swimmer; the paper's where none is given.
         options: What is asked of the plan besides. A plan with `Controls.SIMULTANEOUS` is one of primitives made
             quicker, where that is found how.
-        gaits: The stored gaits to plan with; those of the package where none are given.
+        gaits: The stored gaits to plan with; those of the package where none are given. One that is not pure is left
+            out, which the plan says.
         progress: Is told how far the search is.
         certify: Does what `certificate.certify` does, perhaps elsewhere.
 
@@ -143,7 +145,12 @@ def plan(
     if (away := math.dist(start.pose[:3, 3], goal.pose[:3, 3])) > FARTHEST_L * body.length_m:
         farthest = FARTHEST_L * body.length_m
         raise ParameterError(f"goal: a position within {farthest:g} m of the start is wanted, found {away:g} m")
+    packaged = stored_gaits()
+    left_out = unfit_gaits([gait for name, gait in stored.items() if packaged.get(name) is not gait], body)
+    stored = {**stored, **{name: packaged[name] for name in left_out if name in packaged}}
+    stored = {name: gait for name, gait in stored.items() if name not in left_out or name in packaged}
     made = reconfigure(body, start, goal, stored, options.effort, options.objective, limits, progress)
+    made = dataclasses.replace(made, left_out=left_out)
     made = quickened(made, limits) if options.controls == Controls.SIMULTANEOUS else made
     return carried_out(made, options, certify=certify)
 

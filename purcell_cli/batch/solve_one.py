@@ -15,6 +15,7 @@ from typing import cast
 from purcell_cli import __version__
 from purcell_cli.batch.rows import CRASHED, NUMBERS, Numbers, Result, RowVerdict
 from purcell_cli.errors import PurcellError
+from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.files.place import shortened
 from purcell_cli.files.plan_file import PlanDocument
 from purcell_cli.files.scenario_file import Scenario
@@ -32,7 +33,7 @@ class Settings:
     Attributes:
         options: What is asked of every plan; the workspace is the scenario's own.
         trajectories: Whether trajectories are written.
-        gaits: The user's own stored gaits; None where there are none.
+        gaits: The gaits of the user's own, which are added to those of the package; None where there are none.
     """
 
     options: PlanOptions = PlanOptions()
@@ -87,7 +88,7 @@ def solve(scenario: Scenario, settings: Settings) -> Solved:
             scenario.goal,
             swimmer=scenario.swimmer,
             options=dataclasses.replace(settings.options, workspace=scenario.workspace),
-            gaits=settings.gaits,
+            gaits=None if settings.gaits is None else {**stored_gaits(), **settings.gaits},
         )
         numbers, files = _numbers(solution), _files(solution, settings)
     except PurcellError as error:

@@ -31,7 +31,16 @@ def stored_gaits(own: Path | str | None = None) -> dict[str, Gait]:
     Raises:
         InputError: No such folder, or a file that is no gait, or two gaits of one name.
     """
-    return {**_packaged_gaits(), **({} if own is None else _gaits_in(Path(own)))}
+    return {**_packaged_gaits(), **({} if own is None else own_gaits(own))}
+
+
+def own_gaits(folder: Path | str) -> dict[str, Gait]:
+    """Return the gaits in a folder of the user's own.
+
+    Raises:
+        InputError: No such folder, or a file that is no gait, or two gaits of one name.
+    """
+    return _gaits_in(Path(folder))
 
 
 @functools.cache
