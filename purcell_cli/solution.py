@@ -51,6 +51,9 @@ class Solution:
     certificate: Certificate
     limits: LimitsReport
 
+    def __repr__(self) -> str:
+        return f"<Solution: {self.verdict}, joint travel {self.joint_travel_rad:.6g} rad, {self.duration_s:.6g} s>"
+
     @functools.cached_property
     def displacement(self) -> Array:
         """Body displacement of each block of the plan [m]. Shape (n, 4, 4)."""

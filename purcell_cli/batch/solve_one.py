@@ -16,6 +16,7 @@ from purcell_cli import __version__
 from purcell_cli.batch.rows import CRASHED, NUMBERS, Numbers, Result, RowVerdict
 from purcell_cli.errors import PurcellError
 from purcell_cli.files.builtin import stored_gaits
+from purcell_cli.files.gait_file import gait_text
 from purcell_cli.files.place import shortened
 from purcell_cli.files.plan_file import PlanDocument
 from purcell_cli.files.scenario_file import Scenario
@@ -42,7 +43,8 @@ class Settings:
 
     def fingerprint(self) -> str:
         """Return a text that changes with anything that results depend on."""
-        return repr((_program(), self))
+        gaits = None if self.gaits is None else [(name, gait_text(gait)) for name, gait in self.gaits.items()]
+        return repr((_program(), self.options, self.trajectories, gaits))
 
 
 @functools.cache

@@ -46,10 +46,10 @@ def design(
     from purcell_cli.files.atomic_file import writable
     from purcell_cli.files.gait_file import write_gait
     from purcell_cli.gaits.design import design as search
-    from purcell_cli.gaits.design_problem import Task
+    from purcell_cli.gaits.design_problem import DesignTask
 
     body = swimmer_of(swimmer)
-    task = Task(direction, maximize, body.max_bend_rad if max_bend is None else max_bend, planar, controls, moves)
+    task = DesignTask(direction, maximize, body.max_bend_rad if max_bend is None else max_bend, planar, controls, moves)
     writable(out)
     name = re.sub(r"[^A-Za-z0-9._-]", "-", out.stem).lstrip(".")[:100] or "designed"
     with bar("designing") as report:

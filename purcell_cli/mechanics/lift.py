@@ -29,7 +29,7 @@ from purcell_cli.mechanics.collocation import (
     _node_states,
     _solve,
 )
-from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.connection import COLLINEAR, checked_shape
 from purcell_cli.mechanics.moves import ControlSequence
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -131,8 +131,20 @@ def displacements(
 def flow(
     swimmer: Swimmer, sequence: ControlSequence, start: ArrayLike = COLLINEAR, accuracy: Accuracy = EXACT
 ) -> Array:
-    """Return the base's body displacement along a sequence of controls [m]. Shape (4, 4)."""
-    return np.asarray(se3.prefix_products(displacements(swimmer, sequence, start, accuracy))[-1])
+    """Return the base's body displacement along a sequence of controls [m]. Shape (4, 4).
+
+    It is g_start^-1 g_end, exact to rounding for `EXACT`.
+
+    Args:
+        swimmer: The swimmer.
+        sequence: The controls: a `PrimitiveSequence` or a `MoveSequence`.
+        start: Shape (A_1, A_2) before the first of them; the collinear one where none is given. Shape (2, 3, 3).
+        accuracy: Order and step of the method.
+
+    Raises:
+        ParameterError: A start of another form, or of matrices that are no rotations.
+    """
+    return np.asarray(se3.prefix_products(displacements(swimmer, sequence, checked_shape(start), accuracy))[-1])
 
 
 def work(swimmer: Swimmer, sequence: ControlSequence, start: ArrayLike = COLLINEAR) -> Array:
@@ -202,11 +214,14 @@ def flow_of_rates(
 
     Returns:
         Shapes, (n + 1, 2, 3, 3), and poses relative to the beginning [m], (n + 1, 4, 4).
+
+    Raises:
+        ParameterError: A start of another form, or of matrices that are no rotations.
     """
     rates = np.asarray(rate, dtype=np.float64).reshape(-1, 6)
     times = np.asarray(duration, dtype=np.float64).reshape(-1)
     shapes = np.empty((len(times) + 1, 2, 3, 3))
-    shapes[0] = start
+    shapes[0] = checked_shape(start)
     turns = se3.rotation(rates.reshape(-1, 2, 3) * times[:, None, None])
     for k, turn in enumerate(turns):
         shapes[k + 1] = orthonormalised(matmul(shapes[k], turn))

@@ -24,7 +24,7 @@ from purcell_cli.mechanics.collocation import (
     _solve,
     _Steps,
 )
-from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.connection import COLLINEAR, checked_shape
 from purcell_cli.mechanics.lift import EXACT
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
@@ -178,7 +178,7 @@ def flow_and_jacobian(
         rad/rad], shape (6, n).
     """
     model = twist_model(swimmer)
-    shapes = sequence.shapes(start)
+    shapes = sequence.shapes(checked_shape(start))
     base_rates = _base_rates(shapes[:-1], sequence.rates())
     n = len(sequence)
     mesh = _mesh(model, shapes[:-1, :, :, 0], base_rates, sequence.duration, accuracy.step)
@@ -220,7 +220,7 @@ def flow_and_jacobian_of_moves(
         shape (6, n, 6).
     """
     model = twist_model(swimmer)
-    shapes = moves.shapes(start)
+    shapes = moves.shapes(checked_shape(start))
     n = len(moves)
     turns = _base_rates(shapes[:-1], moves.turn)
     mesh = _mesh(model, shapes[:-1, :, :, 0], turns, np.ones(n), accuracy.step)

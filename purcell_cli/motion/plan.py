@@ -48,6 +48,12 @@ class Plan:
     limits: LimitsReport | None = None
     left_out: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        return (
+            f"<Plan: {len(self.blocks)} strokes' parts, {self.primitives} primitives, "
+            f"joint travel {self.joint_travel_rad:.6g} rad>"
+        )
+
     @property
     def joint_travel_rad(self) -> float:
         """The sum over all primitives of |angle| [rad]."""
