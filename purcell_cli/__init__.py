@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from purcell_cli.files.plan_file import PlanDocument, load_plan, write_plan
     from purcell_cli.files.scenario_file import load_scenario
     from purcell_cli.files.swimmer_file import load_swimmer
-    from purcell_cli.files.trajectory_csv import read_csv, write_csv
+    from purcell_cli.files.trajectory_csv import write_csv
+    from purcell_cli.files.trajectory_reader import read_csv
     from purcell_cli.gaits.atlas import atlas
     from purcell_cli.gaits.design import design
     from purcell_cli.gaits.design_problem import DesignTask
@@ -79,7 +80,7 @@ _HOMES = {
     "load_scenario": "files.scenario_file",
     "load_swimmer": "files.swimmer_file",
     "plan": "solution",
-    "read_csv": "files.trajectory_csv",
+    "read_csv": "files.trajectory_reader",
     "realise": "gaits.pure_stroke",
     "shape_from_angles": "mechanics.connection",
     "stored_gaits": "files.builtin",

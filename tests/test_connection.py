@@ -12,7 +12,7 @@ from helpers import UNIT, assert_close, bent, is_close, random_rotations, random
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.rotations import Array, about_axis, from_quaternion, hat
-from purcell_cli.mechanics.base_velocity import twist_model
+from purcell_cli.mechanics.base_velocity import base_motion
 from purcell_cli.mechanics.connection import (
     COLLINEAR,
     base_to_limb,
@@ -466,16 +466,14 @@ def test_the_fast_twist_of_the_lift_is_the_connection(seed: int) -> None:
     for k, angle in enumerate((0.0, 1e-6, 1e-3, 0.05)):
         shapes[k] = bent(angle, 0.7 * angle)
     rate = rng.normal(size=(len(shapes), 6))
-    model = twist_model(swimmer)
     in_base = np.einsum("nlij,nlj->nli", shapes, rate.reshape(-1, 2, 3))
-    axes = shapes[..., 0].T  # components first
-    found = model.twist(axes, in_base.T).T
+    axes = shapes[..., 0]
+    found = base_motion(swimmer, axes, in_base).twist
     wanted = base_twist(swimmer, shapes, rate)
     size = np.linalg.norm(wanted, axis=-1, keepdims=True)
     assert_close(found[4:] / size[4:], wanted[4:] / size[4:], 1e-12)
     assert_close(found[:4] / size[:4], wanted[:4] / size[:4], 1e-11)
-    assert_close(model.resistance(axes).T, resistance(swimmer, shapes), 1e-14, 50.0)
-    in_limb = model.twist(axes, rate.reshape(-1, 2, 3).T).T
+    in_limb = base_motion(swimmer, axes, rate.reshape(-1, 2, 3)).twist
     assert not is_close(in_limb / size, wanted / size, 1e-3)
 
 
@@ -485,7 +483,7 @@ def test_joint_torques_do_the_work() -> None:
     rate = rng.normal(size=(len(shapes), 6))
     in_base = np.einsum("nlij,nlj->nli", shapes, rate.reshape(-1, 2, 3))
     wanted = power(swimmer, shapes, rate)
-    assert_close(twist_model(swimmer).joint_power(shapes[..., 0].T, in_base.T), wanted, 1e-13, float(wanted.max()))
+    assert_close(base_motion(swimmer, shapes[..., 0], in_base).power, wanted, 1e-13, float(wanted.max()))
 
 
 # --- Batches and misuse --------------------------------------------------------------------------------------------

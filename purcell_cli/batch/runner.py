@@ -185,7 +185,7 @@ def run_batch(
     begun = time.perf_counter()
     with ResultsFolder(options.folder, options.resume) as folder:
         if options.junit is not None:
-            writable(options.junit)
+            writable(options.junit, "--junit", ("xml",))
         batch = _Batch(cases, settings, options, folder)
         try:
             batch.solve(progress, say)

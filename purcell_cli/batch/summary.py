@@ -67,8 +67,8 @@ def write_parquet(table: Path, path: Path) -> None:
     texts = dict.fromkeys(("name", "file", "sweep", "verdict", "reasons", "error"), pl.String)
     whole = dict.fromkeys(("primitives", "cycles", "rows"), pl.Int64)
     types = dict.fromkeys(COLUMNS, pl.Float64) | texts | whole | {"passed": pl.Boolean}
-    with kept_file(path) as stream:
+    with table.open("rb") as rows, kept_file(path) as stream:  # polars takes a path for a pattern, or for an address
         try:
-            pl.scan_csv(table, schema=types).sink_parquet(stream)
+            pl.scan_csv(rows, schema=types).sink_parquet(stream)
         except pl.exceptions.PolarsError as error:
             raise ResultsError(f"{path}: cannot be written ({error})") from error

@@ -28,11 +28,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.reproducible import arctan2, hypot, inner, matmul, norm, sin_cos
+from purcell_cli.kernel import poses
 
 Array = NDArray[np.float64]
 
 INPUT_SLACK = 1e-6
 """A quaternion or matrix this close to valid is normalised; further off it is refused."""
+
+MEASURED_SLACK = 1e-2
+"""What a measured quaternion or matrix may be off, which is written with two digits or more."""
+
+_BOUND = 1.0 + 1e-9
+"""Times a slack, so that what is off by just the slack is not refused by rounding: 1.01 - 1 is more than 0.01."""
 
 _ROUNDING = 1e-15
 """What the elements of A^T A are off the identity where A is a rotation to rounding; at most half of it is seen."""
@@ -42,7 +49,7 @@ _AXES = np.eye(3)
 
 
 def hat(vector: ArrayLike) -> Array:
-    """Return the matrix of the cross product with a vector (appendix B of the paper).
+    """Return the matrix of the cross product with a vector, in its precision (appendix B of the paper).
 
     Args:
         vector: Vectors. Shape (..., 3).
@@ -50,8 +57,8 @@ def hat(vector: ArrayLike) -> Array:
     Returns:
         Skew matrices. Shape (..., 3, 3).
     """
-    v = np.asarray(vector, dtype=np.float64)
-    out = np.zeros((*v.shape, 3))
+    v = np.asarray(vector)
+    out = np.zeros((*v.shape, 3), dtype=np.result_type(v, np.float64))
     out[..., 0, 1], out[..., 0, 2] = -v[..., 2], v[..., 1]
     out[..., 1, 0], out[..., 1, 2] = v[..., 2], -v[..., 0]
     out[..., 2, 0], out[..., 2, 1] = -v[..., 1], v[..., 0]
@@ -97,8 +104,7 @@ def orthonormalised(matrix: Array) -> Array:
     Args:
         matrix: Matrices orthogonal up to rounding. Shape (..., 3, 3).
     """
-    defect: Array = matmul(np.swapaxes(matrix, -1, -2), matrix)
-    return matmul(matrix, 1.5 * _AXES - 0.5 * defect)
+    return poses.orthonormalised(matrix)
 
 
 def running(values: NDArray[Any], product: Callable[..., NDArray[Any]] = matmul) -> NDArray[Any]:
@@ -120,23 +126,6 @@ def running(values: NDArray[Any], product: Callable[..., NDArray[Any]] = matmul)
     out[0] = values[0]
     out[1::2] = pairs = running(product(values[:-1:2], values[1::2]), product)
     out[2::2] = product(pairs[: (len(values) - 1) // 2], values[2::2])
-    return out
-
-
-def running_orientations(start: ArrayLike, turns: Array) -> Array:
-    """Return orientations before, between and after turns about own axes.
-
-    Args:
-        start: Orientations before the first turn. Shape (..., 3, 3).
-        turns: Rotations, each in the frame turned so far. Shape (n, ..., 3, 3).
-
-    Returns:
-        Orientations. Shape (n + 1, ..., 3, 3).
-    """
-    out = np.empty((len(turns) + 1, *turns.shape[1:]))
-    out[0], out[1:] = start, turns
-    out = orthonormalised(running(out))
-    out[0] = start
     return out
 
 
@@ -166,20 +155,27 @@ def as_euler(rotation: ArrayLike) -> Array:
     return np.stack([psi, theta, np.where(locked, 0.0, phi)], axis=-1)
 
 
-def from_quaternion(quaternion: ArrayLike) -> Array:
-    """Return the rotation of a unit quaternion (w, x, y, z). Shape (..., 4) to (..., 3, 3).
+def from_quaternion(quaternion: ArrayLike, slack: float = INPUT_SLACK) -> Array:
+    """Return the rotation of a unit quaternion (w, x, y, z).
+
+    Args:
+        quaternion: The quaternion. Shape (..., 4).
+        slack: What its length may differ from 1.
+
+    Returns:
+        The rotation. Shape (..., 3, 3).
 
     Raises:
-        ParameterError: The quaternion's length differs from 1 by more than 1e-6.
+        ParameterError: The quaternion's length differs from 1 by more than the slack.
     """
     q = np.asarray(quaternion, dtype=np.float64)
     if q.shape[-1:] != (4,):
         raise ParameterError(f"a quaternion of 4 numbers (w, x, y, z) is wanted, found shape {q.shape}")
     length = norm(q)[..., None]
     off = np.abs(length - 1.0)
-    if not np.all(off <= INPUT_SLACK):
+    if not np.all(off <= slack * _BOUND):
         found = float(length.ravel()[np.argmax(np.where(np.isnan(off), np.inf, off))])
-        raise ParameterError(f"a unit quaternion (length 1 within {INPUT_SLACK:g}) is wanted, found length {found:.9g}")
+        raise ParameterError(f"a unit quaternion (length 1 within {slack:g}) is wanted, found length {found:.9g}")
     w, v = (q / length)[..., :1], (q / length)[..., 1:]
     k = hat(v)
     return np.asarray(_AXES + 2.0 * (w[..., None] * k + matmul(k, k)))
@@ -187,36 +183,47 @@ def from_quaternion(quaternion: ArrayLike) -> Array:
 
 def as_quaternion(rotation: ArrayLike) -> Array:
     """Return the unit quaternion (w, x, y, z) of a rotation, w >= 0. Shape (..., 3, 3) to (..., 4)."""
-    r = np.asarray(rotation, dtype=np.float64)
-    d0, d1, d2 = r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]
-    # The four ways to read a quaternion off a matrix; the one with the largest divisor is accurate.
-    table = np.empty((*d0.shape, 4, 4))
-    table[..., 0, 0], table[..., 1, 1] = 1 + d0 + d1 + d2, 1 + d0 - d1 - d2
-    table[..., 2, 2], table[..., 3, 3] = 1 - d0 + d1 - d2, 1 - d0 - d1 + d2
-    for i, j, k in ((1, 2, 3), (2, 3, 1), (3, 1, 2)):
-        low, high = r[..., k - 1, j - 1], r[..., j - 1, k - 1]
-        table[..., 0, i] = table[..., i, 0] = low - high
-        table[..., j, k] = table[..., k, j] = low + high
-    best = np.argmax(np.diagonal(table, axis1=-2, axis2=-1), axis=-1)
-    q = table.reshape(-1, 4, 4)[np.arange(best.size), best.ravel()].reshape(*d0.shape, 4)
-    q /= np.sqrt(inner(q, q))[..., None]
-    return np.asarray(np.where(q[..., :1] < 0, -q, q))
+    return poses.quaternion(rotation)
 
 
-def from_matrix(matrix: ArrayLike) -> Array:
-    """Return the rotation nearest to a matrix that is one within 1e-6. Shape (..., 3, 3).
+def quaternion_error(quaternion: ArrayLike) -> Array:
+    """Return what the length of a quaternion differs from 1. Shape (..., 4) to (...)."""
+    return np.asarray(np.abs(norm(np.asarray(quaternion, dtype=np.float64)) - 1.0))
+
+
+def matrix_error(matrix: ArrayLike) -> Array:
+    """Return what a matrix is off orthogonal: half of what A^T A is off the identity. Shape (..., 3, 3) to (...).
+
+    To leading order this is what its elements are off the nearest rotation's, in the rotated frame.
+    """
+    m = np.asarray(matrix, dtype=np.float64)
+    return np.asarray(np.max(np.abs(matmul(np.swapaxes(m, -1, -2), m) - _AXES), axis=(-1, -2)) / 2.0)
+
+
+def from_matrix(matrix: ArrayLike, slack: float = INPUT_SLACK) -> Array:
+    """Return the rotation nearest to a matrix that is almost one.
 
     A matrix that is one to rounding comes back bit for bit, so that what is written reads back.
 
+    Args:
+        matrix: The matrix. Shape (..., 3, 3).
+        slack: What it may be off, as `matrix_error` says.
+
+    Returns:
+        The rotation. Shape (..., 3, 3).
+
     Raises:
-        ParameterError: The matrix is further than 1e-6 from orthogonal, or a reflection.
+        ParameterError: The matrix is further than the slack from orthogonal, or a reflection.
     """
     m = np.asarray(matrix, dtype=np.float64)
-    defect = np.max(np.abs(matmul(np.swapaxes(m, -1, -2), m) - _AXES), axis=(-1, -2), keepdims=True)
-    if not np.all(defect <= 2 * INPUT_SLACK):
+    error = matrix_error(m)
+    if not np.all(error <= slack * _BOUND):
         raise ParameterError(
-            f"a rotation matrix (orthogonal within {INPUT_SLACK:g}) is wanted, found one off by {np.max(defect):.3g}"
+            f"a rotation matrix (orthogonal within {slack:g}) is wanted, found one off by {2.0 * np.max(error):.3g}"
         )
+    if np.any(error > INPUT_SLACK):  # each step squares what it is off
+        m = orthonormalised(orthonormalised(m))
+    defect = 2.0 * matrix_error(m)[..., None, None]
     if not np.all(inner(m[..., 0, :], cross(m[..., 1, :], m[..., 2, :])) > 0):
         raise ParameterError("a rotation matrix is wanted, found a reflection (determinant -1)")
     return np.asarray(np.where(defect <= _ROUNDING, m, orthonormalised(orthonormalised(m))))

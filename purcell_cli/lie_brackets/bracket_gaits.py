@@ -15,7 +15,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler
 from purcell_cli.lie_brackets.control_fields import Word
 from purcell_cli.lie_brackets.controllability import Bracket
-from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.lift import run_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -86,7 +86,8 @@ def gait_twist(swimmer: Swimmer, word: Word, amplitudes_rad: Array, shape: Array
     """
     gaits = [bracket_gait(word, float(a), shape) for a in amplitudes_rad]
     pieces = Pieces.together(Pieces.of(g, shape) for g in gaits)
-    return se3.log(se3.products(piece_displacements(swimmer.scaled(), pieces), [len(g) for g in gaits]))
+    counts = [len(g) for g in gaits]
+    return se3.log(run_displacements(swimmer.scaled(), pieces, counts, np.ones_like(counts)))
 
 
 def prediction(swimmer: Swimmer, shape: Array, bracket: Bracket, direction: int) -> Prediction:

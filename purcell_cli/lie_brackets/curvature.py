@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, cross
-from purcell_cli.mechanics.base_velocity import twist_model
+from purcell_cli.mechanics.base_velocity import base_motion
 from purcell_cli.mechanics.connection import checked_shape
 from purcell_cli.mechanics.swimmer import Swimmer
 
@@ -20,7 +20,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 def curvature(swimmer: Swimmer, shape: ArrayLike) -> Array:
     """Return DA(r) on the limbs' own axes: dA(e_i, e_j) - [A e_i, A e_j], antisymmetric in i and j.
 
-    The derivative is `TwistModel.twist_and_change`, in closed form: turning a limb with its rates in the base
+    The derivative is `base_motion`'s, in closed form: turning a limb with its rates in the base
     is the derivative along the left-invariant field, up to the limb's rotation.
 
     Args:
@@ -77,10 +77,9 @@ def twists_and_slopes(swimmer: Swimmer, shapes: Array) -> tuple[Array, Array]:
     rates = np.zeros((n, 6, 2, 3))
     for control in range(6):
         rates[:, control, control // 3] = shapes[:, control // 3, :, control % 3]
-    rows = (np.ascontiguousarray(x.reshape(6 * n, 2, 3).transpose(2, 1, 0)) for x in (axes, rates))
-    xi, change = twist_model(swimmer).twist_and_change(*rows)
-    slopes = np.einsum("alknc,nlki->nlica", change.reshape(6, 2, 3, n, 6), shapes)
-    return np.moveaxis(xi.reshape(6, n, 6), 0, -1), slopes.reshape(n, 6, 6, 6)
+    found = base_motion(swimmer, axes.reshape(-1, 2, 3), rates.reshape(-1, 2, 3))
+    slopes = np.einsum("nclka,nlki->nlica", found.change.reshape(n, 6, 2, 3, 6), shapes)
+    return found.twist.reshape(n, 6, 6), slopes.reshape(n, 6, 6, 6)
 
 
 def loop_twist(swimmer: Swimmer, shape: ArrayLike, first: int, second: int, area: float) -> Array:

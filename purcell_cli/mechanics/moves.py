@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.rotations import Array, running_orientations
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.mechanics import primitives
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 
@@ -143,7 +144,7 @@ class MoveSequence:
         Returns:
             Shapes. Shape (n + 1, 2, 3, 3).
         """
-        return running_orientations(start, self.turns())
+        return shapes_along(np.asarray(start, dtype=np.float64), None, self.turn)
 
 
 def chained(sequences: Sequence[ControlSequence]) -> ControlSequence:

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from purcell_cli.errors import ParameterError, UnknownNameError
-from purcell_cli.geometry.rotations import Array, about_axis, running_orientations
+from purcell_cli.geometry.rotations import Array, about_axis
+from purcell_cli.kernel.shapes import shapes_along
 
 AXIS_NAMES = ("roll", "pitch", "yaw")
 """The axes a limb turns about: its own x, y, z."""
@@ -148,7 +149,7 @@ class PrimitiveSequence:
         Returns:
             Shapes. Shape (n + 1, 2, 3, 3).
         """
-        return running_orientations(start, self.turns())
+        return shapes_along(np.asarray(start, dtype=np.float64), self.control, self.angle)
 
 
 EMPTY = PrimitiveSequence(np.empty(0, dtype=np.int64), np.empty(0))

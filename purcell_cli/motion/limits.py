@@ -16,6 +16,7 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
@@ -28,6 +29,8 @@ from purcell_cli.motion.options import OPTIONS, PlanOptions
 from purcell_cli.motion.workspace import ENDS, WALLS, Excess, Workspace, excess_of, largest_excess
 from purcell_cli.motion.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
 
+_FINE = Accuracy(stages=4, step=0.4)
+"""How the base's motion within a piece is computed: to some 1e-8 L, a thousandth of what workspaces are held to."""
 BEND_SLACK_RAD = 1e-9
 """A bend above its limit by no more than this is rounding."""
 
@@ -217,6 +220,10 @@ def _bends(swimmer: Swimmer, path: _Path) -> tuple[tuple[float | None, float | N
     return (largest[0], largest[1], largest[2]), broken
 
 
+def _displacements(swimmer: Swimmer, pieces: Pieces) -> Array:
+    return piece_displacements(swimmer, pieces, _FINE)
+
+
 def _workspace(
     swimmer: Swimmer, workspace: Workspace, start: Configuration, blocks: Sequence[Block], path: _Path
 ) -> tuple[Excess, list[Violation]]:
@@ -239,7 +246,7 @@ def _workspace(
         first, total = first + n, total + block.cycles * once
     which = np.concatenate([*index, [first]]).astype(np.int64)
     every = np.concatenate([*poses, here[None]])
-    found = largest_excess(swimmer, workspace, every, which, pieces)
+    found = largest_excess(swimmer, workspace, every, which, pieces, _displacements)
     if found.distance_m <= WORKSPACE_SLACK_L * swimmer.length_m:
         return found, []
     time = float(np.concatenate([*begun, [total]])[found.place]) + found.time_s

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
-from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul
 from purcell_cli.geometry.rotations import Array, as_euler, as_quaternion, orthonormalised
+from purcell_cli.kernel.flow import played, with_twice_the_digits
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import piece_displacements
@@ -191,22 +191,20 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
     time, phase, gait = np.empty(count), np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
     poses, limbs, controls = np.empty((count, 4, 4)), np.empty((count, 2, 3, 3)), np.empty((count, 6))
     names = tuple(dict.fromkeys(b.gait for b in blocks)) or ("none",)
-    here, end = se3.extended(start.pose), 0.0
+    here, end = with_twice_the_digits(start.pose), 0.0
     for k, (mine, out, begins) in enumerate(_played(blocks, rows)):
-        along = se3.prefix_products(se3.extended(moves[mine]))  # see `run_displacements`
         n, cycles = mine.stop - mine.start, len(begins)
-        begun = matmul(here, se3.prefix_products(np.broadcast_to(along[-1], (cycles, 4, 4))))
-        origins, along = begun[:-1].astype(np.float64), along.astype(np.float64)
         time[out] = (begins[:, None] + rows.time_s[mine]).ravel()
         phase[out], gait[out] = blocks[k].phase, names.index(blocks[k].gait)
-        poses[out].reshape(cycles, n, 4, 4)[:] = matmul(origins[:, None], along[:-1])
+        poses[out] = played(here, moves[mine], cycles).reshape(-1, 4, 4)
         limbs[out].reshape(cycles, n, 2, 3, 3)[:] = shapes[mine]
         controls[out].reshape(cycles, n, 6)[:] = rates[mine] * rate
-        here = se3.normalised(begun[-1])
         end = float(begins[0] + cycles * rows.lasts_s[k])
     last = blocks[-1] if blocks else Block(3, "none", EMPTY)
     time[-1], phase[-1], gait[-1] = end, last.phase, names.index(last.gait)
-    poses[-1], limbs[-1], controls[-1] = here, pieces.shapes[-1], 0.0
+    poses[-1] = np.eye(4)
+    poses[-1, :3] = here[..., 0]
+    limbs[-1], controls[-1] = pieces.shapes[-1], 0.0
     return Trajectory(time, phase, gait, names, poses, limbs, controls)
 
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +23,6 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.collocation import Accuracy
-from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import radius_m
@@ -33,9 +32,6 @@ Rows = NDArray[np.int64]
 
 TOLERANCE_L = 1e-5
 """How far a motion leaves its box is known to this, in units of L, or to a hundredth if that is more."""
-
-_FINE = Accuracy(stages=4, step=0.4)
-"""How the base's motion within a piece is computed: to some 1e-8 L, a thousandth of `TOLERANCE_L`."""
 
 _MOST_STRETCHES = 1 << 16
 """Stretches at most: when there are more none is cut again, and the error is reported."""
@@ -129,7 +125,14 @@ def end_speeds(swimmer: Swimmer, circles: LimbCircles) -> Array:
     return np.asarray(np.sqrt(power[:, None] / np.array([max(b, l), l])))
 
 
-def largest_excess(swimmer: Swimmer, workspace: Workspace, poses: Array, piece: Rows, pieces: Pieces) -> Excess:
+def largest_excess(
+    swimmer: Swimmer,
+    workspace: Workspace,
+    poses: Array,
+    piece: Rows,
+    pieces: Pieces,
+    displacements: Callable[[Swimmer, Pieces], Array],
+) -> Excess:
     """Return how far links leave a box at most over a path of pieces of constant limb rates.
 
     A piece that is played again has the same displacement from its new place, so it is swum once.
@@ -140,8 +143,9 @@ def largest_excess(swimmer: Swimmer, workspace: Workspace, poses: Array, piece: 
         poses: The base's pose at each beginning of a piece [m]. Shape (m, 4, 4).
         piece: Which piece begins there. Shape (m,).
         pieces: The pieces.
+        displacements: Returns the base's displacements on pieces [m], to some 1e-8 L. Shape (n, 4, 4).
     """
-    path = _Path(swimmer, pieces)
+    path = _Path(swimmer, pieces, displacements)
     box = _Box(swimmer, workspace)
     speeds = np.repeat(end_speeds(swimmer, path.circles), 2, axis=1)[..., None]
     most = np.max(speeds, axis=(1, 2), initial=0.0)
@@ -187,10 +191,12 @@ class _Path:
     Args:
         swimmer: The swimmer.
         pieces: The pieces.
+        displacements: Returns the base's displacements on pieces [m]. Shape (n, 4, 4).
     """
 
-    def __init__(self, swimmer: Swimmer, pieces: Pieces) -> None:
+    def __init__(self, swimmer: Swimmer, pieces: Pieces, displacements: Callable[[Swimmer, Pieces], Array]) -> None:
         self.swimmer, self.pieces, self.circles = swimmer, pieces, LimbCircles.of(pieces)
+        self.displacements = displacements
 
     def ahead(self, piece: Rows, part: Rows, depth: int, share: float) -> tuple[Array, Array]:
         """Return the displacement from the beginning of parts, and the limbs' axes there.
@@ -207,7 +213,7 @@ class _Path:
         twist = np.zeros((len(key), 2, 6))
         twist[..., 3:] = self.pieces.rates[one].reshape(-1, 2, 3) * begun[:, None, None]
         shapes = matmul(self.pieces.shapes[one], se3.exp(twist)[..., :3, :3])
-        moves = piece_displacements(self.swimmer, Pieces(shapes, self.pieces.rates[one], share * length), _FINE)
+        moves = self.displacements(self.swimmer, Pieces(shapes, self.pieces.rates[one], share * length))
         return moves[which], self.circles.at(one, begun + share * length)[which]
 
 

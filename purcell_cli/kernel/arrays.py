@@ -1,0 +1,61 @@
+"""Arrays as the compiled kernel takes them: of doubles, in one piece, and of the shape that is wanted."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+_Kind = TypeVar("_Kind", np.float64, np.int64)
+
+Array = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+_DOUBLE, _WHOLE = np.dtype(np.float64), np.dtype(np.int64)
+_AS_BUFFER = (ctypes.c_char * 0).from_buffer
+"""What gives the memory of an array that may be written: a third of the time that `numpy.ndarray.ctypes` takes."""
+
+
+def doubles(value: ArrayLike, what: str, shape: tuple[int, ...] | None = None) -> Array:
+    """Return numbers as an array of doubles in one piece.
+
+    Args:
+        value: The numbers.
+        what: What they are, for messages.
+        shape: The shape wanted, -1 for any length; None for any shape.
+
+    Raises:
+        TypeError: Something that is no real number.
+        ValueError: Another shape.
+    """
+    found = np.asarray(value)
+    if found.dtype is not _DOUBLE and found.dtype.kind not in "fiu":
+        raise TypeError(f"{what}: real numbers are wanted, found {found.dtype}")
+    return _of_shape(np.asarray(found, dtype=_DOUBLE, order="C"), what, shape)
+
+
+def wholes(value: ArrayLike, what: str, shape: tuple[int, ...] | None = None) -> Whole:
+    """Return whole numbers as an array in one piece; see `doubles`."""
+    found = np.asarray(value)
+    if found.dtype is not _WHOLE and found.dtype.kind not in "iu" and found.size:
+        raise TypeError(f"{what}: whole numbers are wanted, found {found.dtype}")
+    return _of_shape(np.asarray(found, dtype=_WHOLE, order="C"), what, shape)
+
+
+def _of_shape(found: NDArray[_Kind], what: str, shape: tuple[int, ...] | None) -> NDArray[_Kind]:
+    if shape is not None and found.shape != shape:
+        fits = len(shape) == found.ndim and all(n in (-1, m) for n, m in zip(shape, found.shape, strict=True))
+        if not fits:
+            wanted = ", ".join("n" if n < 0 else str(n) for n in shape)
+            raise ValueError(f"{what}: an array of shape ({wanted}) is wanted, found {found.shape}")
+    return found
+
+
+def address(array: Any) -> int:
+    """Return where an array in one piece begins; it must live while the address is used."""
+    try:
+        return ctypes.addressof(_AS_BUFFER(array))
+    except TypeError:  # it may not be written
+        return int(array.ctypes.data)

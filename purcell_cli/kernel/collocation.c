@@ -1,0 +1,248 @@
+/* The flow g' = g hat(xi) on a step by Gauss collocation, orientations as quaternions, and the graded mesh. */
+#include <math.h>
+
+#include "kernel.h"
+#include "small.h"
+
+#define SPIN_SHARE 0.25 /* what a spin about the own axis counts in the length of steps */
+#define MOST_ITERATIONS 100
+#define MOST_PARTS 8
+#define MOST_DEPTH 60 /* of cutting */
+#define MOST_STEPS 2000000 /* of a piece: some seconds, in which Ctrl-C waits */
+
+/* A vector turned by a rotation vector: v + sin(t)/t w x v + (1 - cos t)/t^2 w x (w x v). */
+static void rotate(const double w[3], const double v[3], double out[3]) {
+    double c[3], first[3], second[3];
+    purcell_exp_of(DOT(w, w), c);
+    CROSS(first, w, v);
+    CROSS(second, w, first);
+    for (int i = 0; i < 3; i++) out[i] = v[i] + c[0] * first[i] + c[1] * second[i];
+}
+
+static void rotate_lanes(lane w[3], const double v[3], lane out[3]) {
+    const lane x = DOT(w, w);
+    lane a, b, first[3], second[3];
+    const lane start[3] = {(lane){0.0, 0.0} + v[0], (lane){0.0, 0.0} + v[1], (lane){0.0, 0.0} + v[2]};
+    if (x[0] <= SERIES_BELOW && x[1] <= SERIES_BELOW) {
+        a = (lane){0.0, 0.0} + purcell_series[SERIES_TERMS - 1][0];
+        b = (lane){0.0, 0.0} + purcell_series[SERIES_TERMS - 1][1];
+        for (int k = SERIES_TERMS - 2; k >= 0; k--) {
+            a = a * x + purcell_series[k][0];
+            b = b * x + purcell_series[k][1];
+        }
+    } else {
+        for (int l = 0; l < LANES; l++) {
+            double c[3];
+            purcell_exp_of(x[l], c);
+            a[l] = c[0];
+            b[l] = c[1];
+        }
+    }
+    CROSS(first, w, start);
+    CROSS(second, w, first);
+    for (int i = 0; i < 3; i++) out[i] = start[i] + a * first[i] + b * second[i];
+}
+
+/* The limbs' axes and rates at two nodes of a step. */
+static void node_states(const struct step *step, lane time, lane axes[2][3], lane rates[2][3]) {
+    for (int limb = 0; limb < 2; limb++) {
+        const double *u = step->rates[limb];
+        lane turned[3];
+        for (int i = 0; i < 3; i++) {
+            rates[limb][i] = (lane){0.0, 0.0} + u[i];
+            axes[limb][i] = (lane){0.0, 0.0} + step->axes[limb][i];
+            turned[i] = time * u[i];
+        }
+        if (u[0] != 0.0 || u[1] != 0.0 || u[2] != 0.0) rotate_lanes(turned, step->axes[limb], axes[limb]);
+    }
+}
+
+/* The times of nodes k and k + 1; beyond the last it again. */
+static lane node_times(const struct rule *rule, const struct step *step, SIZE k) {
+    const SIZE next = k + 1 < rule->stages ? k + 1 : k;
+    return (lane){rule->nodes[k] * step->duration, rule->nodes[next] * step->duration};
+}
+
+/* v turned by an almost unit quaternion q = (scalar, vector). */
+static void turned(const double q[4], const double v[3], double out[3]) {
+    double across[3], twice[3];
+    CROSS(across, q + 1, v);
+    for (int i = 0; i < 3; i++) across[i] *= 2.0;
+    CROSS(twice, q + 1, across);
+    for (int i = 0; i < 3; i++) out[i] = v[i] + q[0] * across[i] + twice[i];
+}
+
+static void matrix(const double q[4], double out[9]) {
+    for (int j = 0; j < 3; j++) {
+        const double e[3] = {j == 0, j == 1, j == 2};
+        double column[3];
+        turned(q, e, column);
+        for (int i = 0; i < 3; i++) out[3 * i + j] = column[i];
+    }
+}
+
+void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const struct step *step, enum wanted wanted,
+                        struct solved *out) {
+    const int m = (int)rule->stages;
+    double velocity[MOST_STAGES][3], half[MOST_STAGES][3], q[MOST_STAGES][4], slope[MOST_STAGES][4];
+    for (int k = 0; k < m; k += LANES) {
+        lane axes[2][3], rates[2][3], xi[6], change[6][6], per_rate[6][6];
+        node_states(step, node_times(rule, step, k), axes, rates);
+        purcell_connection(s, axes, rates, xi, wanted >= CHANGE ? change : 0, wanted >= PER_RATE ? per_rate : 0, 0);
+        for (int l = 0; l < LANES && k + l < m; l++) {
+            const double weight = rule->weights[k + l] * step->duration;
+            for (int i = 0; i < 3; i++) {
+                velocity[k + l][i] = xi[i][l] * step->duration;
+                half[k + l][i] = 0.5 * (xi[3 + i][l] * step->duration);
+            }
+            for (int i = 0; wanted >= CHANGE && i < 36; i++)
+                out->change[k + l][i / 6][i % 6] = weight * change[i / 6][i % 6][l];
+            for (int i = 0; wanted >= PER_RATE && i < 36; i++)
+                out->per_rate[k + l][i / 6][i % 6] = weight * per_rate[i / 6][i % 6][l];
+        }
+    }
+    for (int k = 0; k < m; k++) {
+        q[k][0] = 1.0;
+        for (int i = 0; i < 3; i++) {
+            double sum = rule->to_node[k * m] * half[0][i];
+            for (int j = 1; j < m; j++) sum += rule->to_node[k * m + j] * half[j][i];
+            q[k][1 + i] = sum;
+        }
+    }
+    /* Picard iteration: the error falls faster than any power, by |omega / 2|^k / k!. */
+    for (int round = 0; round < MOST_ITERATIONS; round++) {
+        double changed = 0.0;
+        for (int k = 0; k < m; k++) slope[k][0] = DOT(q[k] + 1, half[k]);
+        for (int k = 0; k < m; k++) {
+            double sum = rule->to_node[k * m] * slope[0][0];
+            for (int j = 1; j < m; j++) sum += rule->to_node[k * m + j] * slope[j][0];
+            q[k][0] = 1.0 - sum;
+        }
+        for (int k = 0; k < m; k++) {
+            CROSS(slope[k] + 1, q[k] + 1, half[k]);
+            for (int i = 0; i < 3; i++) slope[k][1 + i] += q[k][0] * half[k][i];
+        }
+        for (int k = 0; k < m; k++) {
+            double sum[3];
+            for (int i = 0; i < 3; i++) sum[i] = rule->to_node[k * m] * slope[0][1 + i];
+            for (int j = 1; j < m; j++)
+                for (int i = 0; i < 3; i++) sum[i] += rule->to_node[k * m + j] * slope[j][1 + i];
+            for (int i = 0; i < 3; i++) {
+                const double by = fabs(sum[i] - q[k][1 + i]);
+                changed = by > changed ? by : changed;
+                q[k][1 + i] = sum[i];
+            }
+        }
+        if (changed < rule->settled) break;
+    }
+    double end[4] = {1.0, 0.0, 0.0, 0.0}, position[3] = {0.0, 0.0, 0.0}, rotation[9], size;
+    for (int k = 0; k < m; k++) {
+        double across[3], moved[3];
+        const double weight = rule->weights[k];
+        CROSS(across, q[k] + 1, half[k]);
+        end[0] -= weight * DOT(q[k] + 1, half[k]);
+        turned(q[k], velocity[k], moved);
+        for (int i = 0; i < 3; i++) {
+            end[1 + i] += weight * (q[k][0] * half[k][i] + across[i]);
+            position[i] += weight * moved[i];
+            velocity[k][i] = moved[i];
+        }
+    }
+    size = sqrt(end[0] * end[0] + end[1] * end[1] + end[2] * end[2] + end[3] * end[3]);
+    for (int i = 0; i < 4; i++) end[i] /= size;
+    matrix(end, rotation);
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) out->pose[4 * i + j] = rotation[3 * i + j];
+        out->pose[4 * i + 3] = position[i];
+        out->pose[12 + i] = 0.0;
+    }
+    out->pose[15] = 1.0;
+    for (int k = 0; wanted >= CHANGE && k < m; k++) {
+        matrix(q[k], out->rotation[k]);
+        for (int i = 0; i < 3; i++) {
+            double sum = rule->to_node[k * m] * velocity[0][i];
+            for (int j = 1; j < m; j++) sum += rule->to_node[k * m + j] * velocity[j][i];
+            out->position[k][i] = sum;
+        }
+    }
+}
+
+/* The integral over a step of the power of the joints' torques, or of its root. */
+double purcell_step_power(const struct swimmer *s, const struct rule *rule, const struct step *step, int root) {
+    double sum = 0.0;
+    for (SIZE k = 0; k < rule->stages; k += LANES) {
+        lane axes[2][3], rates[2][3], xi[6], power;
+        node_states(step, node_times(rule, step, k), axes, rates);
+        purcell_connection(s, axes, rates, xi, 0, 0, &power);
+        for (int l = 0; l < LANES && k + l < rule->stages; l++) {
+            const double found = power[l] > 0.0 ? power[l] : 0.0;
+            sum += rule->weights[k + l] * (root ? sqrt(found) : found);
+        }
+    }
+    return sum * step->duration;
+}
+
+struct cutting {
+    const struct swimmer *s;
+    double finest, sweep, begun[2][3];
+    struct step step;
+    visitor *visit;
+    void *state;
+    SIZE steps;
+};
+
+/* The step from start, or its parts where it is long against the distance from a straight line.
+ *
+ * The distance changes at most `steepness` times as fast as the limbs turn, so a step that is short enough at its
+ * middle is everywhere. */
+static void cut(struct cutting *c, double start, double length, int depth) {
+    double axes[2][3], middle[3];
+    if (depth > MOST_DEPTH || c->steps >= MOST_STEPS) {
+        c->steps = -1;
+        return;
+    }
+    for (int limb = 0; limb < 2; limb++) {
+        for (int i = 0; i < 3; i++) middle[i] = c->step.rates[limb][i] * (start + 0.5 * length);
+        rotate(middle, c->begun[limb], axes[limb]);
+    }
+    const double arc = c->sweep * length, near = purcell_distance(c->s, axes);
+    if (arc > c->finest * near) {
+        const double low = near - 0.5 * c->s->steepness * arc;
+        const double ratio = arc / (c->finest * (low > c->s->sharpness ? low : c->s->sharpness));
+        int parts = 2;
+        while (parts < MOST_PARTS && parts < ratio) parts++;
+        const double part = length / parts;
+        for (int k = 0; k < parts && c->steps >= 0; k++) cut(c, start + k * part, part, depth + 1);
+        return;
+    }
+    for (int limb = 0; limb < 2; limb++) {
+        for (int i = 0; i < 3; i++) middle[i] = c->step.rates[limb][i] * start;
+        rotate(middle, c->begun[limb], c->step.axes[limb]);
+    }
+    c->step.start = start;
+    c->step.duration = length;
+    c->visit(&c->step, c->state);
+    c->steps++;
+}
+
+SIZE purcell_mesh(const struct swimmer *s, double finest, const double shape[18], const double rate[6],
+                  double duration, visitor *visit, void *state) {
+    struct cutting c = {.s = s, .finest = finest, .visit = visit, .state = state};
+    double square = 0.0;
+    if (duration == 0.0) return 0;
+    for (int limb = 0; limb < 2; limb++) {
+        const double *a = shape + 9 * limb, *w = rate + 3 * limb;
+        double swept[3];
+        for (int i = 0; i < 3; i++) {
+            c.begun[limb][i] = a[3 * i];
+            c.step.rates[limb][i] = a[3 * i] * w[0] + a[3 * i + 1] * w[1] + a[3 * i + 2] * w[2];
+        }
+        CROSS(swept, c.step.rates[limb], c.begun[limb]);
+        const double spun = SPIN_SHARE * DOT(c.step.rates[limb], c.begun[limb]);
+        square += DOT(swept, swept) + spun * spun;
+    }
+    c.sweep = sqrt(square);
+    if (c.sweep * duration > finest * MOST_STEPS) return -1; /* no step is longer than `finest` */
+    cut(&c, 0.0, duration, 0);
+    return c.steps;
+}

@@ -1,0 +1,239 @@
+/* The flow of a whole sequence with its derivatives by every angle. */
+#include "kernel.h"
+#include "small.h"
+
+static void transform(const double matrix[36], const double x[6], double out[6]) { product(matrix, x, out, 6, 6, 1); }
+
+/* The sum over a step's nodes of changes of the twist, seen from the step's beginning: column c is of changes[.][c]. */
+static void carried(const struct solved *solved, SIZE stages, double changes[][6][6], double out[36]) {
+    for (int i = 0; i < 36; i++) out[i] = 0.0;
+    for (SIZE k = 0; k < stages; k++) {
+        const double *r = solved->rotation[k], *p = solved->position[k];
+        for (int c = 0; c < 6; c++) {
+            const double *x = changes[k][c];
+            double v[3], w[3], arm[3];
+            for (int i = 0; i < 3; i++) {
+                v[i] = DOT(r + 3 * i, x);
+                w[i] = DOT(r + 3 * i, x + 3);
+            }
+            CROSS(arm, p, w);
+            for (int i = 0; i < 3; i++) {
+                out[6 * i + c] += v[i] + arm[i];
+                out[6 * (3 + i) + c] += w[i];
+            }
+        }
+    }
+}
+
+/* rotation(w), or J with rotation(w + dw) = rotation(J dw) rotation(w) to leading order. */
+static void about(const double w[3], int left_jacobian, double out[9]) {
+    double c[3];
+    purcell_exp_of(DOT(w, w), c);
+    const double a = c[left_jacobian], b = c[left_jacobian + 1], square = DOT(w, w);
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        out[4 * i] = 1.0 + b * (w[i] * w[i] - square);
+        out[3 * i + j] = b * (w[i] * w[j]) - a * w[k];
+        out[3 * i + k] = b * (w[i] * w[k]) + a * w[j];
+    }
+}
+
+/* Columns by the rotation vectors of one limb and the other as columns by others: out = [m_1 t_1, m_2 t_2]. */
+static void by_limb(const double m[36], const double t[18], double out[36]) {
+    for (int i = 0; i < 6; i++)
+        for (int c = 0; c < 6; c++) {
+            const double *row = m + 6 * i + 3 * (c / 3), *column = t + 9 * (c / 3) + c % 3;
+            out[6 * i + c] = row[0] * column[0] + row[1] * column[3] + row[2] * column[6];
+        }
+}
+
+struct chain {
+    const struct swimmer *s;
+    const struct rule *rule;
+    int moves;            /* whether pieces are moves, not primitives */
+    wide_pose here, once; /* from the path's start and from the repeat's */
+    int repeating;
+    double *total, *own;  /* of the piece: what turning limbs changes on it, and what its own turn does */
+    struct solved solved;
+};
+
+static void link(const struct step *step, void *state) {
+    struct chain *c = state;
+    double pose[16], ad[36], seen[36], moved[36];
+    purcell_solve_step(c->s, c->rule, step, c->moves ? PER_RATE : CHANGE, &c->solved);
+    purcell_wide_round(&c->here, pose);
+    adjoint(pose, ad);
+    carried(&c->solved, c->rule->stages, c->solved.change, seen);
+    product(ad, seen, moved, 6, 6, 6);
+    for (int i = 0; i < 36; i++) c->total[i] += moved[i];
+    /* Changing a turn by dv turns the limb, a part s into the move, by J(s u) s A dv in the base frame, and adds the
+     * turned A dv to its rate. */
+    for (SIZE k = 0; c->moves && k < c->rule->stages; k++) {
+        const double part = step->start + c->rule->nodes[k] * step->duration;
+        double changed[6][6];
+        for (int limb = 0; limb < 2; limb++) {
+            double turned[3], turning[9], rotation[9];
+            for (int i = 0; i < 3; i++) turned[i] = part * step->rates[limb][i];
+            about(turned, 1, turning);
+            about(turned, 0, rotation);
+            for (int j = 0; j < 3; j++)
+                for (int i = 0; i < 6; i++) {
+                    double sum = 0.0;
+                    for (int r = 0; r < 3; r++)
+                        sum += c->solved.change[k][3 * limb + r][i] * (part * turning[3 * r + j]) +
+                               c->solved.per_rate[k][3 * limb + r][i] * rotation[3 * r + j];
+                    changed[3 * limb + j][i] = sum;
+                }
+        }
+        for (int i = 0; i < 36; i++) c->solved.change[k][i / 6][i % 6] = changed[i / 6][i % 6];
+    }
+    if (c->moves) {
+        carried(&c->solved, c->rule->stages, c->solved.change, seen);
+        product(ad, seen, moved, 6, 6, 6);
+        for (int i = 0; i < 36; i++) c->own[i] += moved[i];
+    }
+    purcell_wide_times(&c->here, c->solved.pose);
+    if (c->repeating) purcell_wide_times(&c->once, c->solved.pose);
+}
+
+/* 1 + Ad_g + ... + Ad_g^(n-1), by doubling. */
+static void power_sum(const double g[16], SIZE cycles, double total[36]) {
+    double power[36], block[36], done[36], made[36];
+    adjoint(g, power);
+    identity(block, 6);
+    identity(done, 6);
+    for (int i = 0; i < 36; i++) total[i] = 0.0;
+    for (SIZE left = cycles; left > 0; left /= 2) {
+        if (left % 2) {
+            product(done, block, made, 6, 6, 6);
+            for (int i = 0; i < 36; i++) total[i] += made[i];
+            product(done, power, made, 6, 6, 6);
+            for (int i = 0; i < 36; i++) done[i] = made[i];
+        }
+        product(power, block, made, 6, 6, 6);
+        for (int i = 0; i < 36; i++) block[i] += made[i];
+        product(power, power, made, 6, 6, 6);
+        for (int i = 0; i < 36; i++) power[i] = made[i];
+    }
+}
+
+/* What piece p does: the rates, and how long it lasts. */
+static double played(const SIZE *control, const double *amount, SIZE p, double rate[6]) {
+    if (!control) {
+        for (int i = 0; i < 6; i++) rate[i] = amount[6 * p + i];
+        return 1.0;
+    }
+    for (int i = 0; i < 6; i++) rate[i] = 0.0;
+    rate[control[p]] = amount[p] < 0.0 ? -1.0 : 1.0;
+    return amount[p] < 0.0 ? -amount[p] : amount[p];
+}
+
+/* The displacement along n pieces and its derivatives, as body twists at the end.
+ *
+ * Lengthening a primitive turns the limb's whole later path by a constant rotation in the base frame, about the axis
+ * that the limb turned on. So one pass that carries six such rotations back from the end gives all derivatives. A part
+ * that is repeated costs one cycle: the others are conjugate to it. Its own angles may only change together, so that
+ * it still closes; what they do within a cycle is then all they do.
+ *
+ * shapes: before, between and after the pieces. (n + 1, 2, 3, 3).
+ * control, amount: of primitives their controls and angles, (n,) and (n,); of moves null and their turns, (n, 6).
+ * repeats: first piece, the piece after the last, cycles, in order. (k, 3).
+ * room: to work in. (n, 88) and, for repeats, (k, 36) after that.
+ * pose, derivative: (4, 4), and (6, n) or (6, n, 6).
+ * Returns 0, or the number of a piece that is too long, counted from 1. */
+API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const double *nodes, const double *weights,
+                                      const double *to_node, double step, double settled, SIZE n, const double *shapes,
+                                      const SIZE *control, const double *amount, SIZE k, const SIZE *repeats,
+                                      double *room, double *pose, double *derivative) {
+    const struct rule rule = {stages, nodes, weights, to_node, step, settled};
+    struct chain c = {.s = (const struct swimmer *)swimmer, .rule = &rule, .moves = control == 0};
+    double *const spread = room + 88 * n, begun[16], once[16], there[16], ad[36], back[36], sum[36], made[36];
+    const int columns = control ? 1 : 6;
+    SIZE r = 0;
+    purcell_wide_identity(&c.here);
+    for (SIZE p = 0; p < n; p++) {
+        double rate[6];
+        const double duration = played(control, amount, p, rate);
+        if (r < k && p == repeats[3 * r]) {
+            c.repeating = 1;
+            purcell_wide_identity(&c.once);
+            purcell_wide_round(&c.here, begun);
+        }
+        c.total = room + 88 * p;
+        c.own = c.total + 36;
+        for (int i = 0; i < 72; i++) c.total[i] = 0.0;
+        const SIZE steps = purcell_mesh(c.s, step, shapes + 18 * p, rate, duration, link, &c);
+        if (steps < 0) return p + 1;
+        if (steps > 0) purcell_wide_normalise(&c.here);
+        purcell_wide_round(&c.here, c.total + 72);
+        if (r < k && p + 1 == repeats[3 * r + 1]) {
+            wide_pose rest;
+            purcell_wide_normalise(&c.once);
+            purcell_wide_round(&c.once, once);
+            purcell_wide_power(&c.once, repeats[3 * r + 2] - 1, &rest);
+            purcell_wide_product(&c.here, &rest, &c.here);
+            adjoint(begun, ad);
+            inverse_pose(begun, there);
+            adjoint(there, back);
+            power_sum(once, repeats[3 * r + 2], sum);
+            product(ad, sum, made, 6, 6, 6);
+            product(made, back, spread + 36 * r, 6, 6, 6);
+            c.repeating = 0;
+            r++;
+        }
+    }
+    purcell_wide_normalise(&c.here);
+    purcell_wide_round(&c.here, pose);
+    inverse_pose(pose, there);
+    adjoint(there, back);
+    double outside[36] = {0.0}, inside[36] = {0.0};
+    for (SIZE p = n - 1; p >= 0; p--) {
+        const double *total = room + 88 * p, *own = total + 36, *end = total + 72, *shape = shapes + 18 * p;
+        while (r > 0 && p < repeats[3 * r - 3]) r--;
+        if (r > 0 && p + 1 == repeats[3 * r - 2])
+            for (int i = 0; i < 36; i++) inside[i] = 0.0;
+        const double *all = r > 0 && p < repeats[3 * r - 2] ? spread + 36 * (r - 1) : 0;
+        const double *later = all ? inside : outside;
+        double column[36], seen[36];
+        if (control) {
+            const int limb = (int)(control[p] / 3), axis = (int)(control[p] % 3);
+            const double zero[3] = {0.0, 0.0, 0.0};
+            double n_k[3];
+            lane axes[2][3], rates[2][3], xi[6];
+            for (int i = 0; i < 3; i++) n_k[i] = shape[9 * limb + 3 * i + axis];
+            for (int i = 0; i < 6; i++) {
+                const double a = shape[18 + 9 * (i / 3) + 3 * (i % 3)], u = (i / 3 == limb ? n_k : zero)[i % 3];
+                axes[i / 3][i % 3] = (lane){a, a};
+                rates[i / 3][i % 3] = (lane){u, u};
+            }
+            purcell_connection(c.s, axes, rates, xi, 0, 0, 0);
+            const double ending[6] = {xi[0][0], xi[1][0], xi[2][0], xi[3][0], xi[4][0], xi[5][0]};
+            adjoint(end, ad);
+            transform(ad, ending, column);
+            for (int i = 0; i < 6; i++) column[i] += DOT(later + 6 * i + 3 * limb, n_k);
+        } else {
+            double turn[18], shifted[36];
+            for (int limb = 0; limb < 2; limb++) {
+                double w[3];
+                product(shape + 9 * limb, amount + 6 * p + 3 * limb, w, 3, 3, 1);
+                about(w, 1, turn + 9 * limb);
+            }
+            by_limb(later, turn, shifted);
+            for (int i = 0; i < 36; i++) shifted[i] += own[i];
+            by_limb(shifted, shape, column);
+        }
+        if (all) {
+            product(all, column, made, 6, 6, columns);
+            product(back, made, seen, 6, 6, columns);
+            product(all, total, made, 6, 6, 6);
+            for (int i = 0; i < 36; i++) inside[i] += total[i];
+        } else {
+            product(back, column, seen, 6, 6, columns);
+            for (int i = 0; i < 36; i++) made[i] = total[i];
+        }
+        for (int i = 0; i < 36; i++) outside[i] += made[i];
+        for (int i = 0; i < 6; i++)
+            for (int j = 0; j < columns; j++) derivative[(i * n + p) * columns + j] = seen[i * columns + j];
+    }
+    return 0;
+}

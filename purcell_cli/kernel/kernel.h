@@ -1,0 +1,124 @@
+/* What the compiled kernel offers, and what its files share.
+ *
+ * The same bits on every machine and with every compiler: all numbers are IEEE doubles, all sums and products stand in
+ * one order, nothing is contracted (-ffp-contract=off), and of the C library only sqrt and fabs are called, which IEEE
+ * rounds correctly. Sizes and shapes are checked by the Python side, which owns all memory; matrices are row by row.
+ */
+#ifndef PURCELL_KERNEL_H
+#define PURCELL_KERNEL_H
+
+#include <float.h>
+#include <stdint.h>
+
+#if FLT_EVAL_METHOD != 0
+#error "doubles must be computed as doubles: build for SSE2 (-mfpmath=sse -msse2)"
+#endif
+#ifdef __FAST_MATH__
+#error "the kernel must be built without -ffast-math"
+#endif
+
+#ifdef _WIN32
+#define API __declspec(dllexport)
+#else
+#define API __attribute__((visibility("default")))
+#endif
+
+#define SIZE int64_t
+
+/* A number for each of two nodes: the processor works on both at once, each as it would work on one. */
+typedef double lane __attribute__((vector_size(16)));
+#define LANES 2
+
+/* elementary.c: a sine and cosine, an arc tangent, and sin(t)/t, (1 - cos t)/t^2, (t - sin t)/t^3 of t^2. */
+#define SERIES_TERMS 12
+#define SERIES_BELOW 2.25
+extern const double purcell_series[SERIES_TERMS][3];
+void purcell_sin_cos_of(double angle, double *sine, double *cosine);
+double purcell_arctan2_of(double y, double x);
+void purcell_exp_of(double angle_squared, double out[3]);
+
+/* shapes.c: the rotation of a rotation vector, and one Newton step of the polar factor. */
+void purcell_rotation_of(const double vector[3], double out[9]);
+void purcell_orthonormalise_of(double rotation[9]);
+
+/* The swimmer's numbers, scaled to a length of 1 and a lateral drag per length of 1. */
+struct limb {
+    double side;     /* 1 where it hangs at the base's +x end, -1 at the other */
+    double half;     /* half its length */
+    double lateral;  /* drag across the axis */
+    double defect;   /* by what part the drag along the axis is less */
+    double turn;     /* torque of turning across the axis */
+    double spin;     /* torque of spinning about it */
+};
+
+struct swimmer {
+    double half;             /* half the base's length */
+    double drag[6];          /* the base's drag, its matrix being diagonal */
+    double sharpness;        /* distance from the collinear shape below which spin drag resists roll [rad] */
+    double straight_spread;  /* what a bend of one limb adds to the spread of the links */
+    double steepness;        /* how fast the distance can change with the angle of a limb */
+    struct limb limbs[2];
+};
+#define SWIMMER_NUMBERS 22
+
+/* connection.c: the local connection of two shapes at once, the one place that knows the drag.
+ *
+ * axes, rates: of both limbs in base coordinates.
+ * xi: the base's body twist (v, omega).
+ * change: its derivatives when limb i, with its rate, is turned about axis j of the base, at [3 i + j]; or null.
+ * per_rate: the twist for a unit rate of limb i about axis j of the base, at [3 i + j]; or null.
+ * power: that of both joints' torques; or null.
+ */
+void purcell_connection(const struct swimmer *s, lane axes[2][3], lane rates[2][3], lane xi[6], lane change[6][6],
+                        lane per_rate[6][6], lane *power);
+/* How far a shape is from a straight line, as a bend of one limb [rad]. */
+double purcell_distance(const struct swimmer *s, double axes[2][3]);
+
+/* extended.c: displacements with twice the digits, as sums of two doubles. */
+typedef struct {
+    double high, low;
+} twofold;
+typedef struct {
+    twofold m[3][4];
+} wide_pose;
+void purcell_wide_identity(wide_pose *g);
+void purcell_wide_times(wide_pose *g, const double move[16]);
+void purcell_wide_product(const wide_pose *a, const wide_pose *b, wide_pose *out);
+void purcell_wide_normalise(wide_pose *g);
+void purcell_wide_power(const wide_pose *g, SIZE exponent, wide_pose *out);
+void purcell_wide_round(const wide_pose *g, double out[16]);
+void purcell_wide_load(const double *high_low, wide_pose *g);
+void purcell_wide_store(const wide_pose *g, double *high_low);
+
+/* collocation.c: the flow on a step, by Gauss collocation on a mesh graded by the distance from a straight line. */
+#define MOST_STAGES 16
+struct rule {
+    SIZE stages;
+    const double *nodes, *weights, *to_node;
+    double step, settled;
+};
+
+struct step {
+    double axes[2][3];   /* the limbs' axes where it begins */
+    double rates[2][3];  /* in base coordinates */
+    double start, duration;
+};
+
+struct solved {
+    double pose[16];                        /* the displacement */
+    double rotation[MOST_STAGES][9];        /* at the nodes, from here on only where derivatives are wanted */
+    double position[MOST_STAGES][3];
+    double change[MOST_STAGES][6][6];       /* derivatives of the twist at the nodes, times the nodes' weights */
+    double per_rate[MOST_STAGES][6][6];
+};
+enum wanted { DISPLACEMENT, CHANGE, PER_RATE };
+void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const struct step *step, enum wanted wanted,
+                        struct solved *out);
+double purcell_step_power(const struct swimmer *s, const struct rule *rule, const struct step *step, int root);
+
+/* Calls visit for every step of the mesh of a piece, in order; returns how many there are, or -1 for too many. */
+typedef void visitor(const struct step *step, void *state);
+SIZE purcell_mesh(const struct swimmer *s, double finest, const double shape[18], const double rate[6],
+                  double duration, visitor *visit, void *state);
+
+#endif

@@ -1,0 +1,128 @@
+/* Products, linear systems and orthogonal factors of small matrices, row by row. */
+#include <math.h>
+
+#include "kernel.h"
+#include "small.h"
+
+/* An inner product in four sums side by side, which the processor makes at once. */
+static double inner(SIZE n, const double *a, const double *b) {
+    double s[4] = {0.0, 0.0, 0.0, 0.0};
+    SIZE k = 0;
+    for (; k + 4 <= n; k += 4)
+        for (int i = 0; i < 4; i++) s[i] += a[k + i] * b[k + i];
+    for (int i = 0; k + i < n; i++) s[i] += a[k + i] * b[k + i];
+    return (s[0] + s[1]) + (s[2] + s[3]);
+}
+
+/* Products of `count` pairs of matrices (n, k) and (k, m), each sum from the first term on; the next matrices are
+ * a_step and b_step numbers on. */
+API void purcell_products(SIZE count, SIZE n, SIZE k, SIZE m, const double *a, SIZE a_step, const double *b,
+                          SIZE b_step, double *out) {
+    for (SIZE c = 0; c < count; c++, a += a_step, b += b_step, out += n * m) {
+        if (n == 6 && k == 6 && m == 6)
+            product(a, b, out, 6, 6, 6);
+        else if (n == 4 && k == 4 && m == 4)
+            product(a, b, out, 4, 4, 4);
+        else if (n == 3 && k == 3 && m == 3)
+            product(a, b, out, 3, 3, 3);
+        else
+            product(a, b, out, n, k, m);
+    }
+}
+
+/* Solutions of `count` square systems by elimination with the largest pivot of each column; not finite where a matrix
+ * is singular. a: (count, k, k), spoilt. x: right sides, which become the solutions, (count, k, m). */
+API void purcell_solve(SIZE count, SIZE k, SIZE m, double *a, double *x) {
+    for (SIZE c = 0; c < count; c++, a += k * k, x += k * m) {
+        for (SIZE j = 0; j < k; j++) {
+            SIZE best = j;
+            for (SIZE i = j + 1; i < k; i++)
+                if (fabs(a[i * k + j]) > fabs(a[best * k + j])) best = i;
+            for (SIZE i = j; best != j && i < k; i++) {
+                const double kept = a[j * k + i];
+                a[j * k + i] = a[best * k + i];
+                a[best * k + i] = kept;
+            }
+            for (SIZE i = 0; best != j && i < m; i++) {
+                const double kept = x[j * m + i];
+                x[j * m + i] = x[best * m + i];
+                x[best * m + i] = kept;
+            }
+            for (SIZE i = j + 1; i < k; i++) {
+                const double factor = a[i * k + j] / a[j * k + j];
+                if (factor == 0.0) continue;
+                for (SIZE l = j + 1; l < k; l++) a[i * k + l] -= factor * a[j * k + l];
+                for (SIZE l = 0; l < m; l++) x[i * m + l] -= factor * x[j * m + l];
+            }
+        }
+        for (SIZE j = k - 1; j >= 0; j--)
+            for (SIZE l = 0; l < m; l++) {
+                double sum = x[j * m + l];
+                for (SIZE i = j + 1; i < k; i++) sum -= a[j * k + i] * x[i * m + l];
+                x[j * m + l] = sum / a[j * k + j];
+            }
+    }
+}
+
+/* Orthonormal rows, and what they make the rows of, by modified Gram and Schmidt with the longest row left taken next.
+ * rows: (k, n), spoilt. basis: (r, n), made: (r, k), with r the smaller of n and k. Rows of which less than the part
+ * `weakest` of the longest is left depend on those before. Returns how many are independent. */
+API SIZE purcell_orthogonal_rows(SIZE k, SIZE n, double *rows, double weakest, double *basis, double *made) {
+    const SIZE most = k < n ? k : n;
+    double largest = 0.0;
+    for (SIZE j = 0; j < most; j++) {
+        SIZE best = 0;
+        double size = -1.0;
+        for (SIZE i = 0; i < k; i++) {
+            const double square = inner(n, rows + i * n, rows + i * n);
+            if (square > size) {
+                size = square;
+                best = i;
+            }
+        }
+        size = sqrt(size > 0.0 ? size : 0.0);
+        largest = size > largest ? size : largest;
+        if (!(size > weakest * largest)) return j;
+        double *vector = basis + j * n;
+        for (SIZE i = 0; i < n; i++) vector[i] = rows[best * n + i] / size;
+        for (SIZE l = 0; l < j; l++) { /* cleared of the earlier ones once more, which rounding has left in it */
+            const double part = inner(n, basis + l * n, vector);
+            for (SIZE i = 0; i < n; i++) vector[i] -= part * basis[l * n + i];
+        }
+        const double length = sqrt(inner(n, vector, vector));
+        for (SIZE i = 0; i < n; i++) vector[i] /= length;
+        for (SIZE i = 0; i < k; i++) {
+            double *row = rows + i * n;
+            const double part = made[j * k + i] = inner(n, row, vector);
+            for (SIZE l = 0; l < n; l++) row[l] = i == best ? 0.0 : row[l] - part * vector[l];
+        }
+    }
+    return most;
+}
+
+#define SWEEPS 40
+#define SKEW 3e-16 /* the cosine between two rows that counts as none; some eight sweeps are made */
+
+/* Rows made orthogonal by one-sided Jacobi rotations (Hestenes 1958), and the rotations. both: (k, n + k), the rows
+ * and the identity beside them. */
+API void purcell_orthogonal_by_rotations(SIZE k, SIZE n, double *both) {
+    const SIZE width = n + k;
+    for (int sweep = 0, turned = 1; turned && sweep < SWEEPS; sweep++) {
+        turned = 0;
+        for (SIZE i = 0; i < k; i++)
+            for (SIZE j = i + 1; j < k; j++) {
+                double *left = both + i * width, *right = both + j * width;
+                const double p = inner(n, left, left), q = inner(n, right, right), cross = inner(n, left, right);
+                if (!(fabs(cross) > SKEW * sqrt(p * q))) continue;
+                const double slope = (q - p) / (2.0 * cross), size = fabs(slope) + sqrt(1.0 + slope * slope);
+                const double tangent = slope < 0.0 ? -1.0 / size : 1.0 / size;
+                const double cosine = 1.0 / sqrt(1.0 + tangent * tangent), sine = cosine * tangent;
+                turned = 1;
+                for (SIZE l = 0; l < width; l++) {
+                    const double a = left[l], b = right[l];
+                    left[l] = cosine * a - sine * b;
+                    right[l] = sine * a + cosine * b;
+                }
+            }
+    }
+}

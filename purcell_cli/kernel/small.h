@@ -1,0 +1,50 @@
+/* Vectors and matrices of a few numbers, for doubles and for lanes alike. */
+#ifndef PURCELL_SMALL_H
+#define PURCELL_SMALL_H
+
+#include "kernel.h"
+
+#define DOT(a, b) ((a)[0] * (b)[0] + (a)[1] * (b)[1] + (a)[2] * (b)[2])
+#define CROSS(out, a, b)                        \
+    do {                                        \
+        (out)[0] = (a)[1] * (b)[2] - (a)[2] * (b)[1]; \
+        (out)[1] = (a)[2] * (b)[0] - (a)[0] * (b)[2]; \
+        (out)[2] = (a)[0] * (b)[1] - (a)[1] * (b)[0]; \
+    } while (0)
+
+/* out = a b for matrices (n, k) and (k, m), each sum from the first term on. out must be neither. */
+static inline void product(const double *a, const double *b, double *out, SIZE n, SIZE k, SIZE m) {
+    for (SIZE i = 0; i < n; i++) {
+        for (SIZE c = 0; c < m; c++) out[i * m + c] = a[i * k] * b[c];
+        for (SIZE j = 1; j < k; j++)
+            for (SIZE c = 0; c < m; c++) out[i * m + c] += a[i * k + j] * b[j * m + c];
+    }
+}
+
+static inline void identity(double *out, int n) {
+    for (int i = 0; i < n * n; i++) out[i] = i % (n + 1) == 0 ? 1.0 : 0.0;
+}
+
+/* Ad_g, which carries a body twist into the frame g is seen from: [[R, hat(p) R], [0, R]]. */
+static inline void adjoint(const double g[16], double out[36]) {
+    const double p[3] = {g[3], g[7], g[11]};
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        for (int c = 0; c < 3; c++) {
+            out[6 * i + c] = out[6 * (i + 3) + c + 3] = g[4 * i + c];
+            out[6 * i + c + 3] = p[j] * g[4 * k + c] - p[k] * g[4 * j + c];
+            out[6 * (i + 3) + c] = 0.0;
+        }
+    }
+}
+
+static inline void inverse_pose(const double g[16], double out[16]) {
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) out[4 * i + j] = g[4 * j + i];
+        out[4 * i + 3] = -(g[i] * g[3] + g[4 + i] * g[7] + g[8 + i] * g[11]);
+        out[12 + i] = 0.0;
+    }
+    out[15] = 1.0;
+}
+
+#endif

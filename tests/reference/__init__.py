@@ -1,0 +1,1 @@
+"""The flow and its derivatives in numpy, with which the kernel is compared."""

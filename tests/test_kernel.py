@@ -1,0 +1,385 @@
+"""The compiled kernel: it agrees with numpy, refuses what it cannot take, and is the same whoever compiles it."""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers import random_sequence, random_shapes, random_swimmer
+from reference import base_velocity, lift, lift_derivatives
+
+from purcell_cli.kernel import library, linear, poses, sources
+from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
+from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_the_digits
+from purcell_cli.kernel.shapes import shapes_along
+from purcell_cli.mechanics.base_velocity import kernel_numbers
+from purcell_cli.mechanics.collocation import Accuracy, flow_of
+from purcell_cli.mechanics.lift import EXACT, SEARCHING
+from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.mechanics.pieces import Pieces
+from purcell_cli.mechanics.swimmer import Swimmer
+
+SWIMMER = Swimmer().scaled()
+FOLDER = library.HERE
+MODULES = ("elementary", "flow", "linear", "poses", "shapes")
+"""The modules of the kernel that call it."""
+
+
+def agree(found: np.ndarray, wanted: np.ndarray, tolerance: float = 1e-13) -> None:
+    """Assert that arrays agree, relatively to the largest number where that is above 1."""
+    assert found.shape == wanted.shape
+    assert np.max(np.abs(found - wanted), initial=0.0) <= tolerance * max(1.0, np.max(np.abs(wanted), initial=0.0))
+
+
+# --- Against numpy ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_thousand_connections_are_those_of_numpy(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    swimmer, n = random_swimmer(rng), 100
+    shapes = random_shapes(rng, n)
+    axes, rates = shapes[..., 0], rng.normal(size=(n, 2, 3))
+    model = base_velocity.twist_model(swimmer)
+    rows = axes.transpose(2, 1, 0), rates.transpose(2, 1, 0)
+    xi, change = model.twist_and_change(*rows)
+    found = connection(kernel_numbers(swimmer), axes, rates)
+    size = np.max(np.abs(change))
+    agree(found.twist, xi.T)
+    agree(found.change / size, change.transpose(3, 1, 2, 0) / size)
+    agree(found.per_rate, model.per_rate(rows[0]).transpose(3, 1, 2, 0))
+    agree(found.power / 10.0, model.joint_power(*rows) / 10.0)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_thousand_displacements_and_their_work_are_those_of_numpy(seed: int) -> None:
+    rng = np.random.default_rng(100 + seed)
+    swimmer, n = random_swimmer(rng), 50
+    pieces = Pieces(random_shapes(rng, n), rng.uniform(-1.0, 1.0, (n, 6)), rng.uniform(0.0, 1.0, n))
+    parts = pieces.shapes, pieces.rates, pieces.durations
+    model = base_velocity.twist_model(swimmer)
+    for accuracy in (EXACT, SEARCHING):
+        wanted = lift.displacements(model, *parts, accuracy).astype(np.float64)
+        agree(flow_of(swimmer, accuracy).pieces(*parts), wanted, 1e-13 if accuracy == EXACT else 1e-9)
+    for root in (False, True):
+        agree(flow_of(swimmer, EXACT).work(*parts, root), lift.summed_power(swimmer, *parts, root))
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("repeats", [(), ((2, 5, 4),), ((0, 3, 2), (3, 4, 1), (6, 9, 7))])
+def test_derivatives_are_those_of_numpy(seed: int, repeats: tuple[tuple[int, int, int], ...]) -> None:
+    """Of primitives and of moves, with parts that repeat; 600 derivatives of displacements in all."""
+    rng = np.random.default_rng(200 + seed)
+    swimmer, start = random_swimmer(rng), random_shapes(rng)
+    primitives, moves = random_sequence(rng, 10), MoveSequence.of_turns(rng.uniform(-0.6, 0.6, (10, 6)))
+    parts = [lift_derivatives.Repeat(*part) for part in repeats]
+    flow, unit = flow_of(swimmer, EXACT), swimmer.length_m
+    for found, wanted in (
+        (
+            flow.with_derivatives(primitives.shapes(start), primitives.control, primitives.angle, repeats),
+            lift_derivatives.flow_and_jacobian(swimmer, primitives, start, repeats=parts),
+        ),
+        (
+            flow.with_derivatives(moves.shapes(start), None, moves.turn, repeats),
+            lift_derivatives.flow_and_jacobian_of_moves(swimmer, moves, start, repeats=parts),
+        ),
+    ):
+        wanted[0][:3, 3] /= unit
+        wanted[1][:3] /= unit
+        agree(found[0], wanted[0])
+        agree(found[1], wanted[1], 3e-13)
+
+
+def test_runs_are_products_of_their_pieces() -> None:
+    """Against numpy's extended precision: a thousand cycles of a stroke lose nothing."""
+    rng = np.random.default_rng(5)
+    sequence = random_sequence(rng, 12)
+    pieces = Pieces.of(sequence)
+    parts = pieces.shapes, pieces.rates, pieces.durations
+    found = flow_of(SWIMMER, EXACT).runs(*parts, [5, 0, 7], [1000, 3, 1])
+    moves = lift.displacements(base_velocity.twist_model(SWIMMER), *parts, Accuracy())
+    once = np.eye(4, dtype=np.longdouble)
+    for move in moves[:5]:
+        once = once @ move
+    assert np.max(np.abs(found[0] - np.linalg.matrix_power(once.astype(np.float64), 1000))) < 1e-9
+    assert np.array_equal(found[1], np.eye(4))
+    here = with_twice_the_digits(np.eye(4))
+    poses = played(here, flow_of(SWIMMER, EXACT).pieces(*parts)[:5], 1000)
+    assert poses.shape == (1000, 5, 4, 4)
+    agree(here[..., 0], found[0][:3], 1e-10)
+    assert np.array_equal(poses[0, 0], np.eye(4))
+
+
+# --- The same bits whoever compiles it ----------------------------------------------------------------------------
+
+
+def compilers() -> dict[str, list[str]]:
+    """Return the commands of the compilers that this machine has."""
+    found = {name: [name] for name in ("gcc", "clang") if shutil.which(name)}
+    if importlib.util.find_spec("ziglang"):
+        found["zig"] = [sys.executable, "-m", "ziglang", "cc", "-mcpu=baseline", "-fno-sanitize=undefined"]
+    return found
+
+
+def built(folder: Path, command: list[str], *flags: str) -> Path:
+    """Build the kernel with a compiler and flags."""
+    out = folder / "kernel.so"
+    texts = [str(path) for path in sources.sources(FOLDER) if path.suffix == ".c"]
+    always = ["-std=c11", "-ffp-contract=off", "-fPIC", "-shared", "-Wno-psabi", '-DPURCELL_DIGEST="trial"']
+    done = subprocess.run([*command, *always, *flags, *texts, "-o", str(out), "-lm"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return out
+
+
+def everything(seed: int) -> bytes:
+    """Return what all functions of the kernel in use find for random input."""
+    rng = np.random.default_rng(seed)
+    numbers, shapes = rng.normal(size=1000) * 10.0 ** rng.uniform(-8.0, 5.0, 1000), random_shapes(rng, 30)
+    pieces = shapes, rng.uniform(-1.0, 1.0, (30, 6)), rng.uniform(0.0, 1.0, 30)
+    turns, primitives = rng.uniform(-0.6, 0.6, (10, 6)), random_sequence(rng, 10)
+    flow = Flow(kernel_numbers(random_swimmer(rng)), flow_of(SWIMMER, EXACT).rule)
+    found = [
+        *sin_cos(numbers),
+        arctan2(numbers, numbers[::-1]),
+        exp_coefficients(np.abs(numbers)),
+        poses.quaternion(shapes),
+        poses.log(poses.exp(pieces[1])),
+        poses.inverse(poses.exp(pieces[1])),
+        poses.adjoint(poses.exp(pieces[1])),
+        poses.rotation(pieces[1][:, :3]),
+        poses.orthonormalised(shapes + 1e-9),
+        linear.products(pieces[1], pieces[1].T),
+        linear.products(shapes[:, 0], shapes[:, 1]),
+        linear.solve(shapes[:, 0] + 0.1, pieces[1].reshape(30, 3, 2)),
+        *linear.orthogonal_rows(pieces[1], 1e-9),
+        *linear.orthogonal_by_rotations(pieces[1].T),
+        *connection(flow.swimmer, shapes[..., 0], pieces[1].reshape(-1, 2, 3)),
+        flow.pieces(*pieces),
+        flow.runs(*pieces, [10, 20], [3, 1000]),
+        flow.work(*pieces),
+        flow.work(*pieces, root=True),
+        *flow.with_derivatives(primitives.shapes(shapes[0]), primitives.control, primitives.angle, [(2, 5, 7)]),
+        *flow.with_derivatives(shapes_along(shapes[0], None, turns), None, turns, [(2, 5, 7)]),
+        played(with_twice_the_digits(np.eye(4)), flow.pieces(*pieces), 5),
+    ]
+    return b"".join(np.ascontiguousarray(part).tobytes() for part in found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("flags", [["-O0"], ["-O3"], ["-O3", "-march=native"]], ids=" ".join)
+@pytest.mark.parametrize("compiler", ["gcc", "clang", "zig"])
+def test_every_compiler_makes_the_same_bits(
+    compiler: str, flags: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if compiler not in compilers():
+        pytest.skip(f"no {compiler} here")
+    wanted = [everything(seed) for seed in range(10)]
+    other = library.load(built(tmp_path, compilers()[compiler], *flags))
+    for module in MODULES:
+        monkeypatch.setattr(f"purcell_cli.kernel.{module}.KERNEL", other)
+    assert [everything(seed) for seed in range(10)] == wanted
+
+
+@pytest.mark.slow
+def test_fused_sums_would_make_other_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The foil of the test above."""
+    if "gcc" not in compilers() or "fma" not in Path("/proc/cpuinfo").read_text(encoding="ascii").split():
+        pytest.skip("no compiler or no processor that fuses sums here")
+    wanted = everything(0)
+    fused = library.load(built(tmp_path, ["gcc"], "-O3", "-mfma", "-ffp-contract=fast"))
+    for module in MODULES:
+        monkeypatch.setattr(f"purcell_cli.kernel.{module}.KERNEL", fused)
+    assert everything(0) != wanted
+
+
+# --- Loading --------------------------------------------------------------------------------------------------------
+
+
+def test_a_library_that_is_missing_broken_or_old_is_told_in_a_sentence(tmp_path: Path) -> None:
+    for path in (tmp_path / "kernel.so", tmp_path):
+        with pytest.raises(ImportError, match="is missing; install the package again: python -m pip install"):
+            library.load(path)
+    (tmp_path / "kernel.so").write_bytes(b"no library")
+    with pytest.raises(ImportError, match="cannot be loaded"):
+        library.load(tmp_path / "kernel.so")
+    shutil.copy(library.FILE, tmp_path)
+    assert library.load(tmp_path / library.FILE.name).purcell_digest()
+    (tmp_path / "other.c").write_text("", encoding="ascii")
+    with pytest.raises(ImportError, match="other sources"):
+        library.load(tmp_path / library.FILE.name)
+
+
+def test_the_library_is_built_from_the_sources_beside_it() -> None:
+    texts = sources.sources(FOLDER)
+    assert not texts or library.KERNEL.purcell_digest().decode() == sources.digest(texts)
+    assert sources.file_name("win_amd64") == sources.file_name("win32") == "purcell_kernel.dll"
+    assert sources.file_name("macosx_11_0_arm64") == sources.file_name("darwin") == "purcell_kernel.dylib"
+    assert sources.file_name("manylinux_2_17_x86_64") == sources.file_name("linux") == "purcell_kernel.so"
+
+
+@pytest.mark.slow
+def test_importing_it_takes_less_than_twenty_milliseconds() -> None:
+    """Beside numpy and what of the standard library every module of the package imports."""
+    program = (
+        "import dataclasses, pathlib, time, typing, numpy; begun = time.process_time(); import purcell_cli.kernel.flow;"
+        "print(time.process_time() - begun)"
+    )
+    times = [
+        float(subprocess.run([sys.executable, "-c", program], capture_output=True, text=True).stdout) for _ in range(5)
+    ]
+    assert min(times) < 0.02
+
+
+# --- Its boundary ---------------------------------------------------------------------------------------------------
+
+FLOW = flow_of(SWIMMER, SEARCHING)
+GOOD = {
+    "start": np.tile(np.eye(3), (2, 1, 1)),
+    "shapes": np.tile(np.eye(3), (3, 2, 1, 1)),
+    "rates": np.full((3, 6), 0.3),
+    "durations": np.full(3, 0.2),
+    "counts": np.array([1, 2]),
+    "cycles": np.array([2, 1]),
+    "controls": np.array([2, 5]),
+    "angles": np.array([0.2, -0.3]),
+    "turns": np.full((2, 6), 0.1),
+    "axes": np.tile(np.eye(3)[0], (4, 2, 1)),
+    "speeds": np.full((4, 2, 3), 0.5),
+    "moves": np.tile(np.eye(4), (3, 1, 1)),
+    "matrices": np.array([[[3.0, 1.0], [0.5, -2.0]], [[1.0, 0.2], [0.4, 1.0]]]),
+    "sides": np.array([[[1.0], [0.5]], [[0.3], [0.2]]]),
+    "rows": np.arange(6.0).reshape(2, 3) ** 2,
+}
+CALLS = {
+    FLOW.pieces: ("shapes", "rates", "durations"),
+    FLOW.work: ("shapes", "rates", "durations"),
+    FLOW.runs: ("shapes", "rates", "durations", "counts", "cycles"),
+    FLOW.with_derivatives: ("shapes", "controls", "angles"),
+    (lambda shapes, turns: FLOW.with_derivatives(shapes, None, turns)): ("shapes", "turns"),
+    shapes_along: ("start", "controls", "angles"),
+    (lambda start, turns: shapes_along(start, None, turns)): ("start", "turns"),
+    (lambda axes, speeds: connection(FLOW.swimmer, axes, speeds)): ("axes", "speeds"),
+    (lambda moves: played(with_twice_the_digits(np.eye(4)), moves, 2)): ("moves",),
+    linear.products: ("matrices", "sides"),
+    linear.solve: ("matrices", "sides"),
+    (lambda rows: linear.orthogonal_rows(rows, 1e-9)): ("rows",),
+    linear.orthogonal_by_rotations: ("rows",),
+    poses.exp: ("rates",),
+    poses.rotation: ("axes",),
+    **dict.fromkeys((poses.log, poses.inverse, poses.adjoint, poses.orthonormalised), ("moves",)),
+    poses.quaternion: ("start",),
+    sin_cos: ("angles",),
+    arctan2: ("angles", "angles"),
+    exp_coefficients: ("angles",),
+}
+BROADCAST = (linear.products, linear.solve)
+"""Calls that repeat what there is one of."""
+WHOLE = ("counts", "cycles", "controls")
+
+
+def bytes_of(found: object) -> bytes:
+    parts = found if isinstance(found, tuple) else (found,)
+    return b"".join(np.ascontiguousarray(part).tobytes() for part in parts)
+
+
+@pytest.mark.parametrize("call", CALLS, ids=[f"{k}" for k in range(len(CALLS))])
+def test_any_layout_and_kind_of_number_is_taken(call) -> None:
+    """Read-only, strided, transposed, of other widths and byte orders, and lists: the same as plain arrays."""
+    good = [GOOD[name] for name in CALLS[call]]
+    wanted = bytes_of(call(*good))
+    strided = [np.repeat(part, 2, axis=0)[::2] for part in good]
+    fortran, swapped = (
+        [np.asfortranarray(part) for part in good],
+        [part.astype(part.dtype.newbyteorder()) for part in good],
+    )
+    fixed = [part.copy() for part in good]
+    for part in fixed:
+        part.setflags(write=False)
+    for other in (strided, fortran, swapped, fixed, [part.tolist() for part in good]):
+        if not isinstance(other[0], list):
+            assert bytes_of(call(*other)) == wanted
+    wide = [
+        part.astype(np.int32 if name in WHOLE else np.longdouble) for part, name in zip(good, CALLS[call], strict=True)
+    ]
+    assert bytes_of(call(*wide)) == wanted
+
+
+@pytest.mark.parametrize("call", CALLS, ids=[f"{k}" for k in range(len(CALLS))])
+def test_wrong_arrays_are_errors_and_never_a_crash(call) -> None:
+    names = CALLS[call]
+    for k, name in enumerate(names):
+        good = GOOD[name]
+        bad: list[object] = [
+            None,
+            "text",
+            np.array(["1.0"]),
+            good.astype(complex),
+            good.astype(object),
+            object(),
+            {1: 2},
+        ]
+        if name in WHOLE:
+            bad += [good.astype(float) + 0.5, good - 9, good.astype(float) * np.nan]
+            bad += [good + 1000] if name != "cycles" else []
+        if len(names) > 1 and call is not arctan2:
+            bad += [good[None], good.ravel()[:1], np.empty(0), np.float64(1.0)]
+            bad += [good[:-1], np.concatenate([good, good])] if "start" not in names or len(names) > 2 else []
+            bad = [part for part in bad if call not in BROADCAST or np.shape(part)[-2:] != good.shape[-2:]]
+        for wrong in bad:
+            if wrong is None and name == "controls":
+                continue
+            with pytest.raises((ValueError, TypeError)):
+                call(*(wrong if j == k else GOOD[other] for j, other in enumerate(names)))
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf, 1e300, -1e300, 1e-320])
+@pytest.mark.parametrize("call", CALLS, ids=[f"{k}" for k in range(len(CALLS))])
+def test_numbers_that_are_none_end(call, number: float) -> None:
+    """They give numbers that are none, or are refused as too long."""
+    for k, name in enumerate(CALLS[call]):
+        if name in WHOLE:
+            continue
+        wrong = GOOD[name].copy()
+        wrong.flat[-1] = number
+        try:
+            found = call(*(wrong if j == k else GOOD[other] for j, other in enumerate(CALLS[call])))
+        except ValueError as error:
+            found = str(error)
+        assert not isinstance(found, str) or "too long" in found
+
+
+def test_nothing_is_taken_too() -> None:
+    none = np.empty((0, 2, 3, 3)), np.empty((0, 6)), np.empty(0)
+    assert FLOW.pieces(*none).shape == (0, 4, 4)
+    assert FLOW.work(*none).shape == (0,)
+    assert FLOW.runs(*none, [], []).shape == (0, 4, 4)
+    pose, derivative = FLOW.with_derivatives(GOOD["shapes"][:1], [], [])
+    assert np.array_equal(pose, np.eye(4))
+    assert derivative.shape == (6, 0)
+    assert connection(FLOW.swimmer, np.empty((0, 2, 3)), np.empty((0, 2, 3))).twist.shape == (0, 6)
+    assert sin_cos([])[0].shape == arctan2([], []).shape == (0,)
+
+
+@pytest.mark.parametrize(
+    "repeats", [[(0, 1, 0)], [(1, 1, 2)], [(0, 3, 2)], [(-1, 1, 2)], [(0, 2, 2), (1, 2, 2)], [(0, 1)]]
+)
+def test_repeats_that_make_no_sense_are_refused(repeats: list[tuple[int, ...]]) -> None:
+    with pytest.raises(ValueError, match=r"repeats|reshape"):
+        FLOW.with_derivatives(GOOD["shapes"], GOOD["controls"], GOOD["angles"], repeats)
+
+
+def test_a_rule_must_be_one() -> None:
+    rule = FLOW.rule
+    for nodes, weights, step in (
+        (np.empty(0), rule.weights, 1.0),
+        (np.zeros(17), np.zeros(17), 1.0),
+        (rule.nodes, rule.weights[1:], 1.0),
+        (rule.nodes, rule.weights, np.nan),
+    ):
+        with pytest.raises(ValueError, match="wanted"):
+            Rule(nodes, weights, rule.to_node, step, 1e-9)
