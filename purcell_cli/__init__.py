@@ -18,41 +18,57 @@ if TYPE_CHECKING:
     from purcell_cli.files.builtin import stored_gaits, stored_scenarios
     from purcell_cli.files.configuration_file import load_configuration, load_goal
     from purcell_cli.files.gait_file import load_gait
-    from purcell_cli.files.plan_file import load_plan, write_plan
+    from purcell_cli.files.plan_file import PlanDocument, load_plan, write_plan
     from purcell_cli.files.scenario_file import load_scenario
     from purcell_cli.files.swimmer_file import load_swimmer
     from purcell_cli.files.trajectory_csv import write_csv
     from purcell_cli.files.trajectory_reader import read_csv
+    from purcell_cli.gaits.atlas import atlas
+    from purcell_cli.gaits.design import design
+    from purcell_cli.gaits.design_problem import DesignTask
+    from purcell_cli.gaits.gait import Gait, Stroke
     from purcell_cli.gaits.pure_stroke import realise
     from purcell_cli.lie_brackets.controllability import controllability
     from purcell_cli.lie_brackets.curvature import curvature
     from purcell_cli.mechanics.configuration import Configuration
+    from purcell_cli.mechanics.connection import connection, shape_from_angles
     from purcell_cli.mechanics.lift import flow, flow_of_rates
     from purcell_cli.mechanics.lift_derivatives import flow_and_jacobian, flow_and_jacobian_of_moves
     from purcell_cli.mechanics.moves import MoveSequence
     from purcell_cli.mechanics.primitives import PrimitiveSequence
     from purcell_cli.mechanics.swimmer import Swimmer
     from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
+    from purcell_cli.motion.trajectory import Trajectory
     from purcell_cli.motion.workspace import Workspace
-    from purcell_cli.solution import plan
-    from purcell_cli.verification.certificate import certify
+    from purcell_cli.solution import Solution, plan
+    from purcell_cli.verification.certificate import Certificate, certify
 
 __version__ = "0.2.0"
 
 _HOMES = {
+    "Certificate": "verification.certificate",
     "Configuration": "mechanics.configuration",
     "Controls": "motion.options",
+    "DesignTask": "gaits.design_problem",
     "Effort": "motion.options",
+    "Gait": "gaits.gait",
     "MoveSequence": "mechanics.moves",
     "Objective": "motion.options",
+    "PlanDocument": "files.plan_file",
     "PlanOptions": "motion.options",
     "PrimitiveSequence": "mechanics.primitives",
     "PurcellError": "errors",
+    "Solution": "solution",
+    "Stroke": "gaits.gait",
     "Swimmer": "mechanics.swimmer",
+    "Trajectory": "motion.trajectory",
     "Workspace": "motion.workspace",
+    "atlas": "gaits.atlas",
     "certify": "verification.certificate",
+    "connection": "mechanics.connection",
     "controllability": "lie_brackets.controllability",
     "curvature": "lie_brackets.curvature",
+    "design": "gaits.design",
     "flow": "mechanics.lift",
     "flow_and_jacobian": "mechanics.lift_derivatives",
     "flow_and_jacobian_of_moves": "mechanics.lift_derivatives",
@@ -66,6 +82,7 @@ _HOMES = {
     "plan": "solution",
     "read_csv": "files.trajectory_reader",
     "realise": "gaits.pure_stroke",
+    "shape_from_angles": "mechanics.connection",
     "stored_gaits": "files.builtin",
     "stored_scenarios": "files.builtin",
     "write_csv": "files.trajectory_csv",
@@ -73,19 +90,29 @@ _HOMES = {
 }
 
 __all__ = [
+    "Certificate",
     "Configuration",
     "Controls",
+    "DesignTask",
     "Effort",
+    "Gait",
     "MoveSequence",
     "Objective",
+    "PlanDocument",
     "PlanOptions",
     "PrimitiveSequence",
     "PurcellError",
+    "Solution",
+    "Stroke",
     "Swimmer",
+    "Trajectory",
     "Workspace",
+    "atlas",
     "certify",
+    "connection",
     "controllability",
     "curvature",
+    "design",
     "flow",
     "flow_and_jacobian",
     "flow_and_jacobian_of_moves",
@@ -99,6 +126,7 @@ __all__ = [
     "plan",
     "read_csv",
     "realise",
+    "shape_from_angles",
     "stored_gaits",
     "stored_scenarios",
     "write_csv",

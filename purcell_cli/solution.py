@@ -25,6 +25,7 @@ from purcell_cli.motion.options import Controls, PlanOptions
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, check_spacing, sample, schedule
 from purcell_cli.motion.verdict import PlanVerdict, Verdict
+from purcell_cli.planner.gait_sequence import unfit_gaits
 from purcell_cli.planner.progress import Progress
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.simultaneous import quickened
@@ -50,6 +51,9 @@ class Solution:
     options: PlanOptions
     replay: Replay
     limits: LimitsReport
+
+    def __repr__(self) -> str:
+        return f"<Solution: {self.verdict}, joint travel {self.joint_travel_rad:.6g} rad, {self.duration_s:.6g} s>"
 
     @functools.cached_property
     def certificate(self) -> Certificate:
@@ -150,7 +154,8 @@ def plan(
         swimmer: The swimmer; the paper's where none is given.
         options: What is asked of the plan besides. A plan with `Controls.SIMULTANEOUS` is one of primitives made
             quicker, where that is found how.
-        gaits: The stored gaits to plan with; those of the package where none are given.
+        gaits: The stored gaits to plan with; those of the package where none are given. One that is not pure is left
+            out, which the plan says.
         progress: Is told how far the search is.
 
     Raises:
@@ -164,7 +169,12 @@ def plan(
     for name, configuration in (("start", start), ("goal", goal)):
         refuse_large(body, name, configuration)
         limits.refuse(body, name, configuration)
+    packaged = stored_gaits()
+    left_out = unfit_gaits([gait for name, gait in stored.items() if packaged.get(name) is not gait], body)
+    stored = {**stored, **{name: packaged[name] for name in left_out if name in packaged}}
+    stored = {name: gait for name, gait in stored.items() if name not in left_out or name in packaged}
     made = reconfigure(body, start, goal, stored, options.effort, options.objective, limits, progress)
+    made = dataclasses.replace(made, left_out=left_out)
     made = quickened(made, limits) if options.controls == Controls.SIMULTANEOUS else made
     return carried_out(made, options)
 

@@ -15,7 +15,7 @@ from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.files.gait_file import gait_text, load_gait, write_gait
 from purcell_cli.gaits import design as designer
 from purcell_cli.gaits.design import design
-from purcell_cli.gaits.design_problem import Problem, Task
+from purcell_cli.gaits.design_problem import DesignTask, Problem
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.gaits.pure_stroke import realise
 from purcell_cli.geometry.rotations import as_euler, as_vector
@@ -26,21 +26,21 @@ from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import LimbCircles
 
-SQUARE = Task("x", "speed", 2.5, planar=True, controls="primitive", moves=4)
+SQUARE = DesignTask("x", "speed", 2.5, planar=True, controls="primitive", moves=4)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "task",
     [
-        Task("yaw", planar=False, moves=4),
-        Task("x", "efficiency", moves=4),
-        Task("y", planar=False, controls="primitive", moves=7),
-        Task("z", moves=4),
+        DesignTask("yaw", planar=False, moves=4),
+        DesignTask("x", "efficiency", moves=4),
+        DesignTask("y", planar=False, controls="primitive", moves=7),
+        DesignTask("z", moves=4),
     ],
     ids=["spatial", "efficiency", "primitive", "pitch plane"],
 )
-def test_every_slope_agrees_with_differences_of_its_values(task: Task) -> None:
+def test_every_slope_agrees_with_differences_of_its_values(task: DesignTask) -> None:
     rng = np.random.default_rng(0)
     problem = Problem.of(task, Swimmer(), rng)
     unknown, step = 0.3 * rng.normal(size=int(problem.free.sum())), 1e-6
@@ -69,7 +69,7 @@ def test_a_square_of_single_joints_is_found_that_beats_the_centred_one() -> None
 
 @pytest.mark.slow
 def test_all_joints_at_once_go_farther_than_the_bar_per_joint_travel() -> None:
-    found = design(UNIT, Task("x", "speed", 2.5, moves=12), starts=1)
+    found = design(UNIT, DesignTask("x", "speed", 2.5, moves=12), starts=1)
     assert found.ratio >= 0.0490
     stroke = realise(found.gait, UNIT)
     assert isinstance(stroke.cycle, MoveSequence)
@@ -79,7 +79,7 @@ def test_all_joints_at_once_go_farther_than_the_bar_per_joint_travel() -> None:
 
 @pytest.mark.slow
 def test_a_spatial_turn_has_one_axis_and_keeps_its_bends_at_every_instant() -> None:
-    found = design(UNIT, Task("yaw", "speed", 1.0, planar=False, moves=4), starts=1, seed=2)
+    found = design(UNIT, DesignTask("yaw", "speed", 1.0, planar=False, moves=4), starts=1, seed=2)
     stroke = realise(found.gait, UNIT)
     moves = MoveSequence.of_controls(stroke.cycle)
     part = np.repeat(np.arange(len(moves)), 50)
@@ -94,7 +94,7 @@ def test_a_spatial_turn_has_one_axis_and_keeps_its_bends_at_every_instant() -> N
 
 @pytest.mark.slow
 def test_efficiency_is_what_efficiency_asks_for() -> None:
-    fast, lean = (design(UNIT, Task("x", aim, 1.0, moves=6), starts=1) for aim in ("speed", "efficiency"))
+    fast, lean = (design(UNIT, DesignTask("x", aim, 1.0, moves=6), starts=1) for aim in ("speed", "efficiency"))
     assert lean.entry.efficiency > fast.entry.efficiency
     assert fast.ratio > lean.ratio
 
@@ -114,7 +114,7 @@ def test_an_interrupt_keeps_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_no_stroke_found_and_tasks_that_are_none_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(UnknownNameError, match="direction: one of x, y, z, roll, pitch, yaw is wanted, found 'w'"):
-        Task("w")
+        DesignTask("w")
     for wrong in (
         {"max_bend_rad": 0.0},
         {"moves": 2},
@@ -122,7 +122,7 @@ def test_no_stroke_found_and_tasks_that_are_none_are_said(monkeypatch: pytest.Mo
         {"direction": "yaw", "maximize": "efficiency"},
     ):
         with pytest.raises(ParameterError):
-            Task(**wrong)  # type: ignore[arg-type]
+            DesignTask(**wrong)  # type: ignore[arg-type]
     with pytest.raises(ParameterError, match="starts"):
         design(UNIT, SQUARE, starts=0)
     monkeypatch.setattr(designer, "_from", lambda *_: None)

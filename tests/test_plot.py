@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import json
 import os
 import subprocess
@@ -23,12 +24,13 @@ from purcell_cli.gaits.sampling import sample_stroke
 from purcell_cli.geometry.rotations import as_euler
 from purcell_cli.lie_brackets.planar_curvature import PLANES, planar_curvature
 from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.trajectory import Trajectory, as_table, sample
 from purcell_cli.motion.trajectory_table import Table
-from purcell_cli.pictures.poses_plot import poses_figure
+from purcell_cli.pictures.poses_plot import poses_figure, roll_marks
 from purcell_cli.pictures.stroke_plot import stroke_figure
-from purcell_cli.pictures.style import save_figure
+from purcell_cli.pictures.style import control_legs, save_figure
 from purcell_cli.pictures.time_plot import time_figure
 from purcell_cli.wording import length_unit
 
@@ -104,6 +106,11 @@ def test_a_planar_stroke_is_drawn_over_the_curvature_of_its_plane(name: str, pla
     units = [f"curvature of {n} [{u}]" for n, u in zip(plane.names, ("L/rad²", "L/rad²", "°/rad²"), strict=True)]
     assert [axes.get_xlabel() for axes in figure.axes if axes not in panels] == units
     path = panels[0].get_lines()[0].get_xydata()
+    figure.draw_without_rendering()
+    for axes in figure.axes[len(panels) :]:
+        boxes = [label.get_window_extent() for label in axes.get_xticklabels() if label.get_text()]
+        assert len(boxes) >= 2
+        assert all(a.x1 + 4.0 < b.x0 for a, b in itertools.pairwise(boxes)), "ticks of the colour bars collide"
     for k, axes in enumerate(panels):
         (image,) = axes.get_images()
         assert isinstance(image, AxesImage)
@@ -157,6 +164,15 @@ def test_a_spatial_stroke_is_drawn_on_the_sphere_and_unrolled_to_its_bends() -> 
     assert_close(np.arctan2(*drawn[away].T[::-1]), np.arctan2(*trajectory.shape[away, 0, 1:, 0].T[::-1]), 1e-9)
     labels = [text.get_text() for text in chart.get_legend().get_texts()]
     assert labels == ["limb 1", "limb 2 does not bend"]
+    numbered = {text.get_text(): text.get_position() for text in chart.texts if text.get_text().isdigit()}
+    assert list(numbered) == [str(k) for k in range(2, 9)], "its first and last legs roll"
+    assert "1, 9: a limb rolls, and its axis stays" in [text.get_text() for text in chart.texts]
+    middles = {
+        str(k + 1): drawn[(low + high) // 2] for k, (low, high) in enumerate(control_legs(trajectory.rate_rad_s))
+    }
+    for number, place in numbered.items():
+        away = {k: np.hypot(*(place - middle)) for k, middle in middles.items() if k in numbered}
+        assert min(away, key=away.get) == number
     on_it = [line.get_xydata() for line in sphere.get_lines() if len(line.get_xdata()) == len(trajectory)]
     assert len(on_it) == 2
     assert np.all(np.hypot(*on_it[0].T) <= 1.0)
@@ -181,7 +197,24 @@ def test_poses_are_those_where_controls_switch() -> None:
     for sign, same in ((1.0, True), (-1.0, False)):
         tip = trajectory.pose[row, [0, 2], 3] / 0.1
         tip = tip + sign * np.array([np.cos(pitch) + 2 * np.cos(pitch - 1.0), np.sin(pitch) + 2 * np.sin(pitch - 1.0)])
-        assert is_close(cells[2].get_lines()[-1].get_xydata()[1], tip, 1e-9) == same
+        assert is_close(cells[2].get_lines()[3].get_xydata()[1], tip, 1e-9) == same
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert names[:3] == ["limb 1", "base", "limb 2"]
+    colours = [line.get_color() for line in figure.legends[0].get_lines()[:3]]
+    assert colours == [line.get_color() for line in cells[2].get_lines()[3:0:-1]]
+
+
+def test_marks_show_how_far_a_limb_has_rolled() -> None:
+    """Half a turn of limb 1 turns its mark round, and the base turns a little; the others' marks are the foil."""
+    sequence = PrimitiveSequence.of([("limb1 roll", np.pi)])
+    trajectory = sample(PAPER, Configuration(), [Block(2, "own", sequence)], 0.05)
+    marks = np.stack([roll_marks(PAPER, trajectory, row, 1) for row in (0, -1)])
+    along = (marks[:, :, 1] - marks[:, :, 0]) / np.linalg.norm(marks[0, 0, 1] - marks[0, 0, 0])
+    assert_close(along[0], np.tile([0.0, 1.0, 0.0], (3, 1)), 1e-12)
+    roll = as_euler(trajectory.pose[-1, :3, :3])[2]
+    assert roll < -0.5
+    for link, angle in enumerate((roll, roll, roll + np.pi)):
+        assert_close(along[1, link], [0.0, np.cos(angle), np.sin(angle)], 1e-9)
 
 
 @pytest.mark.slow

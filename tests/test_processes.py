@@ -132,5 +132,5 @@ def test_a_fork_of_a_process_that_has_written_a_table_reads_and_writes_the_same(
     assert json.loads((tmp_path / "said.json").read_text()) == [
         rows,
         "InputError",
-        "nothing.csv: wanted a trajectory file, found none",
+        "nothing.csv: wanted a trajectory file, found none: no such file",
     ]

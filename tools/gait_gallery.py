@@ -18,7 +18,7 @@ from purcell_cli.geometry.rotations import as_euler
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 PAGE = DOCS / "explanation" / "gaits.md"
 PICTURES = DOCS / "pictures"
-SHOWN = (*PAPER_MOTIONS, "x-cruise")
+SHOWN = (*PAPER_MOTIONS, *sorted(set(stored_gaits()) - {*PAPER_MOTIONS, *PRINTED}))
 CONTRASTS = ("printed-y", "printed-psi")
 
 _SMOOTH_S = 0.02
@@ -27,8 +27,8 @@ _HEAD = """\
 
 What the stored gaits look like, for the paper's swimmer at their default amplitudes. This page and its pictures are
 written by `python tools/gait_gallery.py`. `purcell plot NAME` draws any gait at any amplitude and for any swimmer,
-your own gaits too; `purcell figures` draws all of these, and each against time; `purcell gait NAME --out swim.csv`
-and then `purcell view swim.csv` let you watch one.
+your own gaits too; `purcell figures` draws the paper's six motions and its printed sequences, each as a stroke, as
+poses and against time; `purcell gait NAME --out swim.csv` and then `purcell view swim.csv` let you watch one.
 
 **How to read them.** A gait whose limbs stay in one plane is a closed line in the plane of its two joint angles. The
 white dot is the collinear shape, where it begins and ends; its legs are numbered as they are played. Behind the line
@@ -39,7 +39,7 @@ in the same over opposite colours, they cancel. The dashed line is where the cur
 is a guide and not the answer, since the base turns on its way; the numbers given are those of the exact flow.
 
 Limb 1 is blue, limb 2 orange, the base black. The colours are safe for people who see few of them. In one cycle, with
-the way to its corner and back for x-cruise:
+the way to its first shape and back where that is not the collinear one:
 """
 _PRINTED = """\
 ## What the printed sequences really do

@@ -15,6 +15,7 @@ The tests read the pages by the functions here.
 
 from __future__ import annotations
 
+import difflib
 import os
 import re
 import shlex
@@ -33,6 +34,7 @@ SIMULTANEOUS = DOCS / "how-to" / "simultaneous.md"
 
 _BLOCK = re.compile(r"^<!-- (?P<mark>[^\n]*?) -->\n```\w*\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
 _TIMES = re.compile(r"(?<=<!-- times -->\n).*?(?=<!-- end of times -->)", re.DOTALL)
+_ROUND_OFF = re.compile(r"(?<![\d.])(?:\d(?:\.\d+)?e-(?:1[1-9]|[2-9]\d|\d{3})|0\.0e\+00)")
 _COMMAND = "from purcell_cli.cli.app import main; main()"
 _STEERING = ("COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE", "TERM")
 
@@ -134,11 +136,26 @@ def all_played(texts: Iterable[str]) -> list[list[tuple[Block, str]]]:
         return [[(block, future.result()) for block, future in page] for page in futures]
 
 
+def without_round_off(text: str) -> str:
+    """Return an output with figures of 1e-11 and less made alike: another processor rounds otherwise."""
+    return _ROUND_OFF.sub("~", text)
+
+
 def renewed(text: str, transcripts: list[tuple[Block, str]]) -> str:
-    """Return a page's text with the true outputs of its transcripts."""
+    """Return a page's text with the true outputs of its transcripts; lines that differ by round-off stay."""
     for block, true in reversed(transcripts):
-        text = text[: block.span[0]] + true + text[block.span[1] :]
+        text = text[: block.span[0]] + _but_for_round_off(block.body, true) + text[block.span[1] :]
     return text
+
+
+def _but_for_round_off(old: str, new: str) -> str:
+    """Return a new output, with the old lines where the new ones differ from them by round-off alone."""
+    before, after = old.splitlines(keepends=True), new.splitlines(keepends=True)
+    alike = [[without_round_off(line) for line in lines] for lines in (before, after)]
+    out = after[:]
+    for same in difflib.SequenceMatcher(None, *alike, autojunk=False).get_matching_blocks():
+        out[same.b : same.b + same.size] = before[same.a : same.a + same.size]
+    return "".join(out)
 
 
 def times_table() -> str:

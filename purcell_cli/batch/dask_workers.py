@@ -84,7 +84,9 @@ def _connected(address: str) -> tuple[Any, Any]:
     try:
         import distributed
     except ImportError as error:
-        raise InputError("--dask: wanted the extra dask (pip install 'purcell-cli[dask]'), found none") from error
+        raise InputError(
+            "--dask: wanted the extra dask (python -m pip install 'distributed>=2024.8'), found none"
+        ) from error
     dask: Any = distributed
     for part in ("client", "utils"):  # lost connections are told here, without tracebacks
         logging.getLogger(f"distributed.{part}").setLevel(logging.CRITICAL)

@@ -15,6 +15,8 @@ from typing import cast
 from purcell_cli import __version__
 from purcell_cli.batch.rows import CRASHED, NUMBERS, Numbers, Result, RowVerdict
 from purcell_cli.errors import PurcellError
+from purcell_cli.files.builtin import stored_gaits
+from purcell_cli.files.gait_file import gait_text
 from purcell_cli.files.place import shortened
 from purcell_cli.files.plan_file import PlanDocument
 from purcell_cli.files.scenario_file import Scenario
@@ -32,7 +34,7 @@ class Settings:
     Attributes:
         options: What is asked of every plan; the workspace is the scenario's own.
         trajectories: Whether trajectories are written.
-        gaits: The user's own stored gaits; None where there are none.
+        gaits: The gaits of the user's own, which are added to those of the package; None where there are none.
     """
 
     options: PlanOptions = PlanOptions()
@@ -41,7 +43,8 @@ class Settings:
 
     def fingerprint(self) -> str:
         """Return a text that changes with anything that results depend on."""
-        return repr((_program(), self))
+        gaits = None if self.gaits is None else [(name, gait_text(gait)) for name, gait in self.gaits.items()]
+        return repr((_program(), self.options, self.trajectories, gaits))
 
 
 @functools.cache
@@ -87,7 +90,7 @@ def solve(scenario: Scenario, settings: Settings) -> Solved:
             scenario.goal,
             swimmer=scenario.swimmer,
             options=dataclasses.replace(settings.options, workspace=scenario.workspace),
-            gaits=settings.gaits,
+            gaits=None if settings.gaits is None else {**stored_gaits(), **settings.gaits},
         )
         numbers, files = _numbers(solution), _files(solution, settings)
     except PurcellError as error:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from purcell_cli.cli.documents.gait import AtlasDocument, LinkRatioDocument, SweepDocument
 from purcell_cli.cli.reports import atlas as reports
-from purcell_cli.errors import GaitError
 from purcell_cli.files.atomic_file import whole_file
-from purcell_cli.gaits.atlas import Entry, entry, ratio_sweep, steps, sweep
+from purcell_cli.gaits.atlas import atlas as every_entry
+from purcell_cli.gaits.atlas import ratio_sweep, steps, sweep
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.mechanics.swimmer import Swimmer
 
@@ -22,13 +22,7 @@ def _write(rows: Sequence[Mapping[str, object]], out: Path | None) -> None:
 
 def atlas(gaits: Mapping[str, Gait], swimmer: Swimmer, out: Path | None) -> AtlasDocument:
     """Make the atlas of all gaits, and write it as CSV where a file is named."""
-    entries: list[Entry] = []
-    left_out: dict[str, str] = {}
-    for gait in gaits.values():
-        try:
-            entries.append(entry(gait, swimmer))
-        except GaitError as error:
-            left_out[gait.name] = str(error)
+    entries, left_out = every_entry(gaits, swimmer)
     document = reports.atlas_document(entries, left_out, swimmer, None if out is None else str(out))
     _write(document["gaits"], out)
     return document

@@ -7,7 +7,7 @@ import os
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from purcell_cli.batch.runner import Options, Outcome
     from purcell_cli.cli.documents.batch import BatchDocument
+    from purcell_cli.gaits.gait import Gait
 
 _SECONDS_BETWEEN_LINES = 10.0
 """How often a batch says on a pipe how far it is [s]: a night's log has some three thousand such lines."""
@@ -84,10 +85,8 @@ def batch(
     from purcell_cli.batch.expectations import fraction, load_baseline
     from purcell_cli.batch.runner import Options, run_batch
     from purcell_cli.batch.solve_one import Settings
-    from purcell_cli.files.builtin import stored_gaits
 
-    own = None if gaits is None else stored_gaits(gaits)
-    settings = Settings(options, trajectories, own)
+    settings = Settings(options, trajectories, None if gaits is None else _own_gaits(gaits))
     most = fraction(max_regress)
     earlier = None if baseline is None else load_baseline(baseline, most)
     cases = find_cases(paths, name_filter, out)
@@ -103,6 +102,18 @@ def batch(
         outcome = run_batch(cases, settings, task, progress, lambda line: print(line, file=sys.stderr))
     show(_document(outcome, task, cases.passed_over, vanished), json, _show)
     return NOT_REACHED if outcome.failed else DONE
+
+
+def _own_gaits(folder: Path) -> Mapping[str, Gait]:
+    """Return the user's gaits, those named that plans will leave out, as they are for the paper's swimmer."""
+    from purcell_cli.files.builtin import own_gaits
+    from purcell_cli.mechanics.swimmer import Swimmer
+    from purcell_cli.planner.gait_sequence import unfit_gaits
+
+    own = own_gaits(folder)
+    for name, why in unfit_gaits(own.values(), Swimmer()).items():
+        print(f"gait {name} is left out: {why}", file=sys.stderr)
+    return own
 
 
 def _cores() -> int:

@@ -51,10 +51,10 @@ def design(
     from purcell_cli.files.atomic_file import writable
     from purcell_cli.files.gait_file import write_gait
     from purcell_cli.gaits.design import design as search
-    from purcell_cli.gaits.design_problem import Task
+    from purcell_cli.gaits.design_problem import DesignTask
 
     body = swimmer_of(swimmer)
-    task = Task(
+    task = DesignTask(
         _ANGLES.get(direction, direction),
         maximize,
         body.max_bend_rad if max_bend is None else max_bend,

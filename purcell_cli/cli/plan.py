@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -99,6 +100,8 @@ def plan(
             gaits=stored_gaits(gaits),
             progress=progress,
         )
+        for name, why in solution.plan.left_out.items():
+            print(f"gait {name} is left out: {why}", file=sys.stderr)
         warn_if_far(query)
         document = plan_document(solution, str(file), None if plan_out is None else str(plan_out))
         with contextlib.ExitStack() as both:

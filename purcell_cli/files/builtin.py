@@ -17,7 +17,7 @@ from purcell_cli.files.place import shortened
 from purcell_cli.files.scenario_file import Scenario, load_scenario
 from purcell_cli.files.used_files import note_input
 from purcell_cli.files.yaml_source import compose_file
-from purcell_cli.gaits.gait import Gait
+from purcell_cli.gaits.gait import Gait, Gaits
 from purcell_cli.wording import nearest
 
 _PACKAGE = Path(__file__).resolve().parent.parent
@@ -29,8 +29,8 @@ def data_folder(name: str) -> Path:
     return installed if installed.is_dir() else _PACKAGE.parent / name
 
 
-def stored_gaits(own: Path | str | None = None) -> dict[str, Gait]:
-    """Return the stored gaits by name, the user's own folder added.
+def stored_gaits(own: Path | str | None = None) -> Gaits:
+    """Return the stored gaits by name, the user's own folder added; they are found by their other names too.
 
     Args:
         own: A folder of gait files; one with the name of a stored gait takes its place.
@@ -38,7 +38,16 @@ def stored_gaits(own: Path | str | None = None) -> dict[str, Gait]:
     Raises:
         InputError: No such folder, or a file that is no gait, or two gaits of one name.
     """
-    return {**_packaged_gaits(), **({} if own is None else _gaits_in(Path(own)))}
+    return Gaits({**_packaged_gaits(), **({} if own is None else own_gaits(own))})
+
+
+def own_gaits(folder: Path | str) -> dict[str, Gait]:
+    """Return the gaits in a folder of the user's own.
+
+    Raises:
+        InputError: No such folder, or a file that is no gait, or two gaits of one name.
+    """
+    return _gaits_in(Path(folder))
 
 
 @functools.cache

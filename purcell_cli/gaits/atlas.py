@@ -10,7 +10,7 @@ which is the best it can have, so the efficiency is one of the path alone. Conve
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -109,6 +109,23 @@ def entry(gait: Gait, swimmer: Swimmer, amplitude: float | None = None) -> Entry
         float(np.linalg.norm(twist[3:])) / travel,
         efficiency(swimmer, stroke, distance),
     )
+
+
+def atlas(gaits: Mapping[str, Gait], swimmer: Swimmer) -> tuple[list[Entry], dict[str, str]]:
+    """Return the atlas: the entry of every gait at its default amplitude, and why gaits that have none are left out.
+
+    Args:
+        gaits: The gaits by name.
+        swimmer: The swimmer.
+    """
+    entries: list[Entry] = []
+    left_out: dict[str, str] = {}
+    for gait in gaits.values():
+        try:
+            entries.append(entry(gait, swimmer))
+        except GaitError as error:
+            left_out[gait.name] = str(error)
+    return entries, left_out
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ import numpy as np
 
 from purcell_cli.errors import GaitError, ParameterError
 from purcell_cli.gaits.atlas import Entry, entry
-from purcell_cli.gaits.design_problem import Problem, Task, Values
+from purcell_cli.gaits.design_problem import DesignTask, Problem, Values
 from purcell_cli.gaits.gait import Gait, Turn
 from purcell_cli.gaits.shape_curves import WayPoints, size_rad
 from purcell_cli.geometry import se3
@@ -73,7 +73,7 @@ class Designed:
         seed: Seed of the starts.
     """
 
-    task: Task
+    task: DesignTask
     gait: Gait
     entry: Entry
     ratio: float
@@ -221,7 +221,7 @@ def _gait(problem: Problem, unknown: Array, name: str, source: str) -> Gait:
 
 def design(
     swimmer: Swimmer,
-    task: Task,
+    task: DesignTask,
     name: str = "designed",
     starts: int = 4,
     seed: int = 0,
@@ -284,7 +284,7 @@ def _from(problem: Problem, rng: np.random.Generator) -> tuple[float, Problem, A
     return values.gain / cost, tightened, exact
 
 
-def _in_words(task: Task, value: float) -> str:
+def _in_words(task: DesignTask, value: float) -> str:
     if task.maximize == "efficiency":
         return f"{value:.5f} L per effort"
     return f"{np.degrees(value):.4f} deg/rad" if task.turns else f"{value:.5f} L/rad"

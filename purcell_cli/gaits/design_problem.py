@@ -43,7 +43,7 @@ _E_X = np.array([1.0, 0.0, 0.0])
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Task:
+class DesignTask:
     """What stroke is wanted.
 
     Along x, y or z the stroke must do nothing else. A turn (roll, pitch, yaw) may advance, since a
@@ -143,13 +143,13 @@ class Problem:
         lead: How many moves the approach has.
     """
 
-    task: Task
+    task: DesignTask
     swimmer: Swimmer
     free: NDArray[np.bool_]
     lead: int
 
     @classmethod
-    def of(cls, task: Task, swimmer: Swimmer, rng: np.random.Generator) -> Problem:
+    def of(cls, task: DesignTask, swimmer: Swimmer, rng: np.random.Generator) -> Problem:
         """Return the problem; which joint moves when is drawn for spatial strokes of one joint a move."""
         joints = [a + 3 * limb for limb in (0, 1) for a in ((1, 2) if task.axis is None else (task.axis,))]
         if task.controls == "simultaneous":

@@ -103,6 +103,9 @@ class Gait:
     amplitude_is_displacement: bool = False
     curve: Curve | None = None
 
+    def __repr__(self) -> str:
+        return f"<Gait {self.name}: {self.summary[:70]}>"
+
     def stroke(self, values: Mapping[str, float]) -> Stroke:
         """Return the stroke for values of all symbols, the empty one being the constant [rad]."""
         if self.curve is not None:
@@ -138,6 +141,9 @@ class Stroke:
     approach: ControlSequence
     cycle: ControlSequence
 
+    def __repr__(self) -> str:
+        return f"<Stroke {self.gait}: amplitude {self.amplitude_rad:.6g} rad, {len(self.cycle)} moves a cycle>"
+
     def played(self, cycles: int = 1) -> ControlSequence:
         """Return all primitives or moves of a number of cycles, from the collinear shape."""
         return chained([self.approach, *[self.cycle] * cycles, self.approach.inverse()])
@@ -163,6 +169,18 @@ class Stroke:
     def closure_rad(self) -> float:
         """Return how far one cycle leaves the limbs from the collinear shape, the larger angle [rad]."""
         return float(np.max(angle_between(COLLINEAR, self.played().shapes(COLLINEAR)[-1])))
+
+
+class Gaits(dict[str, Gait]):
+    """Gaits by name; `gaits[name]` knows their other names too."""
+
+    def __missing__(self, name: str) -> Gait:
+        """Return the gait with another name.
+
+        Raises:
+            UnknownNameError: No gait has it; the message proposes the nearest.
+        """
+        return find(self, name)
 
 
 def find(gaits: Mapping[str, Gait], name: str) -> Gait:

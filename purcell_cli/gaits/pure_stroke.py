@@ -34,6 +34,9 @@ not solved at amplitudes near 1 rad for long limbs; with 1e-12 the stored gaits 
 
 PURE = 3e-13
 """Cross-talk and closure (L, rad) of a stroke that count as none."""
+_IMPURE = 1e-9
+"""Cross-talk and closure (L, rad) that are a fault: a thousand times the rounding errors of the longest strokes, and
+no more than plans may miss their goal by."""
 _CLOSINGS, _CLOSED_RAD = 4, 1e-4
 """Newton steps to close a guessed cycle, at most, and a gap after which none follows: what one leaves is the square."""
 
@@ -171,6 +174,31 @@ def realise(gait: Gait, swimmer: Swimmer, amplitude: float | None = None, pure: 
         )
     stroke = gait.stroke(purity.values(solved))
     return stroke if a > 0 else stroke.inverse()
+
+
+def fault(stroke: Stroke, moves: str, swimmer: Swimmer) -> str:
+    """Return in words what one cycle of a stroke does that its gait must not, with figures; empty for none.
+
+    Args:
+        stroke: The stroke.
+        moves: What its gait is made to do; one for "none" has no fault.
+        swimmer: The swimmer.
+    """
+    if moves not in MOTIONS:
+        return ""
+    unit, own = swimmer.scaled(), MOTIONS.index(moves)
+    twist, closure = se3.log(stroke.displacement(unit)), stroke.closure_rad()
+    others = np.abs(np.delete(twist, own))
+    worst = int(np.argmax(others))
+    along = MOTIONS[worst + (worst >= own)]
+    found = []
+    if closure > _IMPURE:
+        found.append(f"its cycle leaves a limb {closure:.3g} rad from where it began")
+    if others[worst] > _IMPURE:
+        found.append(f"it moves {along} too, by {others[worst]:.3g} {'L' if along in 'xyz' else 'rad'} a cycle")
+    if abs(twist[own]) <= _IMPURE:
+        found.append(f"it does not move {moves}")
+    return " and ".join(found)
 
 
 def realise_displacement(gait: Gait, swimmer: Swimmer, amount: float, near_rad: float) -> Stroke:

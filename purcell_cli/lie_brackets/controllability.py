@@ -108,6 +108,9 @@ class Controllability:
     levels: tuple[Level, ...]
     brackets: tuple[Bracket, ...]
 
+    def __repr__(self) -> str:
+        return f"<Controllability: {self.verdict}, growth vector {self.growth}>"
+
     @property
     def dimension(self) -> int:
         """The dimension of the configuration space: 12, or 5 in the plane."""

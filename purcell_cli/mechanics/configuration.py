@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul, norm
-from purcell_cli.geometry.rotations import Array, angle_between, from_euler, from_matrix
+from purcell_cli.geometry.rotations import Array, angle_between, as_euler, from_euler, from_matrix
 from purcell_cli.mechanics.connection import COLLINEAR
 
 
@@ -28,6 +28,11 @@ class Configuration:
 
     pose: Array = dataclasses.field(default_factory=lambda: np.eye(4))
     shape: Array = dataclasses.field(default_factory=lambda: COLLINEAR)
+
+    def __repr__(self) -> str:
+        angles = [np.degrees(as_euler(r)) for r in (self.pose[:3, :3], *self.shape)]
+        place, base, *limbs = (", ".join(f"{v + 0.0:.4g}" for v in part) for part in (self.pose[:3, 3], *angles))
+        return f"<Configuration: at ({place}) m, base ({base}), limbs ({limbs[0]}) and ({limbs[1]}) deg>"
 
     def __post_init__(self) -> None:
         pose, shape = np.array(self.pose, dtype=np.float64), np.array(self.shape, dtype=np.float64)

@@ -17,7 +17,7 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.component_first import cross_rows, dot_rows, factored_rows, solved_rows
 from purcell_cli.geometry.linear_systems import solve
 from purcell_cli.geometry.reproducible import apply, inner, matmul
-from purcell_cli.geometry.rotations import Array, hat
+from purcell_cli.geometry.rotations import Array, cross, from_euler, hat
 from purcell_cli.mechanics.swimmer import Swimmer
 
 COLLINEAR: Array = np.stack([np.eye(3), np.eye(3)])
@@ -27,12 +27,42 @@ COLLINEAR.setflags(write=False)
 _E_X = np.array([1.0, 0.0, 0.0])
 """The axis of a link in its own frame."""
 
+_SLACK = 1e-2
+"""How far from orthogonal limb orientations may be: the stages of an integrator stray, other arrays are mistakes."""
+
 _SIDE = {1: 1.0, 2: -1.0}
 """On which side of the base's middle each limb hangs."""
 
 
 def checked_shape(shape: ArrayLike) -> Array:
-    """Return a shape as an array of two orientations. Shape (..., 2, 3, 3)."""
+    """Return a shape as an array of two orientations. Shape (..., 2, 3, 3).
+
+    Raises:
+        ParameterError: An array of another form, or of matrices that are no rotations within `_SLACK`.
+    """
+    r = _of_two(shape)
+    if shape is not COLLINEAR:
+        defect = np.max(np.abs(matmul(np.swapaxes(r, -1, -2), r) - np.eye(3)), initial=0.0)
+        right_handed = inner(r[..., 0, :], cross(r[..., 1, :], r[..., 2, :])) > 0.0
+        if not (defect <= _SLACK and np.all(right_handed)):
+            why = f"off by {defect:.3g}" if not defect <= _SLACK else "that is a reflection"
+            raise ParameterError(f"limb orientations are rotation matrices within {_SLACK:g}, found one {why}")
+    return r
+
+
+def shape_from_angles(
+    limb1_euler_deg: ArrayLike = (0.0, 0.0, 0.0), limb2_euler_deg: ArrayLike = (0.0, 0.0, 0.0)
+) -> Array:
+    """Return the shape r = (A_1, A_2) of Euler angles (psi, theta, phi). Shape (..., 2, 3, 3).
+
+    Args:
+        limb1_euler_deg: Limb 1's orientation in the base [deg]. Shape (..., 3).
+        limb2_euler_deg: Limb 2's orientation in the base [deg]. Shape (..., 3).
+    """
+    return np.stack([from_euler(np.radians(e)) for e in (limb1_euler_deg, limb2_euler_deg)], axis=-3)
+
+
+def _of_two(shape: ArrayLike) -> Array:
     r = np.asarray(shape, dtype=np.float64)
     if r.ndim < 3 or r.shape[-3:] != (2, 3, 3):
         raise ParameterError(f"a shape is an array (..., 2, 3, 3) of two limb orientations, found {r.shape}")
@@ -40,7 +70,7 @@ def checked_shape(shape: ArrayLike) -> Array:
 
 
 def _limb(shape: ArrayLike, limb: int) -> Array:
-    return checked_shape(shape)[..., limb - 1, :, :]
+    return _of_two(shape)[..., limb - 1, :, :]
 
 
 def centre(swimmer: Swimmer, shape: ArrayLike, limb: int) -> Array:
@@ -123,7 +153,11 @@ def connection(swimmer: Swimmer, shape: ArrayLike) -> Array:
 
     Returns:
         Matrices from (omega_1, omega_2) [rad/s] to (v, omega) [m/s, rad/s]. Shape (..., 6, 6).
+
+    Raises:
+        ParameterError: An array of another form, or of matrices that are no rotations.
     """
+    checked_shape(shape)
     unit = swimmer.scaled()
     out = np.asarray(solve(*resistance_and_coupling(unit, shape)), dtype=np.float64)
     out[..., :3, :] *= swimmer.length_m

@@ -19,7 +19,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.mechanics.collocation import Accuracy, flow_of
-from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.connection import COLLINEAR, checked_shape
 from purcell_cli.mechanics.moves import ControlSequence
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -96,8 +96,20 @@ def displacements(
 def flow(
     swimmer: Swimmer, sequence: ControlSequence, start: ArrayLike = COLLINEAR, accuracy: Accuracy = EXACT
 ) -> Array:
-    """Return the base's body displacement along a sequence of controls [m]. Shape (4, 4)."""
-    return np.asarray(se3.prefix_products(displacements(swimmer, sequence, start, accuracy))[-1])
+    """Return the base's body displacement along a sequence of controls [m]. Shape (4, 4).
+
+    It is g_start^-1 g_end, exact to rounding for `EXACT`.
+
+    Args:
+        swimmer: The swimmer.
+        sequence: The controls: a `PrimitiveSequence` or a `MoveSequence`.
+        start: Shape (A_1, A_2) before the first of them; the collinear one where none is given. Shape (2, 3, 3).
+        accuracy: Order and step of the method.
+
+    Raises:
+        ParameterError: A start of another form, or of matrices that are no rotations.
+    """
+    return np.asarray(se3.prefix_products(displacements(swimmer, sequence, checked_shape(start), accuracy))[-1])
 
 
 def work(swimmer: Swimmer, sequence: ControlSequence, start: ArrayLike = COLLINEAR) -> Array:
@@ -157,8 +169,11 @@ def flow_of_rates(
 
     Returns:
         Shapes, (n + 1, 2, 3, 3), and poses relative to the beginning [m], (n + 1, 4, 4).
+
+    Raises:
+        ParameterError: A start of another form, or of matrices that are no rotations.
     """
     rates = np.asarray(rate, dtype=np.float64).reshape(-1, 6)
     times = np.asarray(duration, dtype=np.float64).reshape(-1)
-    shapes = shapes_along(start, None, rates * times[:, None])
+    shapes = shapes_along(checked_shape(start), None, rates * times[:, None])
     return shapes, se3.prefix_products(piece_displacements(swimmer, Pieces(shapes[:-1], rates, times), accuracy))

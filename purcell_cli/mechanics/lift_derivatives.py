@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, as_vector
 from purcell_cli.mechanics.collocation import Accuracy, flow_of
-from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.connection import COLLINEAR, checked_shape
 from purcell_cli.mechanics.lift import EXACT
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
@@ -61,7 +61,7 @@ def flow_and_jacobian(
         The displacement g [m], shape (4, 4), and the body twists g^-1 dg/d(angle_k) [m/rad,
         rad/rad], shape (6, n).
     """
-    shapes = sequence.shapes(start)
+    shapes = sequence.shapes(checked_shape(start))
     return _in_metres(swimmer, accuracy, shapes, sequence.control, sequence.angle, repeats)
 
 
@@ -91,7 +91,7 @@ def flow_and_jacobian_of_moves(
         The displacement g [m], shape (4, 4), and the body twists g^-1 dg/d(turn) [m/rad, rad/rad],
         shape (6, n, 6).
     """
-    return _in_metres(swimmer, accuracy, moves.shapes(start), None, moves.turn, repeats)
+    return _in_metres(swimmer, accuracy, moves.shapes(checked_shape(start)), None, moves.turn, repeats)
 
 
 def _in_metres(

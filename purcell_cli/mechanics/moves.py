@@ -69,6 +69,9 @@ class MoveSequence:
     rate: Array
     duration: Array
 
+    def __repr__(self) -> str:
+        return f"<MoveSequence: {len(self)} moves, joint travel {self.joint_travel_rad:.6g} rad>"
+
     def __post_init__(self) -> None:
         rate, duration = np.array(self.rate, dtype=np.float64), np.array(self.duration, dtype=np.float64)
         if duration.ndim != 1 or rate.shape != (len(duration), 6):

@@ -47,6 +47,9 @@ class PrimitiveSequence:
     control: NDArray[np.int64]
     angle: Array
 
+    def __repr__(self) -> str:
+        return f"<PrimitiveSequence: {len(self)} primitives, joint travel {self.joint_travel_rad:.6g} rad>"
+
     def __post_init__(self) -> None:
         control = np.array(self.control, dtype=np.int64).reshape(-1)
         angle = np.array(self.angle, dtype=np.float64).reshape(-1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -36,6 +37,7 @@ class Plan:
         blocks: The strokes of all three phases.
         structures: The structures that were weighed, best first; the first one was taken.
         limits: How near it comes to its limits, where the planner looked.
+        left_out: Gaits of the user's own that could not be planned with, and why.
     """
 
     swimmer: Swimmer
@@ -44,6 +46,13 @@ class Plan:
     blocks: tuple[Block, ...]
     structures: tuple[Structure, ...] = ()
     limits: LimitsReport | None = None
+    left_out: Mapping[str, str] = dataclasses.field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return (
+            f"<Plan: {len(self.blocks)} strokes' parts, {self.primitives} primitives, "
+            f"joint travel {self.joint_travel_rad:.6g} rad>"
+        )
 
     @property
     def joint_travel_rad(self) -> float:

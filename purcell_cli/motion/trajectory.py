@@ -53,6 +53,9 @@ class Trajectory:
     shape: Array
     rate_rad_s: Array
 
+    def __repr__(self) -> str:
+        return f"<Trajectory: {len(self)} rows, {self.time_s[-1]:.6g} s, {', '.join(self.gaits)[:60] or 'no strokes'}>"
+
     def __post_init__(self) -> None:
         for field in ("time_s", "phase", "gait", "pose", "shape", "rate_rad_s"):
             getattr(self, field).setflags(write=False)

@@ -32,3 +32,6 @@ class Table:
     limbs: Array
     euler_rad: Array
     rate_rad_s: Array
+
+    def __repr__(self) -> str:
+        return f"<Table: {len(self.time_s)} rows, {self.time_s[-1]:.6g} s>"

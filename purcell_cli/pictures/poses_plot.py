@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.primitives import CONTROL_NAMES
@@ -23,6 +24,10 @@ _MOST = 20
 _LINKS = (ORANGE, BLACK, BLUE)
 """Colours of limb 2, base and limb 1."""
 
+_NAMES = ("limb 2", "base", "limb 1")
+_MARK_L = 0.35
+"""Length of the marks that show how far a link has rolled [L]: they stand out of the links and do not meet."""
+
 
 def link_points(swimmer: Swimmer, trajectory: Trajectory, row: int) -> Array:
     """Return limb 2's tip, its joint, limb 1's joint and its tip in the world, in units of L. Shape (4, 3)."""
@@ -31,6 +36,17 @@ def link_points(swimmer: Swimmer, trajectory: Trajectory, row: int) -> Array:
     base, limb = swimmer.base_half_length_m * x, 2.0 * swimmer.limb_half_length_m * x
     points = np.stack([-base - shape[1] @ limb, -base, base, base + shape[0] @ limb])
     return np.asarray((points @ pose[:3, :3].T + pose[:3, 3]) / swimmer.length_m)
+
+
+def roll_marks(swimmer: Swimmer, trajectory: Trajectory, row: int, side: int) -> Array:
+    """Return the links' middles and the ends of marks there along their own axes of an index, in units of L.
+
+    Limb 2, base, limb 1, as the links are drawn. Shape (3, 2, 3).
+    """
+    points, pose, shape = link_points(swimmer, trajectory, row), trajectory.pose[row, :3, :3], trajectory.shape[row]
+    middles = 0.5 * (points[1:] + points[:-1])
+    along = np.stack([pose @ shape[1][:, side], pose[:, side], pose @ shape[0][:, side]])
+    return np.stack([middles, middles + _MARK_L * along], axis=1)
 
 
 def draw_links(axes: Axes, flat: Array, alpha: float = 1.0) -> None:
@@ -61,9 +77,9 @@ def poses_figure(swimmer: Swimmer, trajectory: Trajectory, title: str) -> Figure
     up = 1 if np.ptp(points[..., 1]) >= np.ptp(points[..., 2]) else 2
     flat = points[..., [0, up]]
     lines = -(-len(rows) // _IN_A_ROW)
-    low, high = flat.min(axis=(0, 1)) - 0.3, flat.max(axis=(0, 1)) + 0.3
+    low, high = flat.min(axis=(0, 1)) - 0.5, flat.max(axis=(0, 1)) + 0.5
     with styled():
-        figure = Figure(figsize=(9.5, 0.6 + lines * (0.5 + 1.75 * float(high[1] - low[1]) / float(high[0] - low[0]))))
+        figure = Figure(figsize=(9.5, 0.9 + lines * (0.5 + 1.75 * float(high[1] - low[1]) / float(high[0] - low[0]))))
         cells = figure.subplots(lines, _IN_A_ROW, squeeze=False).ravel()
         for k, axes in enumerate(cells):
             axes.axis("off")
@@ -71,9 +87,18 @@ def poses_figure(swimmer: Swimmer, trajectory: Trajectory, title: str) -> Figure
                 continue
             axes.plot(flat[0, :, 0], flat[0, :, 1], color="#cccccc", linewidth=1.2)
             draw_links(axes, flat[k])
+            for mark, colour in zip(roll_marks(swimmer, trajectory, rows[k], up), _LINKS, strict=True):
+                axes.plot(mark[:, 0], mark[:, up], color=colour, linewidth=1.2, solid_capstyle="butt")
+                axes.plot(*mark[1, [0, up]], marker=".", markersize=4, color=colour)
             axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
             axes.set_title(names[k], fontsize=8, color=GREY)
         figure.suptitle(f"{title}, seen in the plane x-{'xyz'[up]}", fontsize=10)
+        handles = [
+            Line2D([], [], color=colour, linewidth=2.2, label=name) for colour, name in zip(_LINKS, _NAMES, strict=True)
+        ]
+        mark = f"marks: each link's own {'xyz'[up]}, which a roll turns out of the picture"
+        handles.append(Line2D([], [], color=GREY, linewidth=1.2, marker=".", markersize=4, label=mark))
+        figure.legend(handles=handles[2::-1] + handles[3:], loc="outside lower center", ncols=4)
     return figure
 
 

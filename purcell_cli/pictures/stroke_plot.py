@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler
@@ -21,7 +22,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.trajectory import Trajectory
 from purcell_cli.pictures.style import BLACK, BLUE, GREY, ORANGE, control_legs, styled
 
-_GRID = 121
+_GRID = 111
 """Points of the curvature along each axis: the colours show no steps at the size of the picture."""
 
 _STRAIGHT = 1e-9
@@ -90,6 +91,8 @@ def _over_curvature(swimmer: Swimmer, plane: Plane, trajectory: Trajectory) -> F
         axes.set_title(name)
         bar = figure.colorbar(shown, ax=axes, location="bottom", extend="both", shrink=0.9, pad=0.02)
         bar.set_label(f"curvature of {name} [{unit}]")
+        bar.locator = MaxNLocator(nbins=4, symmetric=True)
+        bar.update_ticks()
     panels[0].set_ylabel(f"limb 2 {plane.joint} [rad]")
     return figure
 
@@ -130,6 +133,7 @@ def _on_the_sphere(trajectory: Trajectory) -> Figure:
     figure = Figure(figsize=(9.5, 4.8))
     sphere, chart = figure.subplots(1, 2)
     _draw_sphere(sphere)
+    places: list[tuple[int, Array, Array, str]] = []
     for limb, (colour, name) in enumerate(_LIMBS):
         axis = trajectory.shape[:, limb, :, 0]
         flat, seen = _bend_map(axis), axis @ _VIEW.T
@@ -137,11 +141,24 @@ def _on_the_sphere(trajectory: Trajectory) -> Figure:
         label = name if bends else f"{name} does not bend"
         sphere.plot(seen[:, 0], seen[:, 1], color=colour, path_effects=_HALO)
         chart.plot(flat[:, 0], flat[:, 1], color=colour, label=label, path_effects=_HALO)
-        for low, high in control_legs(trajectory.rate_rad_s):
+        legs = control_legs(trajectory.rate_rad_s)
+        for number, (low, high) in enumerate(legs, start=1):
             middle = (low + high) // 2
             step = flat[min(middle + 1, high)] - flat[max(middle - 1, low)]
             if np.hypot(*step) > _STRAIGHT:
-                _arrow(chart, flat[middle], 1e-2 * step / np.hypot(*step), colour)
+                along = step / np.hypot(*step)
+                _arrow(chart, flat[middle], 1e-2 * along, colour)
+                if len(legs) <= _MOST_NUMBERS:
+                    places.append((number, flat[middle], along, colour))
+    shown = {number for number, *_ in places}
+    rolls = [str(k) for k in range(1, len(control_legs(trajectory.rate_rad_s)) + 1) if k not in shown]
+    if places and rolls:
+        words = f"{', '.join(rolls)}: a limb rolls, and its axis stays"
+        chart.text(0.02, 0.02, words, transform=chart.transAxes, fontsize=8, color=GREY)
+    span = max((float(np.max(np.abs(line.get_xydata()))) for line in chart.get_lines()), default=1.0)
+    for number, where, along, colour in places:
+        x, y = where + 0.09 * span * np.array([along[1], -along[0]])
+        chart.text(x, y, str(number), color=colour, ha="center", va="center", fontsize=8, path_effects=_HALO, zorder=6)
     chart.plot(0.0, 0.0, marker="o", markersize=6, color="white", markeredgecolor=BLACK, zorder=5)
     for k, name in enumerate("xyz"):
         x, y = _VIEW[:, k]

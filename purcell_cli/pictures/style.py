@@ -19,7 +19,7 @@ try:
     from matplotlib.figure import Figure
 except ImportError:
     raise MissingPackageError(
-        "pictures need matplotlib, found none; install it: python -m pip install 'matplotlib>=3.8'"
+        "pictures need matplotlib, found none; install it: python -m pip install 'matplotlib>=3.10.7'"
     ) from None
 
 FORMATS = ("png", "svg", "pdf")

@@ -62,7 +62,6 @@ class StrokeBook:
 
     def __init__(self, gaits: Iterable[Gait], swimmer: Swimmer) -> None:
         self.swimmer = swimmer
-        self.bend = min(swimmer.max_bend_rad, _BEND_MAX_RAD)
         everything = list(gaits)
         self.gaits = {m: [g for g in everything if g.moves == m] for m in MOTIONS}
         missing = [m for m, found in self.gaits.items() if not found]
@@ -76,19 +75,8 @@ class StrokeBook:
 
     def _largest(self, gait: Gait) -> tuple[Stroke, float]:
         """Return the stroke of largest amplitude that is used, and how far it goes."""
-        amplitude = _ROLL_STEP_RAD if gait.amplitude_is_displacement else self.bend
-        while True:
-            try:
-                stroke = pure_stroke.realise(gait, self.swimmer, amplitude, _ALMOST_PURE)
-            except GaitError:
-                if amplitude < _SMALLEST_RAD:
-                    raise
-                amplitude *= 0.8
-                continue
-            bend = stroke.bend_rad()
-            if bend <= self.swimmer.max_bend_rad * _BEND_SLACK:
-                return stroke, self._amount(gait, stroke)
-            amplitude *= self.swimmer.max_bend_rad / bend
+        stroke = largest_stroke(gait, self.swimmer)
+        return stroke, self._amount(gait, stroke)
 
     def _amount(self, gait: Gait, stroke: Stroke) -> float:
         g = stroke.displacement(self.swimmer)
@@ -136,6 +124,47 @@ class StrokeBook:
         except GaitError:
             return None
         return stroke if stroke.bend_rad() <= self.swimmer.max_bend_rad * _BEND_SLACK else None
+
+
+def largest_stroke(gait: Gait, swimmer: Swimmer) -> Stroke:
+    """Return the stroke of largest amplitude that is used.
+
+    Raises:
+        GaitError: No amplitude makes it pure.
+    """
+    amplitude = _ROLL_STEP_RAD if gait.amplitude_is_displacement else min(swimmer.max_bend_rad, _BEND_MAX_RAD)
+    while True:
+        try:
+            stroke = pure_stroke.realise(gait, swimmer, amplitude, _ALMOST_PURE)
+        except GaitError:
+            if amplitude < _SMALLEST_RAD:
+                raise
+            amplitude *= 0.8
+            continue
+        bend = stroke.bend_rad()
+        if bend <= swimmer.max_bend_rad * _BEND_SLACK:
+            return stroke
+        amplitude *= swimmer.max_bend_rad / bend
+
+
+def unfit_gaits(gaits: Iterable[Gait], swimmer: Swimmer) -> dict[str, str]:
+    """Return which gaits cannot be planned with, and why: for the motion they are said to make, they are not pure.
+
+    Args:
+        gaits: The gaits; those that move "none" are never planned with, and are none of these.
+        swimmer: The swimmer.
+    """
+    unit, out = swimmer.scaled(), {}
+    for gait in gaits:
+        if gait.moves not in MOTIONS:
+            continue
+        try:
+            why = pure_stroke.fault(largest_stroke(gait, unit), gait.moves, unit)
+        except GaitError as error:
+            why = str(error)
+        if why:
+            out[gait.name] = why
+    return out
 
 
 @functools.lru_cache(maxsize=64)

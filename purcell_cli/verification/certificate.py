@@ -35,6 +35,11 @@ class Certificate:
     segments: int
     integrated: int
 
+    def __repr__(self) -> str:
+        off, told = self.deviation, "reached" if self.reached else "not reached"
+        angle = max(off.base_rad, off.limb1_rad, off.limb2_rad)
+        return f"<Certificate: {told}, off by {off.position_m:.2g} m and {angle:.2g} rad, {self.segments} segments>"
+
 
 def certify(
     swimmer: Swimmer,

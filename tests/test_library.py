@@ -1,0 +1,139 @@
+"""The library's public names: one table with an example each that runs, types for users, short representations."""
+
+from __future__ import annotations
+
+import functools
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pages import PAGES
+
+import purcell_cli
+from purcell_cli import (
+    Configuration,
+    Gait,
+    PrimitiveSequence,
+    PurcellError,
+    Swimmer,
+    connection,
+    curvature,
+    flow,
+    flow_and_jacobian,
+    flow_of_rates,
+    plan,
+    read_csv,
+    shape_from_angles,
+    stored_gaits,
+)
+from purcell_cli.errors import ParameterError, UnknownNameError
+from purcell_cli.geometry.rotations import from_euler
+from purcell_cli.lie_brackets.controllability import controllability
+
+PAGE = PAGES["docs/reference/library.md"].partition("## All names\n")[2].partition("\n## ")[0]
+ROWS = re.findall(r"^\| \[`(\w+)`\]\(#[\w.]+\) \| [^|]+ \| `(.+?)` \| `(.+?)` \|$", PAGE, re.MULTILINE)
+SQUARE = PrimitiveSequence.of([("limb1 yaw", 0.5), ("limb2 yaw", 0.5), ("limb1 yaw", -0.5), ("limb2 yaw", -0.5)])
+
+
+def test_the_table_has_every_public_name_once_and_every_name_can_be_loaded() -> None:
+    assert sorted(name for name, _, _ in ROWS) == sorted(purcell_cli.__all__)
+    assert all(re.search(rf"\b{name}\b", example) or name in {"Effort", "PrimitiveSequence", "Gait"}
+               for name, example, _ in ROWS if name not in {"Solution", "Stroke", "MoveSequence"})  # fmt: skip
+    for name in purcell_cli.__all__:
+        assert not isinstance(getattr(purcell_cli, name), type(sys)), f"{name} is a module"
+
+
+@pytest.mark.slow
+def test_every_example_gives_what_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    exec(re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)[1], names)
+    assert {name: repr(eval(example, names)) for name, example, _ in ROWS} == {name: gives for name, _, gives in ROWS}
+
+
+_PROGRAM = """
+from purcell_cli import Configuration, Swimmer, connection, flow, plan, stored_gaits
+reveal_type(plan(Configuration(), Configuration()).joint_travel_rad)
+reveal_type(stored_gaits()["roll"])
+reveal_type(Swimmer().slenderness)
+connection(Swimmer())
+"""
+
+
+@pytest.mark.slow
+def test_a_users_mypy_sees_the_types(tmp_path: Path) -> None:
+    pytest.importorskip("mypy")
+    assert (Path(purcell_cli.__file__).parent / "py.typed").is_file()
+    (tmp_path / "own.py").write_text(_PROGRAM)
+    command = [sys.executable, "-m", "mypy", "--strict", "--no-incremental", "own.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, encoding="utf-8", check=False)
+    found = re.findall(r'Revealed type is "(?:builtins\.)?([\w.]+)"', done.stdout)
+    assert found == ["float", "purcell_cli.gaits.gait.Gait", "float"], done.stdout
+    assert 'Missing positional argument "shape" in call to "connection"' in done.stdout
+    assert "Any" not in done.stdout
+
+
+@functools.cache
+def arrays() -> dict[str, np.ndarray]:
+    turned = from_euler(np.radians([10.0, 20.0, 30.0]))
+    return {
+        "zeros": np.zeros((2, 3, 3)),
+        "a scaled rotation": 1.01 * np.stack([turned, turned]),
+        "a reflection": np.stack([turned, turned * [1.0, 1.0, -1.0]]),
+        "not numbers": np.full((2, 3, 3), np.nan),
+        "one limb": turned,
+    }
+
+
+@pytest.mark.parametrize("name", arrays())
+def test_arrays_that_are_no_rotations_are_errors_everywhere(name: str) -> None:
+    wrong, body = arrays()[name], Swimmer()
+    for action in (
+        lambda: connection(body, wrong),
+        lambda: curvature(body, wrong),
+        lambda: controllability(body, wrong),
+        lambda: flow(body, SQUARE, wrong),
+        lambda: flow_and_jacobian(body, SQUARE, wrong),
+        lambda: flow_of_rates(body, np.ones((1, 6)), np.ones(1), wrong),
+    ):
+        with pytest.raises(ParameterError, match=r"limb orientations"):
+            action()
+
+
+def test_shapes_from_angles_are_the_configurations() -> None:
+    wanted = Configuration.from_angles(limb1_euler_deg=(10, 20, 30), limb2_euler_deg=(-40, 5, 6)).shape
+    assert np.array_equal(shape_from_angles((10, 20, 30), (-40, 5, 6)), wanted)
+    assert shape_from_angles(np.zeros((7, 3)), np.ones((7, 3))).shape == (7, 2, 3, 3)
+
+
+def test_other_names_of_gaits_work_and_unknown_ones_are_told_with_the_nearest() -> None:
+    gaits = stored_gaits()
+    assert gaits["roll"] is gaits["x-rotation"]
+    assert "roll" not in set(gaits), "each gait stands there once"
+    with pytest.raises(UnknownNameError, match="did you mean 'x-rotation'"):
+        gaits["x-rotaton"]
+    assert issubclass(UnknownNameError, (PurcellError, LookupError))
+
+
+@pytest.mark.slow
+def test_what_is_shown_of_a_value_is_one_line(tmp_path: Path) -> None:
+    solution = plan(Configuration(), Configuration.from_angles(base_euler_deg=(0, 0, 5)))
+    purcell_cli.write_csv(solution.trajectory, tmp_path / "swim.csv")
+    gaits = stored_gaits()
+    values = [
+        solution,
+        solution.plan,
+        solution.trajectory,
+        solution.plan.start,
+        read_csv(tmp_path / "swim.csv"),
+        SQUARE,
+    ]
+    values += [gaits["x-motion"], gaits["x-loop"], purcell_cli.realise(gaits["x-loop"], Swimmer()), Swimmer()]
+    values += [controllability(Swimmer()), solution.certificate]
+    for value in values:
+        assert "\n" not in repr(value)
+        assert len(repr(value)) < 300, repr(value)
+    assert isinstance(gaits["x-motion"], Gait)
