@@ -147,6 +147,22 @@ def test_penalised_programs_are_those_of_highs(seed: int) -> None:
         assert paid(np.clip(found + 1e-3 * rng.normal(size=n), low, high)) > total - 1e-9
 
 
+def test_segments_are_nearest_where_a_search_finds_them() -> None:
+    rng = np.random.default_rng(8)
+    gap, first, second = rng.normal(size=(3, 100, 3))
+    first[0], second[1] = 0.0, 0.0
+    second[2] = -2.0 * first[2]
+    found = linear.nearest_on_segments(gap, first, second)
+    places = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, 41)] * 2, indexing="ij"), axis=-1).reshape(-1, 1, 2)
+    between = gap + places[..., :1] * first - places[..., 1:] * second
+    searched = np.linalg.norm(between, axis=-1).min(axis=0)
+    at = gap + found[:, :1] * first - found[:, 1:2] * second
+    assert np.allclose(np.linalg.norm(at, axis=-1), found[:, 2], atol=1e-14)
+    assert np.all(found[:, 2] <= searched + 1e-14)
+    assert np.all(searched < found[:, 2] + 0.1)
+    assert np.all((found[:, :2] >= 0.0) & (found[:, :2] <= 1.0))
+
+
 # --- The same bits whoever compiles it ----------------------------------------------------------------------------
 
 
@@ -178,6 +194,12 @@ def program(rng: np.random.Generator, columns: int, equal: int, less: int) -> tu
     return cost, matrix, matrix @ begun + off, equal, price, begun - reach, begun + reach, begun
 
 
+def bounded(rng: np.random.Generator, *shape: int) -> list[np.ndarray]:
+    """Return where steps begin, how loosely they keep to it, and their bounds."""
+    begun = rng.normal(size=shape)
+    return [begun, rng.uniform(0.1, 1.0, shape), begun - rng.uniform(0.1, 2.0, shape), np.full(shape, np.inf)]
+
+
 def everything(seed: int) -> bytes:
     """Return what all functions of the kernel in use find for random input."""
     rng = np.random.default_rng(seed)
@@ -197,6 +219,10 @@ def everything(seed: int) -> bytes:
         poses.orthonormalised(shapes + 1e-9),
         linear.products(pieces[1], pieces[1].T),
         linear.products(shapes[:, 0], shapes[:, 1]),
+        linear.inner(pieces[1], pieces[1][::-1]),
+        linear.cross(pieces[1][:, :3], pieces[1][:, 3:]),
+        linear.nearest_on_segments(pieces[1][:, :3], shapes[:, 0, 0], shapes[:, 1, 0]),
+        linear.least_steps(rng.normal(size=(5, 6, 9)), rng.normal(size=(5, 6)), *bounded(rng, 5, 9)),
         linear.solve(shapes[:, 0] + 0.1, pieces[1].reshape(30, 3, 2)),
         *linear.orthogonal_rows(pieces[1], 1e-9),
         *linear.orthogonal_by_rotations(pieces[1].T),
@@ -296,6 +322,12 @@ GOOD = {
     "moves": np.tile(np.eye(4), (3, 1, 1)),
     "matrices": np.array([[[3.0, 1.0], [0.5, -2.0]], [[1.0, 0.2], [0.4, 1.0]]]),
     "sides": np.array([[[1.0], [0.5]], [[0.3], [0.2]]]),
+    "columns": np.random.default_rng(1).normal(size=(3, 6, 8)),
+    "wanted": np.full((3, 6), 0.1),
+    "begun": np.full((3, 8), 0.05),
+    "loose": np.ones((3, 8)),
+    "low": np.full((3, 8), -1.0),
+    "high": np.ones((3, 8)),
     "rows": np.arange(6.0).reshape(2, 3) ** 2,
 }
 CALLS = {
@@ -312,6 +344,10 @@ CALLS = {
     linear.solve: ("matrices", "sides"),
     (lambda rows: linear.orthogonal_rows(rows, 1e-9)): ("rows",),
     linear.orthogonal_by_rotations: ("rows",),
+    linear.inner: ("rates", "rates"),
+    linear.cross: ("speeds", "speeds"),
+    linear.nearest_on_segments: ("speeds", "speeds", "speeds"),
+    linear.least_steps: ("columns", "wanted", "begun", "loose", "low", "high"),
     poses.exp: ("rates",),
     poses.rotation: ("axes",),
     **dict.fromkeys((poses.log, poses.inverse, poses.adjoint, poses.orthonormalised), ("moves",)),
@@ -369,7 +405,7 @@ def test_wrong_arrays_are_errors_and_never_a_crash(call) -> None:
         if name in WHOLE:
             bad += [good.astype(float) + 0.5, good - 9, good.astype(float) * np.nan]
             bad += [good + 1000] if name != "cycles" else []
-        if len(names) > 1 and call is not arctan2:
+        if len(names) > 1 and call not in (arctan2, linear.inner, linear.cross):
             bad += [good[None], good.ravel()[:1], np.empty(0), np.float64(1.0)]
             bad += [good[:-1], np.concatenate([good, good])] if "start" not in names or len(names) > 2 else []
             bad = [part for part in bad if call not in BROADCAST or np.shape(part)[-2:] != good.shape[-2:]]
