@@ -5,7 +5,10 @@ They are loaded when first used, so that the command line starts quickly. Not by
 need it, for the twelve lines at the end of this module.
 """
 
-from __future__ import annotations
+import sys
+
+if sys.argv[:1] == ["-m"] and {"purcell_cli", "-mpurcell_cli"} & {*sys.orig_argv} and not sys.flags.safe_path:
+    del sys.path[0]  # the working folder, where strangers' files may have the names of modules
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -18,7 +21,8 @@ if TYPE_CHECKING:
     from purcell_cli.files.plan_file import load_plan, write_plan
     from purcell_cli.files.scenario_file import load_scenario
     from purcell_cli.files.swimmer_file import load_swimmer
-    from purcell_cli.files.trajectory_csv import read_csv, write_csv
+    from purcell_cli.files.trajectory_csv import write_csv
+    from purcell_cli.files.trajectory_reader import read_csv
     from purcell_cli.gaits.pure_stroke import realise
     from purcell_cli.lie_brackets.controllability import controllability
     from purcell_cli.lie_brackets.curvature import curvature
@@ -60,7 +64,7 @@ _HOMES = {
     "load_scenario": "files.scenario_file",
     "load_swimmer": "files.swimmer_file",
     "plan": "solution",
-    "read_csv": "files.trajectory_csv",
+    "read_csv": "files.trajectory_reader",
     "realise": "gaits.pure_stroke",
     "stored_gaits": "files.builtin",
     "stored_scenarios": "files.builtin",

@@ -5,6 +5,10 @@ class PurcellError(Exception):
     """Base of every error that purcell raises on purpose."""
 
 
+class PurcellWarning(UserWarning):
+    """What was read or asked for and could be meant otherwise; the message says what was made of it."""
+
+
 class ParameterError(PurcellError, ValueError):
     """A number or array that no swimmer, shape or motion can have."""
 

@@ -13,12 +13,10 @@ from purcell_cli.mechanics.moves import ControlSequence
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.limb_circles import LimbCircles, bends
+from purcell_cli.motion.limits import BEND_MARGIN_RAD
 from purcell_cli.motion.plan import Structure
 from purcell_cli.motion.sensitivity import Sensitivity, sensitivities
 from purcell_cli.solution import Solution, phase_displacement, stroke_cycles
-
-_BINDS_RAD = 1e-6
-"""A bend this near its limit is at it."""
 
 _MINOR = 0.05
 """Parts of a displacement below this share of the largest are not put into words."""
@@ -126,7 +124,7 @@ def _reasons(solution: Solution) -> list[StrokeReason]:
                 float(np.sum(solution.energy_j[part])),
                 se3.normalised(se3.inverse(poses[part.stop]) @ target),
                 bend,
-                ("bend limit",) if abs(bend - plan.swimmer.max_bend_rad) <= _BINDS_RAD else (),
+                ("bend limit",) if abs(bend - plan.swimmer.max_bend_rad) <= BEND_MARGIN_RAD else (),
             )
         )
     return out

@@ -5,12 +5,10 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from purcell_cli.errors import ParameterError
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
@@ -20,7 +18,9 @@ from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements, energies, starting_shapes
+from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.limits import Limits, LimitsReport, check
+from purcell_cli.motion.memory import refuse_huge
 from purcell_cli.motion.options import Controls, PlanOptions
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, check_spacing, sample, schedule
@@ -28,10 +28,11 @@ from purcell_cli.motion.verdict import PlanVerdict, Verdict
 from purcell_cli.planner.progress import Progress
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.simultaneous import quickened
-from purcell_cli.verification.certificate import Certificate, certify
+from purcell_cli.verification.certificate import Certificate, judged
+from purcell_cli.verification.replay import TOLERANCE_L, TOLERANCE_RAD, Replay, replay
 
-FARTHEST_L = 1e9
-"""A goal farther from the start than this, in units of L, is refused: no double says its position to a thousandth."""
+_BATCH = 1 << 14
+"""Rows that are compared at once: bounds the memory of a long motion."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -41,14 +42,34 @@ class Solution:
     Attributes:
         plan: The strokes of the three phases.
         options: What was asked of it.
-        certificate: What an independent re-integration of the controls found.
+        replay: What an independent re-integration of the controls made of them.
         limits: How near the motion comes to its limits, and which it breaks.
     """
 
     plan: Plan
     options: PlanOptions
-    certificate: Certificate
+    replay: Replay
     limits: LimitsReport
+
+    @functools.cached_property
+    def certificate(self) -> Certificate:
+        """How far the re-integration ends from the goal."""
+        return judged(self.replay, self.plan.goal, TOLERANCE_L * self.plan.swimmer.length_m, TOLERANCE_RAD)
+
+    @functools.cached_property
+    def rows_off(self) -> Deviation:
+        """How far the trajectory's rows, where the control changes, are from the re-integration at the most."""
+        rows, again = self.trajectory, self.replay
+        row = np.searchsorted(rows.time_s, schedule(self.plan.swimmer, self.plan.blocks)[0][again.row])
+        pose, shape, most = again.pose, again.shape, np.zeros(4)
+        for low in range(0, len(row), _BATCH):
+            some = slice(low, low + _BATCH)
+            k = row[some]
+            away = np.sum((rows.pose[k, :3, 3] - pose[some, :3, 3]) ** 2, axis=1)
+            turned = np.sum((rows.pose[k, :3, :3] - pose[some, :3, :3]) ** 2, axis=(1, 2))
+            limbs = np.sum((rows.shape[k] - shape[some]) ** 2, axis=(2, 3))
+            most = np.maximum(most, np.max(np.column_stack([away, 0.5 * turned, 0.5 * limbs]), axis=0))
+        return Deviation(*np.sqrt(most).tolist())
 
     @functools.cached_property
     def displacement(self) -> Array:
@@ -75,10 +96,14 @@ class Solution:
 
     @property
     def verdict(self) -> PlanVerdict:
-        """Reached where the certificate says so and all limits are kept, or what it is instead."""
+        """Reached where the certificate says so, all rows are where it says, and all limits are kept."""
         if not self.limits.kept:
             return Verdict.NOT_WITHIN_LIMITS
-        return Verdict.REACHED if self.certificate.reached else Verdict.NOT_REACHED
+        found = self.certificate
+        kept = self.rows_off.within(
+            found.tolerance_m - found.bound.position_m, found.tolerance_rad - found.bound.base_rad
+        )
+        return Verdict.REACHED if found.reached and kept else Verdict.NOT_REACHED
 
     @property
     def joint_travel_rad(self) -> float:
@@ -116,7 +141,6 @@ def plan(
     options: PlanOptions = PlanOptions(),
     gaits: Mapping[str, Gait] | None = None,
     progress: Progress = lambda _done, _of, _news: None,
-    certify: Callable[..., Certificate] = certify,
 ) -> Solution:
     """Plan a motion from a start to a goal configuration, and check it.
 
@@ -128,46 +152,41 @@ def plan(
             quicker, where that is found how.
         gaits: The stored gaits to plan with; those of the package where none are given.
         progress: Is told how far the search is.
-        certify: Does what `certificate.certify` does, perhaps elsewhere.
 
     Raises:
         ParameterError: A start or goal that does not keep the clearance.
-        ParameterError: A goal farther from the start than `FARTHEST_L`.
-        ParameterError: A time between rows that asks for too many rows.
+        ParameterError: A coordinate of the start or the goal too large to be said exactly.
+        ParameterError: A motion that takes too much memory.
         GaitError: No stored gait for a motion that is needed.
     """
     stored = stored_gaits() if gaits is None else gaits
     body, limits = swimmer or Swimmer(), Limits.of(options)
     for name, configuration in (("start", start), ("goal", goal)):
+        refuse_large(body, name, configuration)
         limits.refuse(body, name, configuration)
-    if (away := math.dist(start.pose[:3, 3], goal.pose[:3, 3])) > FARTHEST_L * body.length_m:
-        farthest = FARTHEST_L * body.length_m
-        raise ParameterError(f"goal: a position within {farthest:g} m of the start is wanted, found {away:g} m")
     made = reconfigure(body, start, goal, stored, options.effort, options.objective, limits, progress)
     made = quickened(made, limits) if options.controls == Controls.SIMULTANEOUS else made
-    return carried_out(made, options, certify=certify)
+    return carried_out(made, options)
 
 
-def carried_out(
-    plan: Plan, options: PlanOptions = PlanOptions(), *, certify: Callable[..., Certificate] = certify
-) -> Solution:
+def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
     """Carry out a plan, new or read from a document, and check it.
 
     Args:
         plan: The plan.
         options: The limits that it must keep besides the bend limit, and how its trajectory is sampled.
-        certify: Does what `certificate.certify` does, perhaps elsewhere.
 
     Raises:
-        ParameterError: A time between rows that asks for too many rows.
+        ParameterError: A motion that takes too much memory.
     """
-    swimmer, start, goal, blocks = plan.swimmer, plan.start, plan.goal, plan.blocks
+    swimmer, start, blocks = plan.swimmer, plan.start, plan.blocks
     wanted, known = Limits.of(options), plan.limits
     check_spacing(swimmer, blocks, options.dt_s)
+    refuse_huge(plan.primitives, plan.duration_s / options.dt_s, options.max_memory_gb)
     return Solution(
         plan,
         options,
-        certify(swimmer, start, goal, *schedule(swimmer, blocks)),
+        replay(swimmer, start, *schedule(swimmer, blocks)),
         known if known is not None and known.limits == wanted else check(swimmer, start, blocks, wanted),
     )
 

@@ -23,15 +23,16 @@ def counted(number: int, thing: str) -> str:
 
 
 def nearest(name: str, choices: Iterable[str], likeness: float = 0.6) -> str | None:
-    """Return the choice most like a name, None if none is like it.
+    """Return the choice most like a name, case aside; None if none is like it.
 
     Args:
         name: The name that is not among the choices.
         choices: The names that are known.
         likeness: How like it must be at least, from 0 to 1 (the ratio of `difflib.SequenceMatcher`).
     """
-    close = difflib.get_close_matches(name[:_LONGEST_NAME], list(choices), n=1, cutoff=likeness)
-    return close[0] if close else None
+    folded = {choice.casefold(): choice for choice in reversed(list(choices))}  # the first of two that are alike
+    close = difflib.get_close_matches(name[:_LONGEST_NAME].casefold(), list(folded)[::-1], n=1, cutoff=likeness)
+    return folded[close[0]] if close else None
 
 
 def nearest_hint(name: str, choices: Iterable[str]) -> str:

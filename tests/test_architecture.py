@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "purcell_cli"
 
 FLOORS = [
     ("errors", "wording"),
-    ("kernel",),
+    ("processes", "kernel"),
     ("geometry",),
     ("mechanics",),
     ("lie_brackets", "motion"),
@@ -23,6 +23,7 @@ FLOORS = [
     ("explanation",),
     ("pictures", "batch"),
     ("cli",),
+    ("__main__",),
 ]
 """Rooms by floor, from the bottom. Rooms of one floor do not import each other."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -107,6 +108,16 @@ def test_ranks_of_plain_vectors() -> None:
     assert rank_of(np.empty((0, 6))).dimension == 0
     turned = np.linalg.qr(np.array([[1.0, 1.0], [0.0, 2.0], [1.0, 1.0]]))[0]
     assert_close(simplest(turned), [[1.0, 0.0, 1.0], [0.0, 1.0, 0.0]], 1e-12)
+
+
+@pytest.mark.parametrize("count", [3, 20_000])
+def test_many_vectors_take_no_more_memory_than_they_have(count: int) -> None:
+    tracemalloc.start()
+    rank = rank_of(np.random.default_rng(0).normal(size=(count, 6)))
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert rank.dimension == min(count, 6)
+    assert most < 1e6 + 60.0 * 8 * count
 
 
 def test_surge_is_yaw_against_yaw() -> None:

@@ -432,8 +432,7 @@ def test_a_number_that_is_not_finite_is_refused_at_its_line(good: Path, column: 
 @pytest.mark.parametrize(("column", "cell"), [("x_m", "abc"), ("x_m", "0x1p3"), ("x_m", "1_0"), ("phase", "1.5")])
 def test_a_cell_that_is_no_number_is_refused(good: Path, column: str, cell: str) -> None:
     message = reading(good.parent, with_cell(good.read_text(), 5, column, cell))
-    assert "wanted numbers in every row, found" in message
-    assert f"'{column}'" in message
+    assert message == f":5: column '{column}': wanted numbers in every row, found '{cell}'"
 
 
 def test_a_truncated_row_is_refused_at_its_line(good: Path) -> None:
@@ -462,7 +461,7 @@ def test_a_file_of_other_bytes_is_refused(tmp_path: Path, data: bytes) -> None:
 
 
 def test_a_file_that_is_missing_or_a_folder_is_refused(tmp_path: Path) -> None:
-    for path, found in ((tmp_path / "missing.csv", "none"), (tmp_path, "a folder")):
+    for path, found in ((tmp_path / "missing.csv", "none: no such file"), (tmp_path, "a folder")):
         with pytest.raises(InputError) as caught:
             read_csv(path)
         assert str(caught.value) == f"{path}: wanted a trajectory file, found {found}"
@@ -475,6 +474,74 @@ def test_line_ends_of_other_systems_are_read(good: Path) -> None:
     for data in (good.read_bytes().replace(b"\n", b"\r\n"), good.read_bytes().rstrip(b"\n")):
         other.write_bytes(data)
         assert np.array_equal(numbers(read_csv(other)), wanted)
+
+
+def quoted(text: str) -> str:
+    """Return a trajectory file as R writes it: texts in quotes."""
+    names = [f'"{name}"' for name in text.split("\n")[0].split(",")]
+    rows = [line.split(",") for line in text.splitlines()[1:]]
+    return "\n".join([",".join(names), *(",".join([*row[:2], f'"{row[2]}"', *row[3:]]) for row in rows)]) + "\n"
+
+
+SAVED_AGAIN = {
+    "a byte order mark": lambda text: "\ufeff" + text,
+    "the mark and the line ends of a spreadsheet": lambda text: "\ufeff" + text.replace("\n", "\r\n"),
+    "quotes, as R writes them": quoted,
+    "quotes and a mark": lambda text: "\ufeff" + quoted(text),
+    "quotes in the header alone": lambda text: "\n".join([quoted(text).split("\n")[0], *text.split("\n")[1:]]),
+    "empty lines at the end": lambda text: text + "\n\n",
+    "empty lines of a spreadsheet": lambda text: text.replace("\n", "\r\n") + "\r\n",
+    "large exponents": lambda text: text.replace("e-", "E-"),
+}
+
+
+@pytest.mark.parametrize("what", SAVED_AGAIN)
+def test_a_file_that_another_program_saved_again_is_read_the_same(good: Path, what: str) -> None:
+    wanted = numbers(read_csv(good))
+    good.write_bytes(SAVED_AGAIN[what](good.read_text()).encode())
+    assert np.array_equal(numbers(read_csv(good)), wanted)
+    assert set(read_csv(good).gait) == {"x-rotation"}
+
+
+@pytest.mark.parametrize(
+    ("change", "hint"),
+    [
+        (lambda text: text.replace(",", ";"), "columns are parted by commas, not by ';'"),
+        (lambda text: text.replace(",", "\t"), "columns are parted by commas, not by '\\t'"),
+        (lambda text: "\n".join(f'"{k or ""}",{row}' for k, row in enumerate(text.splitlines())), "row.names = FALSE"),
+    ],
+)
+def test_a_file_saved_with_other_columns_is_refused_with_a_hint(good: Path, change: Any, hint: str) -> None:
+    message = reading(good.parent, change(good.read_text()))
+    assert message.startswith(":1: column 1: wanted 't_s'")
+    assert hint in message
+
+
+PATHS = [
+    "run[1].csv",
+    "a*b.csv",
+    "a?.csv",
+    "~/t.csv",
+    "{a,b}.csv",
+    "50%25 off.csv",
+    "s3:/b/t.csv",
+    "a b\nc.csv",
+    "$HOME",
+]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="other systems do not take such names")
+@pytest.mark.parametrize("name", [*PATHS, "\udcff.csv", "run[[]1].csv", "file:t.csv", "hf:/t.csv", "x=1/t.csv"])
+def test_a_path_is_a_path_and_no_pattern(good: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """The foil stands beside: a file that the name as a pattern, or as an address, would mean."""
+    monkeypatch.chdir(good.parent)
+    text = good.read_text()
+    for other in ("run1.csv", "aXb.csv", "ab.csv", "a.csv", "50% off.csv"):
+        Path(other).write_text(text.replace(text.splitlines()[5], text.splitlines()[6]))
+    Path(name).parent.mkdir(parents=True, exist_ok=True)
+    write_csv(stroke(), name)
+    assert np.array_equal(numbers(read_csv(name)), numbers(read_csv(good)))
+    assert Path(name).read_bytes() == text.encode()
 
 
 def test_reading_what_was_written_and_writing_it_again_gives_the_same_file(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 import purcell_cli
-from purcell_cli.errors import InputError
+from purcell_cli.errors import InputError, PurcellWarning
 from purcell_cli.files.configuration_file import load_configuration, load_goal
 from purcell_cli.files.gait_file import load_gait
 from purcell_cli.files.linear_expression import linear_terms
@@ -150,11 +150,14 @@ def test_a_matrix_within_a_millionth_is_normalised(tmp_path: Path) -> None:
     ("text", "found"),
     [
         ("quaternion_wxyz: [0, 0, 0, 0]", "length 0"),
-        ("quaternion_wxyz: [1.000002, 0, 0, 0]", "length 1.000002"),
+        ("quaternion_wxyz: [1.0101, 0, 0, 0]", "length 1.0101"),
+        ("quaternion_wxyz: [0.9899, 0, 0, 0]", "length 0.9899"),
         ("quaternion_wxyz: [1e300, 1e300, 0, 0]", "length inf"),
         ("quaternion_wxyz: [1, 0, 0]", "a list of 3"),
         ("matrix: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]", "a reflection"),
-        ("matrix: [[1.00001, 0, 0], [0, 1, 0], [0, 0, 1]]", "off by 2e-05"),
+        ("matrix: [[1.0101, 0, 0], [0, 1, 0], [0, 0, 1]]", "orthogonal within 0.01"),
+        ("matrix: [[1, 0.021, 0], [0, 1, 0], [0, 0, 1]]", "off by 0.021"),
+        ("matrix: [[-1.005, 0, 0], [0, 1, 0], [0, 0, 1]]", "reflection"),
         ("matrix: [[1e300, 1e300, 0], [-1e300, 1e300, 0], [0, 0, 1]]", "off by"),
         ("matrix: [[0, 0, 0], [0, 0, 0], [0, 0, 0]]", "off by 1"),
         ("matrix: [1, 0, 0, 0, 1, 0, 0, 0, 1]", "a list of 9"),
@@ -176,6 +179,49 @@ def test_an_orientation_has_exactly_one_form(tmp_path: Path, text: str, found: s
     assert_fault(tmp_path, f"base:\n  orientation: {text}", 2, "base.orientation", "exactly one", found)
 
 
+MEASURED = {
+    "quaternion_wxyz: [0.707, 0, 0, 0.707]": (1.51e-4, [math.pi / 2, 0, 0]),
+    "quaternion_wxyz: [1.01, 0, 0, 0]": (1e-2, [0, 0, 0]),
+    "quaternion_wxyz: [0.99, 0, 0, 0]": (1e-2, [0, 0, 0]),
+    "quaternion_wxyz: [0, 1.000002, 0, 0]": (2e-6, [0, 0, math.pi]),
+    "matrix: [[0.87, -0.5, 0], [0.5, 0.87, 0], [0, 0, 1]]": (3.45e-3, [math.atan2(0.5, 0.87), 0, 0]),
+    "matrix: [[1.00001, 0, 0], [0, 1, 0], [0, 0, 1]]": (1e-5, [0, 0, 0]),
+    "matrix: [[1, -0.019, 0], [0, 1, 0], [0, 0, 1]]": (9.5e-3, [math.atan2(0.019, 2.0), 0, 0]),
+}
+"""Orientations of few digits: what they are off, and the Euler angles of the nearest rotation."""
+
+
+@pytest.mark.parametrize("form", MEASURED)
+def test_a_measured_orientation_is_normalised_with_a_warning_that_says_by_how_much(tmp_path: Path, form: str) -> None:
+    off, angles = MEASURED[form]
+    with pytest.warns(PurcellWarning) as told:
+        found = load_configuration(written(tmp_path, f"limb1:\n  {form}")).shape[0]
+    (message,) = {str(warning.message) for warning in told}
+    key, _, said = message.partition(": limb1.")[2].partition(": normalised, since it is off by ")
+    assert message.startswith(f"{tmp_path / 'file.yaml'}:2: limb1.")
+    assert key == form.partition(":")[0]
+    assert abs(float(said) - off) < 0.05 * off
+    assert np.allclose(found, rotations.from_euler(angles), rtol=0, atol=2e-5 if off > 1e-3 else 1e-15)
+    assert np.allclose(found.T @ found, np.eye(3), rtol=0, atol=1e-15)
+
+
+def test_what_is_off_by_a_millionth_is_normalised_without_a_word(tmp_path: Path) -> None:
+    """Warnings are errors here."""
+    for form in ("quaternion_wxyz: [1.0000009, 0, 0, 0]", "matrix: [[1.0000009, 0, 0], [0, 1, 0], [0, 0, 1]]"):
+        shape = load_configuration(written(tmp_path, f"limb1: {{{form}}}")).shape
+        assert np.allclose(shape, np.eye(3), rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("form", ["euler_deg", "euler_rad"])
+def test_an_angle_that_a_double_cannot_hold_is_refused_with_the_largest_that_can(tmp_path: Path, form: str) -> None:
+    for angle in ("1e300", "-1000001", "1.7e308"):
+        text = f"limb1:\n  {form}: [0, {angle}, 0]"
+        assert_fault(tmp_path, text, 2, f"limb1.{form}[1]", "at least -1e+06 and at most 1e+06")
+    found = load_configuration(written(tmp_path, f"limb1: {{{form}: [-1e6, 0, 0]}}")).shape[0]
+    angle = math.radians(-math.fmod(1e6, 360.0)) if form == "euler_deg" else -1e6
+    assert np.allclose(found[:2, 0], [math.cos(angle), math.sin(angle)], rtol=0, atol=1e-10)
+
+
 @pytest.mark.slow
 @given(numbers=st.lists(st.floats(-1e15, 1e15), min_size=3, max_size=3))
 @example(numbers=[1e-3, 5e-324, -1e15])
@@ -189,11 +235,45 @@ def test_numbers_come_back_as_they_were_written(tmp_path: Path, numbers: list[fl
 
 @pytest.mark.parametrize(
     ("text", "value"),
-    [("1e-3", 1e-3), ("1E3", 1e3), ("-.5e+1", -5.0), ("+2.e2", 200.0), ("0x1F", 31.0), ("010", 8.0), ("1_000", 1e3),
-     ("!!float 3", 3.0), ("1:30", 90.0)],
+    [("1e-3", 1e-3), ("1E3", 1e3), ("-.5e+1", -5.0), ("+2.e2", 200.0), ("0x1F", 31.0), ("0o17", 15.0),
+     ("!!float 3", 3.0), ("-.5", -0.5), ("+.5", 0.5), (".5", 0.5), ("5.", 5.0), ("+7", 7.0), ("-0", 0.0), ("08", 8.0),
+     ("07", 7.0), ("00.5", 0.5), ("1.5e3", 1500.0), ("1.5e+3", 1500.0), ("0e0", 0.0), ("0xabc", 2748.0), ("0o0", 0.0)],
 )  # fmt: skip
-def test_numbers_follow_yaml_and_plain_exponents(tmp_path: Path, text: str, value: float) -> None:
+def test_numbers_are_those_of_yaml_1_2(tmp_path: Path, text: str, value: float) -> None:
     assert load_configuration(written(tmp_path, f"base: {{position_m: [{text}, 0, 0]}}")).pose[0, 3] == value
+
+
+READ_OTHERWISE = {
+    "017": ("15", "write 17"), "-010": ("-8", "write -10"), "+0777": ("511", "write 777"),
+    "1_000": ("1000", "write 1000"), "-0x1F": ("-31", "write -31"),
+    "1_0.5": ("10.5", "write 10.5"), "1:30": ("90", "write 90"), "190:20:30": ("685230", "write 685230"),
+    "-1:30": ("-90", "write -90"), "1:30.5": ("90.5", "write 90.5"), "0b11": ("3", "write 3"),
+    "0x_f": ("15", "write 15"), "0_7": ("7", "write 7"), "1_": ("1", "write 1"), "!!int 017": ("15", "write 17"),
+}  # fmt: skip
+"""Scalars that YAML 1.1 reads as a number and YAML 1.2 as another or none: the number, and the hint."""
+
+
+@pytest.mark.parametrize("text", READ_OTHERWISE)
+def test_what_yaml_1_1_reads_otherwise_is_refused_with_a_hint(tmp_path: Path, text: str) -> None:
+    """The foil is PyYAML, which reads each without a word."""
+    number, hint = READ_OTHERWISE[text]
+    assert yaml.safe_load(text) == float(number)
+    assert_fault(
+        tmp_path, f"base: {{position_m: [{text}, 0, 0]}}", 1, "base.position_m[0]", "wanted a finite number", hint
+    )
+    if not text.startswith("!"):
+        assert_fault(tmp_path, f"name: {text}\nstart: {{}}\ngoal: {{}}", 1, "name", hint, load="scenario")
+
+
+def test_what_yaml_1_1_takes_for_truth_or_a_date_is_a_text_in_quotes(
+    tmp_path: Path,
+) -> None:
+    for text in ("yes", "No", "ON", "off", "2001-01-01"):
+        document = "name: {}\nstart: {{}}\ngoal: {{}}"
+        assert_fault(tmp_path, document.format(text), 1, "name", "in quotes it is a text", load="scenario")
+        assert load_scenario(written(tmp_path, document.format(f"'{text}'"))).name == text
+    for text in ("y", "n", "tRue", "0b", "1.2.3"):
+        assert load_scenario(written(tmp_path, document.format(text))).name == text
 
 
 @pytest.mark.parametrize(
@@ -201,7 +281,8 @@ def test_numbers_follow_yaml_and_plain_exponents(tmp_path: Path, text: str, valu
     [".nan", ".inf", "-.inf", ".NaN", "1e400", "9" * 400, "9" * 5000, "0x" + "f" * 5000,
      "1:" * 50_000 + "1", "yes", "true",
      '"1"', "'1e-3'", "!!str 1", "1e-3x", "nan", "null", "2020-01-01", "[1]", "{a: 1}",
-     "!!float ''", "!!int x", "=", "<<"],
+     "!!float ''", "!!int x", "=", "<<",
+     "!!int 1.5", "!!float 0x10", "!!int 1_0", "0o8", "0b", "1e", "+-1", "٣", "1.5.2"],
 )  # fmt: skip
 def test_what_is_no_finite_number_is_refused(tmp_path: Path, text: str) -> None:
     text = f"base:\n  position_m:\n  - 0\n  - {text}\n  - 0\n"
@@ -359,7 +440,7 @@ def test_a_byte_order_mark_is_skipped(tmp_path: Path) -> None:
 
 
 def test_a_path_that_is_no_readable_file_is_refused(tmp_path: Path) -> None:
-    assert "No such file" in fault(tmp_path / "missing.yaml")
+    assert "no such file" in fault(tmp_path / "missing.yaml")
     assert "a directory" in fault(tmp_path)
     assert "Not a directory" in fault(written(tmp_path, "{}") / "below.yaml")
     assert "wanted a readable file" in fault("bad\0name")
@@ -686,7 +767,8 @@ def test_a_goal_and_a_scenario_may_have_a_workspace(tmp_path: Path) -> None:
     ("text", "key", "part"),
     [
         ("workspace_m: 3", "workspace_m", "a mapping with some of the keys min, max"),
-        ("workspace_m: {min: [0, 0, 0]}", "workspace_m.max", "no such key"),
+        ("workspace_m: {min: [~, null, null]}", "workspace_m", "a box with one wall or more is wanted, found none"),
+        ("workspace_m: {min: [0, '', 0]}", "workspace_m.min[1]", "a finite number"),
         ("workspace_m: {min: [0, 0], max: [1, 1, 1]}", "workspace_m.min", "a list of 3"),
         ("workspace_m: {min: [0, 0, 0], max: [1, .inf, 1]}", "workspace_m.max[1]", "a finite number"),
         ("workspace_m: {min: [0, 0, .nan], max: [1, 1, 1]}", "workspace_m.min[2]", "a finite number"),
@@ -703,6 +785,15 @@ def test_a_goal_and_a_scenario_may_have_a_workspace(tmp_path: Path) -> None:
 def test_a_workspace_that_is_none_is_reported_where_it_is(tmp_path: Path, text: str, key: str, part: str) -> None:
     assert_fault(tmp_path, f"limb1: {{euler_deg: [1, 2, 3]}}\n{text}\n", 2, key, part, load="goal")
     assert_fault(tmp_path, f"{SCENARIO}{text}\n", 4, key, part, load="scenario")
+
+
+def test_a_workspace_may_be_open_to_some_sides(tmp_path: Path) -> None:
+    for text, low, high in (
+        ("{min: [0, -1, 2]}", (0.0, -1.0, 2.0), (None, None, None)),
+        ("{min: [~, null, -0.3], max: [1, null, ~]}", (None, None, -0.3), (1.0, None, None)),
+    ):
+        goal = written(tmp_path, f"workspace_m: {text}", "goal.yaml")
+        assert load_goal(goal).workspace == Workspace(low, high)
 
 
 def test_a_workspace_in_a_start_or_twice_is_refused(tmp_path: Path) -> None:

@@ -90,7 +90,11 @@ def test_csv_is_what_write_csv_writes(tmp_path: Path) -> None:
 
 def test_the_format_is_named_or_told_by_the_ending() -> None:
     assert chosen_format(None, None) == "csv"
-    assert chosen_format(None, Path("swim.dat")) == "csv"
+    assert chosen_format(None, Path("swim")) == "csv"
+    for ending in (".dat", ".xlsx", ".bag", ".gz", ".5", ".csv~"):
+        with pytest.raises(UnknownNameError, match=rf"--out: .* \.csv, \.parquet, .* is wanted, found \{ending}"):
+            chosen_format(None, Path(f"swim{ending}"))
+    assert chosen_format("csv", Path("swim.xlsx")) == "csv"
     assert chosen_format(None, Path("swim.Parquet")) == "parquet"
     assert chosen_format("tum", Path("swim.npz")) == "tum"
     with pytest.raises(UnknownNameError, match="one of csv, parquet, npz, tum is wanted, found 'hdf'"):

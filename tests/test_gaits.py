@@ -30,7 +30,7 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.verification.certificate import replay
+from purcell_cli.verification.replay import replay
 
 PURE, CLOSED = 1e-10, 1e-12
 PAPERS = Swimmer()

@@ -269,6 +269,20 @@ def test_the_record_keeps_what_is_known_best_of_every_structure() -> None:
     taken = Structure("taken", 2.0)
     found = record.structures(taken, [first, again, other, unmade])
     assert found == (taken, Structure("a", 5.0), Structure("b", 6.5), Structure("c", 7.0), Structure("d", 8.0))
+    assert [s.why_not for s in record.structures(Structure("taken", 7.5), [first, other, unmade])] == [
+        *("", "was not tried: this is an estimate", "does not come near the goal"),
+        *("was not tried: this is an estimate", ""),
+    ]
+    record.near("e", 1.0, "leaves the workspace")
+    record.near("e", 1.5)
+    record.near("f", 0.5)
+    assert [s.why_not for s in record.structures(taken, [])] == [
+        *("", "takes more once it arrives exactly", "leaves the workspace", "")
+    ]
+    assert record.structures(taken, [], "energy")[1].why_not == "dissipates more energy"
+    record = StructureRecord()
+    record.made(other, 6.5)
+    record.near("d", 8.0)
     record.near("b", 4.0)
     assert record.structures(taken, [other])[1] == Structure("b", 4.0)
     assert record.structures(Structure("b", 3.0), [other, unmade])[:2] == (Structure("b", 3.0), Structure("c", 7.0))
@@ -317,6 +331,8 @@ class Refiner:
     """Stands for a refinement: motions longer than a limit do not come near the goal."""
 
     bend_rad, clearance = 1.0, 0.0
+
+    objective = "travel"
 
     def __init__(self, longest: float) -> None:
         self.longest = longest

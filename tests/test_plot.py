@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from helpers import assert_close, is_close
@@ -253,6 +255,53 @@ def test_what_cannot_be_drawn_is_refused_and_nothing_is_written(
     assert _run(arguments) == 2
     assert message in capsys.readouterr().err
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+_OF_A_USER = """text.usetex: True
+font.size: 20
+axes.facecolor: yellow
+savefig.bbox: tight
+svg.fonttype: none
+backend: nonsense
+no.such: key
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ending", ["svg", "png", "pdf"])
+def test_pictures_are_the_same_bytes_whatever_settings_a_user_has(tmp_path: Path, ending: str) -> None:
+    """A notebook's backend that is not installed here, TeX, and a file of settings; reading it is the foil."""
+    program = "from purcell_cli.cli.app import main; main()"
+    pictures = []
+    for name, settings, backend in (
+        ("plain", b"", None),
+        ("styled", _OF_A_USER.encode(), "module://matplotlib_inline.backend_inline"),
+        ("broken", b"\xff\xfe", "nonsense"),
+    ):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "matplotlibrc").write_bytes(settings)
+        surroundings = {k: v for k, v in os.environ.items() if k != "MPLBACKEND"}
+        surroundings |= {} if backend is None else {"MPLBACKEND": backend}
+        picture = folder / f"a.{ending}"
+        command = [sys.executable, "-c", program, "plot", "x-rotation", "--out", picture.name]
+        done = subprocess.run(command, cwd=folder, env=surroundings, capture_output=True, encoding="utf-8")
+        assert (done.returncode, done.stderr) == (0, "")
+        pictures.append(picture.read_bytes())
+    assert pictures[1:] == pictures[:1] * 2
+    foil = subprocess.run([sys.executable, "-c", "import matplotlib"], cwd=folder, capture_output=True)
+    assert foil.returncode == 1
+
+
+def test_pictures_drawn_in_a_process_with_settings_of_its_own_do_not_take_them_over(tmp_path: Path) -> None:
+    def drawn(name: str) -> bytes:
+        save_figure(stroke_figure(PAPER, cycle("x-rotation"), "roll"), tmp_path / name)
+        return (tmp_path / name).read_bytes()
+
+    plain = drawn("plain.svg")
+    with mpl.rc_context({"text.usetex": True, "font.size": 20, "lines.marker": "o", "savefig.bbox": "tight"}):
+        assert drawn("styled.svg") == plain
+        assert mpl.rcParams["font.size"] == 20, "the user's own stay as they are"
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ import pytest
 from pages import DOCS, PAGES, README, ROOT, known_options, only, shown_commands, tool, update
 
 from purcell_cli.batch.cases import find_cases
-from purcell_cli.files import builtin, trajectory_csv
+from purcell_cli.files import builtin, trajectory_csv, trajectory_reader
 from purcell_cli.files.configuration_file import load_configuration
 from purcell_cli.files.gait_file import load_gait
 from purcell_cli.files.scenario_file import load_scenario
@@ -108,7 +108,7 @@ def test_programs_print_what_their_comments_say(page: str, program: str, tmp_pat
     assert said
     assert done.stdout.splitlines() == said
     if page == "README.md":
-        assert len(trajectory_csv.read_csv(tmp_path / "swim.csv").time_s) > 2
+        assert len(trajectory_reader.read_csv(tmp_path / "swim.csv").time_s) > 2
 
 
 def test_set_up_is_one_line_each() -> None:

@@ -15,7 +15,7 @@ from purcell_cli.geometry.rotations import angle_between
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.sensitivity import CHANGE, PARAMETERS, sensitivities
 from purcell_cli.solution import Solution, plan
-from purcell_cli.verification.certificate import replay
+from purcell_cli.verification.replay import replay
 
 
 @functools.cache

@@ -113,9 +113,9 @@ def test_the_file_of_a_quick_plan_replays_it(tmp_path: Path) -> None:
     start, goal, swimmer = QUERIES["bent limbs"]
     write_csv(solved("bent limbs").trajectory, tmp_path / "swim.csv")
     table = read_csv(tmp_path / "swim.csv")
-    assert verify(table, start, goal, swimmer, 1e-9, 1e-9).faults == ()
+    assert verify([table], start, goal, swimmer, 1e-9, 1e-9).faults == ()
     table.rate_rad_s[5, 0] += 1e-4 * (1.0 if table.rate_rad_s[5, 0] < 0.5 else -1.0)
-    assert verify(table, start, goal, swimmer, 1e-9, 1e-9).faults != ()
+    assert verify([table], start, goal, swimmer, 1e-9, 1e-9).faults != ()
 
 
 @pytest.mark.slow

@@ -113,3 +113,44 @@ def test_no_end_of_a_link_moves_faster_than_dissipation_allows(seed: int) -> Non
 def test_a_box_that_is_none_is_refused(low: tuple[float, float, float], high: tuple[float, float, float]) -> None:
     with pytest.raises(ParameterError, match=r"(min|max): .* wanted, found"):
         Workspace(low, high)
+
+
+def test_a_box_of_one_wall_holds_what_is_on_its_side_however_far() -> None:
+    ahead = Configuration.from_angles(position_m=(1e3, -1e3, 5.0))
+    for box, kept in ((Workspace(min=(None, None, 4.9)), True), (Workspace(max=(None, None, 4.9)), False)):
+        found = check(Swimmer(), ahead, [], Limits(workspace=box))
+        assert found.kept == kept
+    assert_close(found.violations[0].excess, 0.102, 1e-12)
+    with pytest.raises(ParameterError, match="a box with one wall or more is wanted, found none"):
+        Workspace()
+
+
+def test_a_start_or_goal_outside_the_box_is_refused_and_one_that_touches_its_wall_is_not() -> None:
+    for wall, kept in ((0.302, True), (0.3019, False)):
+        options = PlanOptions(workspace=Workspace(max=(wall, None, None)))
+        if kept:
+            assert plan(Configuration(), Configuration(), options=options).verdict == "reached"
+            continue
+        for name in ("start", "goal"):
+            there = Configuration.from_angles(position_m=(-1.0, 0.0, 0.0))
+            query = (Configuration(), there) if name == "start" else (there, Configuration())
+            with pytest.raises(ParameterError) as caught:
+                plan(*query, options=options)
+            assert str(caught.value) == (
+                f"{name}: all links inside the workspace are wanted, "
+                "found the end of limb 1 0.0001 m beyond the largest x"
+            )
+
+
+@pytest.mark.slow
+def test_where_a_smaller_bend_keeps_the_links_inside_it_is_found() -> None:
+    """A channel too narrow for loops of the swimmer's bend limit, which is what they have in a wide one: the foil."""
+    goal = Configuration.from_angles((0.05, 0.0, 0.0))
+    most = {}
+    for half in (0.5, 0.04):
+        box = Workspace((None, -half, -half), (None, half, half))
+        found = plan(Configuration(), goal, options=PlanOptions(workspace=box))
+        assert found.verdict == "reached"
+        most[half] = found.limits.largest_bend_rad[1]
+    assert_close(most[0.5], 1.0, 1e-4)
+    assert most[0.04] < 0.25

@@ -32,7 +32,7 @@ class Answer:
 
 
 def error(query: Query, answer: Answer) -> float:
-    """Return how far from the goal the controls end, replayed by DOP853: the largest of position [L] and angles."""
+    """Return how far from the goal the controls end, by the certificate: the largest of position [L] and angles."""
     times = np.concatenate([[0.0], np.cumsum(answer.duration_s)])
     rates = np.concatenate([answer.rate_rad_s, np.zeros((1, 6))])
     off = certify(query.swimmer, query.start, query.goal, times, rates).deviation

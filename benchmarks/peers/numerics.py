@@ -1,9 +1,9 @@
 """The flow of primitives (`purcell_cli.mechanics.lift`) against scipy's DOP853, at equal accuracy.
 
 Both get the same pieces of constant control, all at once: DOP853 solves them as one system of 12 equations each, which
-serves it far better than one after the other, with the turning of the limbs in closed form. The reference is DOP853 on
-pieces cut so short that its tightest tolerance takes a step or two (`certificate.replay`); its own rounding is about
-1e-12. Of DOP853's tolerances the loosest is shown whose error is no larger than the flow's, or the most exact one.
+serves it far better than one after the other, with the turning of the limbs in closed form. The reference is the
+certificate's extrapolation (`purcell_cli.verification.replay`).
+Of DOP853's tolerances the loosest is shown whose error is no larger than the flow's, or the most exact one.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from purcell_cli.mechanics.connection import COLLINEAR, base_twist_rows
 from purcell_cli.mechanics.lift import EXACT, SEARCHING, piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
-from purcell_cli.verification.certificate import replay
+from purcell_cli.verification.replay import replay
 
 TOLERANCES = 10.0 ** -np.arange(3.0, 14.0)
 REFERENCE_ERROR = 1e-12

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping, Set
 from pathlib import Path
 from typing import Any
 
 from purcell_cli.errors import InputError, ParameterError
+from purcell_cli.files.paths import UnreadableError, readable
 from purcell_cli.files.scenario_file import Expect
+from purcell_cli.files.used_files import note_input
 from purcell_cli.motion.verdict import Verdict
+from purcell_cli.wording import counted
 
 ERRORS = ("position_error_over_L", "base_error_rad", "limb1_error_rad", "limb2_error_rad")
 """The errors of a row: the base's position in units of L, and three angles [rad]."""
@@ -22,6 +26,9 @@ _ANGLES = {"base_error_rad": "base", "limb1_error_rad": "limb 1", "limb2_error_r
 _MOST_BYTES = 1 << 30
 """Bytes of an earlier summary at most: a row has about 600, so this is more than a million scenarios."""
 
+
+_PART = re.compile(r"\+?(?P<number>(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?) ?(?P<sign>%?)")
+"""A fraction, or a percentage with its sign."""
 
 Row = Mapping[str, Any]
 
@@ -70,6 +77,21 @@ class Baseline:
     rows: Mapping[str, Row]
     most: float
 
+    def vanished(self, names: Set[str], wanted: Callable[[str], bool] = lambda _: True) -> list[str]:
+        """Return the scenarios of the earlier run that a batch has not.
+
+        Args:
+            names: The names of the batch's scenarios.
+            wanted: Whether a name is asked for.
+
+        Raises:
+            InputError: The batch has none of them, so that there is nothing to compare.
+        """
+        if not self.rows.keys() & names:
+            known = f"{counted(len(self.rows), 'scenario')} of other names"
+            raise InputError(f"--baseline: wanted an earlier run with a scenario of this batch, found {known}")
+        return [name for name in self.rows if name not in names and wanted(name)]
+
     def regressions(self, name: str, row: Row) -> list[str]:
         """Return what is worse now, one sentence each; none where the earlier run has no such scenario."""
         before = self.rows.get(name)
@@ -102,9 +124,10 @@ def load_baseline(path: Path | str, most: float) -> Baseline:
     """
     source = Path(path)
     try:
-        if not source.is_file() or source.stat().st_size > _MOST_BYTES:
-            raise ValueError("no such file" if not source.exists() else "something else")
-        summary = json.loads(source.read_text(encoding="utf-8"))
+        if readable(source).st_size > _MOST_BYTES:
+            raise ValueError("a file that is too large for one")
+        note_input(source)
+        summary = json.loads(source.read_text(encoding="utf-8-sig"))
         rows = {row["name"]: row for row in summary["rows"]}
         for row in rows.values():
             if not isinstance(row["verdict"], str):
@@ -112,21 +135,25 @@ def load_baseline(path: Path | str, most: float) -> Baseline:
             for key in ("joint_travel_rad", *ERRORS):
                 if row[key] is not None:
                     float(row[key] + 0.0)
-    except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
+    except (UnreadableError, OSError, ValueError, LookupError, TypeError, RecursionError) as error:
         raise InputError(f"{source}: wanted the summary.json of a batch, found {error}") from error
     return Baseline(rows, most)
 
 
 def fraction(text: str) -> float:
-    """Return a fraction that is written as 5% or 0.05.
+    """Return a fraction that is written as 5% or 0.05; above 1 it needs the sign.
 
     Raises:
         ParameterError: The text is neither.
     """
-    try:
-        value = float(text.strip().removesuffix("%")) / (100.0 if text.strip().endswith("%") else 1.0)
-    except ValueError:
-        value = -1.0
+    found = _PART.fullmatch(text.strip())
+    value = float(found["number"]) / (100.0 if found["sign"] else 1.0) if found else -1.0
     if not 0.0 <= value < 1e6:
         raise ParameterError(f"--max-regress: a part such as 5% or 0.05 is wanted, found {text!r}")
+    if found and not found["sign"] and value > 1.0:
+        hint = f"{text.strip()}% or {value / 100.0:g}"
+        raise ParameterError(
+            f"--max-regress: a part of at most 1, or a percentage with its sign ({hint}), is wanted, "
+            f"found {text!r}, which would be {100.0 * value:g} %"
+        )
     return value

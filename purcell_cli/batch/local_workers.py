@@ -24,6 +24,7 @@ from purcell_cli.batch.rows import CRASHED, Result
 from purcell_cli.batch.solve_one import Settings, solve, without_plan
 from purcell_cli.errors import ResultsError
 from purcell_cli.motion.verdict import Verdict
+from purcell_cli.processes import starting
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "POLARS_MAX_THREADS")
 """Environment variables by which the libraries of a worker use one thread each."""
@@ -138,18 +139,12 @@ def _started(settings: Settings, folder: Path) -> _Worker:
     """Start a worker; its libraries use one thread each, since there is a worker for each core."""
     here, there = _CONTEXT.Pipe()
     process = _CONTEXT.Process(target=_serve, args=(there, settings, str(folder)), daemon=True)
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
     try:
-        process.start()
+        with starting(dict.fromkeys(_THREADS, "1")):
+            process.start()
     except OSError as error:
         raise ResultsError(f"a worker process cannot be started ({error.strerror or error})") from error
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
         there.close()
     return _Worker(process, here)
 

@@ -88,12 +88,12 @@ class _Batch:
         self.keys: dict[str, str] = {}
         self.crashes: dict[str, dict[str, Any]] = {}
 
-    def solve(self, progress: Progress) -> None:
+    def solve(self, progress: Progress, say: dask_workers.Say) -> None:
         """Solve what is not finished, and keep it."""
         options = self.options
         todo = self._todo(progress)
         if options.dask is not None:
-            stream = dask_workers.solve_there(todo, self.settings, options.folder, options.dask)
+            stream = dask_workers.solve_there(todo, self.settings, options.folder, options.dask, say)
         else:
             stream = local_workers.solve_here(todo, self.settings, options.folder, options.jobs)
         with contextlib.closing(stream):
@@ -161,7 +161,13 @@ class _Batch:
         return f"{kept} of {self.cases.count} scenarios are finished and kept; --resume goes on from there"
 
 
-def run_batch(cases: Cases, settings: Settings, options: Options, progress: Progress = lambda *_: None) -> Outcome:
+def run_batch(
+    cases: Cases,
+    settings: Settings,
+    options: Options,
+    progress: Progress = lambda *_: None,
+    say: dask_workers.Say = lambda _: None,
+) -> Outcome:
     """Run a batch.
 
     Args:
@@ -169,6 +175,7 @@ def run_batch(cases: Cases, settings: Settings, options: Options, progress: Prog
         settings: How to solve them.
         options: What else to do.
         progress: Is called for each that is finished.
+        say: Is told how many workers a cluster has, whenever nothing has been finished for a while.
 
     Raises:
         InputError: Another batch is at work in the folder, or there is no such scheduler.
@@ -178,10 +185,10 @@ def run_batch(cases: Cases, settings: Settings, options: Options, progress: Prog
     begun = time.perf_counter()
     with ResultsFolder(options.folder, options.resume) as folder:
         if options.junit is not None:
-            writable(options.junit)
+            writable(options.junit, "--junit", ("xml",))
         batch = _Batch(cases, settings, options, folder)
         try:
-            batch.solve(progress)
+            batch.solve(progress, say)
             batch.outcome.wall_time_s = time.perf_counter() - begun
             batch.write()
         except ResultsError as error:

@@ -12,6 +12,7 @@ from typing import Any
 from purcell_cli.batch.results_folder import kept_file
 from purcell_cli.batch.rows import COLUMNS, Row
 from purcell_cli.errors import ResultsError
+from purcell_cli.processes import outside_forks
 
 SCHEMA = "purcell/batch-summary/1"
 
@@ -57,6 +58,7 @@ def _cell(value: Any) -> str:
     return value if isinstance(value, str) else repr(value)
 
 
+@outside_forks
 def write_parquet(table: Path, path: Path) -> None:
     """Write summary.parquet from summary.csv, with the same columns."""
     from purcell_cli.files.trajectory_csv import polars
@@ -65,8 +67,8 @@ def write_parquet(table: Path, path: Path) -> None:
     texts = dict.fromkeys(("name", "file", "sweep", "verdict", "reasons", "error"), pl.String)
     whole = dict.fromkeys(("primitives", "cycles", "rows"), pl.Int64)
     types = dict.fromkeys(COLUMNS, pl.Float64) | texts | whole | {"passed": pl.Boolean}
-    with kept_file(path) as stream:
+    with table.open("rb") as rows, kept_file(path) as stream:  # polars takes a path for a pattern, or for an address
         try:
-            pl.scan_csv(table, schema=types).sink_parquet(stream)
+            pl.scan_csv(rows, schema=types).sink_parquet(stream)
         except pl.exceptions.PolarsError as error:
             raise ResultsError(f"{path}: cannot be written ({error})") from error

@@ -2,17 +2,47 @@
 
 from __future__ import annotations
 
+import signal
 import sys
-from typing import Annotated
+from typing import Annotated, Any, NoReturn
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from purcell_cli import __version__
 from purcell_cli.cli import batch, controllability, design, files, gait, pictures, plan, verify
+from purcell_cli.cli.streams import robust_streams
 from purcell_cli.cli.terminal import DONE, INTERRUPTED, MISUSE, NOT_REACHED
+from purcell_cli.cli.usage_errors import usage_hint, usage_message, with_flag
+from purcell_cli.cli.warnings import warnings_on_stderr
+
+
+class _Bare:
+    """A command whose help shows no type after an option that takes no value."""
+
+    def get_params(self, context: Any) -> list[Any]:
+        """Return the options and arguments."""
+        params = super().get_params(context)  # type: ignore[misc]  # it stands before a command of typer's
+        for param in params:
+            if getattr(param, "is_flag", False):
+                param.metavar = ""
+        return list(params)
+
+
+class _Group(_Bare, TyperGroup):
+    pass
+
+
+class _Command(_Bare, TyperCommand):
+    pass
+
+
+_HELP = {"help_option_names": ["-h", "--help"]}
 
 app = typer.Typer(
     name="purcell",
+    cls=_Group,
+    context_settings=_HELP,
     no_args_is_help=True,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
@@ -38,45 +68,71 @@ def root(
 
 for commands in (plan, gait, verify, pictures, design, batch, files, controllability):
     commands.register(app)
+for registered in app.registered_commands:
+    registered.cls, registered.context_settings = _Command, _HELP
+_COMMANDS = {str(getattr(registered.callback, "__name__", "")) for registered in app.registered_commands}
 
 
 def main() -> None:
     """Run the command line; exit with 0 done, 1 not reached, 2 misuse or bad input."""
-    sys.exit(_run(sys.argv[1:]))
+    code = MISUSE
+    signal.signal(signal.SIGTERM, _terminated)
+    try:
+        with robust_streams():
+            code = _run(sys.argv[1:])
+    except OSError as error:
+        _fail("", f"standard output: {error.strerror or error}", json=False)
+        code = MISUSE
+    sys.exit(code)
+
+
+def _terminated(number: int, _: object) -> NoReturn:
+    """End by a signal as by an error: half-written files are removed, and other processes of the command ended."""
+    sys.exit(128 + number)
 
 
 def _run(arguments: list[str]) -> int:
-    from purcell_cli.errors import GaitError, PurcellError, ResultsError, StoppedError
+    from purcell_cli.errors import GaitError, ParameterError, PurcellError, ResultsError, StoppedError, UnknownNameError
+    from purcell_cli.files.used_files import one_command
 
-    command = next((a for a in arguments if not a.startswith("-")), "purcell")
+    command = next((a for a in arguments if not a.startswith("-")), "")
+    command = command if command in _COMMANDS else ""
+    json = "--json" in arguments
     try:
-        result = app(arguments, standalone_mode=False)
+        with one_command(), warnings_on_stderr(command):
+            result = app(arguments, prog_name="purcell", standalone_mode=False)
         if result == INTERRUPTED:
             raise KeyboardInterrupt
         return result if isinstance(result, int) else DONE
     except typer.TyperException as error:
-        if "--json" in arguments:
-            _fail(command, error.format_message(), json=True)
-        else:
-            show = getattr(error, "show", None)
-            show() if show else _fail(command, str(error), json=False)
+        if not arguments:
+            print(error.format_message(), file=sys.stderr)  # the help
+            return MISUSE
+        if not json:
+            print(usage_hint(error), file=sys.stderr)
+        _fail(command, usage_message(error, arguments), json=json)
         return MISUSE
     except PurcellError as error:
-        _fail(command, str(error), json="--json" in arguments)
+        plain = isinstance(error, ParameterError | UnknownNameError)
+        _fail(command, with_flag(str(error), command, app) if plain else str(error), json=json)
         if isinstance(error, StoppedError):
             return INTERRUPTED
         return NOT_REACHED if isinstance(error, GaitError | ResultsError) else MISUSE
+    except OSError as error:
+        where = "standard output" if error.filename is None else str(error.filename)
+        _fail(command, f"{where}: {error.strerror or error}", json=json)
+        return MISUSE
     except MemoryError:
-        _fail(command, "more memory is needed than there is; ask for fewer rows or cycles", json="--json" in arguments)
+        _fail(command, "more memory is needed than there is; ask for fewer rows or cycles", json=json)
         return MISUSE
     except (KeyboardInterrupt, typer.Abort):
-        _fail(command, "interrupted; nothing was written", json="--json" in arguments)
+        _fail(command, "interrupted; nothing was written", json=json)
         return INTERRUPTED
 
 
 def _fail(command: str, message: str, *, json: bool) -> None:
-    print(f"purcell {command}: {message}" if command != "purcell" else f"purcell: {message}", file=sys.stderr)
+    print(f"purcell {command}: {message}" if command else f"purcell: {message}", file=sys.stderr)
     if json:
         from purcell_cli.cli.reports.common import as_json, error_document
 
-        print(as_json(error_document(command, message)))
+        print(as_json(error_document(command or "purcell", message)))

@@ -6,6 +6,7 @@ import contextlib
 import os
 import sys
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,6 +15,7 @@ import typer
 
 from purcell_cli.cli.options import takes_plan_options
 from purcell_cli.cli.terminal import DONE, NOT_REACHED, GaitFolder, Json, show
+from purcell_cli.errors import PurcellWarning
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.wording import counted
 
@@ -25,6 +27,10 @@ if TYPE_CHECKING:
 
 _SECONDS_BETWEEN_LINES = 10.0
 """How often a batch says on a pipe how far it is [s]: a night's log has some three thousand such lines."""
+
+
+_MOST_TOLD = 10
+"""How many names of scenarios that vanished are listed on stderr; the document has all."""
 
 
 def register(app: typer.Typer) -> None:
@@ -60,7 +66,9 @@ def batch(
     ] = None,
     max_regress: Annotated[
         str,
-        typer.Option("--max-regress", metavar="PART", help="How much more joint travel or error may be than then."),
+        typer.Option(
+            "--max-regress", metavar="PART", help="How much more travel or error may be than then: 5% or 0.05."
+        ),
     ] = "5%",
     dask: Annotated[
         str | None,
@@ -72,6 +80,7 @@ def batch(
 ) -> int:
     """Plan many scenarios with several workers, and judge each by what it expects."""
     from purcell_cli.batch.cases import find_cases
+    from purcell_cli.batch.claims import claim_report
     from purcell_cli.batch.expectations import fraction, load_baseline
     from purcell_cli.batch.runner import Options, run_batch
     from purcell_cli.batch.solve_one import Settings
@@ -79,12 +88,20 @@ def batch(
 
     own = None if gaits is None else stored_gaits(gaits)
     settings = Settings(options, trajectories, own)
-    earlier = None if baseline is None else load_baseline(baseline, fraction(max_regress))
-    cases = find_cases(paths, name_filter)
+    most = fraction(max_regress)
+    earlier = None if baseline is None else load_baseline(baseline, most)
+    cases = find_cases(paths, name_filter, out)
+    if junit is not None:
+        claim_report(junit)
+    vanished = None if earlier is None else earlier.vanished(cases.names(), cases.asked_for)
+    if vanished:
+        told = ", ".join([*vanished[:_MOST_TOLD], *["..."][: len(vanished) - _MOST_TOLD]])
+        many = counted(len(vanished), "scenario")
+        warnings.warn(f"{many} of the baseline not in this batch: {told}", PurcellWarning, stacklevel=2)
     task = Options(out, jobs or _cores(), dask, resume, junit, parquet, earlier)
     with _progress(cases.count) as progress:
-        outcome = run_batch(cases, settings, task, progress)
-    show(_document(outcome, task, cases.passed_over), json, _show)
+        outcome = run_batch(cases, settings, task, progress, lambda line: print(line, file=sys.stderr))
+    show(_document(outcome, task, cases.passed_over, vanished), json, _show)
     return NOT_REACHED if outcome.failed else DONE
 
 
@@ -104,7 +121,7 @@ def _progress(count: int) -> Iterator[Callable[[Outcome, dict[str, Any]], None]]
     from rich.console import Console
 
     columns = (
-        rich.TextColumn("{task.description}"),
+        rich.TextColumn("{task.description}", markup=False),
         rich.BarColumn(),
         rich.MofNCompleteColumn(),
         rich.TextColumn("{task.fields[rate]}"),
@@ -143,7 +160,7 @@ def _lines(count: int) -> Callable[[Outcome, dict[str, Any]], None]:
     return tell
 
 
-def _document(outcome: Outcome, options: Options, passed_over: int) -> BatchDocument:
+def _document(outcome: Outcome, options: Options, passed_over: int, vanished: list[str] | None) -> BatchDocument:
     return {
         "schema": "purcell/batch/1",
         "verdict": outcome.verdict,
@@ -152,6 +169,7 @@ def _document(outcome: Outcome, options: Options, passed_over: int) -> BatchDocu
         "failed": outcome.failed,
         "crashed": outcome.crashed,
         "compared": outcome.compared if options.baseline is not None else None,
+        "vanished": vanished,
         "failures": [
             {"name": row["name"], "file": row["file"], "verdict": row["verdict"], "reasons": row["reasons"]}
             for row in outcome.failures
@@ -171,7 +189,7 @@ def _show(console: Console, document: BatchDocument) -> None:
         for heading in ("scenario", "verdict", "why"):
             table.add_column(heading, overflow="fold")
         for row in document["failures"]:
-            table.add_row(row["name"], row["verdict"], _plain("\n".join(row["reasons"])))
+            table.add_row(row["name"], row["verdict"], "\n".join(row["reasons"]))
         console.print(table)
         if document["failed"] > len(document["failures"]):
             console.print(f"and {document['failed'] - len(document['failures'])} more; the summary has all")
@@ -182,11 +200,5 @@ def _show(console: Console, document: BatchDocument) -> None:
     if document["passed_over"]:
         console.print(f"{document['passed_over']} files that are a configuration or a swimmer were passed over")
     colour = "green" if document["verdict"] == "passed" else "red"
-    console.print(f"[{colour}]{document['verdict']}[/]")
-    console.print(f"results in {_plain(document['folder'])}", soft_wrap=True)
-
-
-def _plain(text: str) -> str:
-    from rich.markup import escape
-
-    return escape(text)
+    console.print(document["verdict"], style=colour)
+    console.print(f"results in {document['folder']}", soft_wrap=True)

@@ -87,8 +87,8 @@ def _map(body: Swimmer, depth: int, picture: Path | None, json: bool) -> int:
         from purcell_cli.pictures.style import picture_format
         from purcell_cli.pictures.weakness_map import draw_map
 
+        writable(picture, "--plot")
         picture_format(picture)
-        writable(picture)
     with busy("taking brackets"):
         found = strengths(body, [math.radians(b) for b in _BENDS_DEG], [math.radians(r) for r in _ROLLS_DEG], depth)
         document = report.map_document(found, body, depth, None if picture is None else str(picture))

@@ -50,7 +50,7 @@ def design(
 
     body = swimmer_of(swimmer)
     task = Task(direction, maximize, body.max_bend_rad if max_bend is None else max_bend, planar, controls, moves)
-    writable(out)
+    writable(out, "--out", ("yaml", "yml"))
     name = re.sub(r"[^A-Za-z0-9._-]", "-", out.stem).lstrip(".")[:100] or "designed"
     with bar("designing") as report:
         found = search(body, task, name, starts, seed, lambda done, news: report(done, starts, f"best: {news}"))

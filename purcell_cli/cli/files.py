@@ -50,10 +50,12 @@ def init(
 ) -> None:
     """Write a start, a goal, a swimmer and a scenario to begin with, every key explained."""
     from purcell_cli.errors import InputError
-    from purcell_cli.files.atomic_file import whole_file
+    from purcell_cli.files.atomic_file import whole_file, writable_folder
+    from purcell_cli.files.paths import is_link, status
     from purcell_cli.files.templates import FILES
 
-    taken = [name for name in FILES if (folder / name).exists() or (folder / name).is_symlink()]
+    writable_folder(folder, "DIR")
+    taken = [name for name in FILES if status(folder / name) is not None or is_link(folder / name)]
     if taken:
         raise InputError(f"{folder / taken[0]}: wanted no such file yet, found one; nothing was written")
     try:
@@ -120,12 +122,13 @@ def schema(
     json: Json = False,
 ) -> None:
     """Print the JSON Schema of a kind of document, by which an editor completes and checks it."""
-    from json import dumps
-
-    from purcell_cli.files.atomic_file import whole_file
+    from purcell_cli.cli.reports.common import as_json
+    from purcell_cli.files.atomic_file import whole_file, writable
     from purcell_cli.files.validate import KINDS
 
-    text = dumps(KINDS[_known(kind)].json_schema(), indent=None if json else 2, ensure_ascii=False)
+    if out is not None:
+        writable(out, "--out", ("json",))
+    text = as_json(KINDS[_known(kind)].json_schema(), None if json else 2)
     if out is None:
         print(text)
         return

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from purcell_cli.cli.options import DT_DEFAULT_S, Dt, Format
+from purcell_cli.cli.options import DT_DEFAULT_S, Dt, Format, trajectory_file
 from purcell_cli.cli.terminal import GaitFolder, Json, SwimmerFile
 from purcell_cli.cli.terminal import busy as _busy
 from purcell_cli.cli.terminal import show as _show
@@ -56,7 +56,7 @@ def gait(
     from purcell_cli.errors import InputError
     from purcell_cli.files.atomic_file import writable
     from purcell_cli.files.builtin import stored_gaits
-    from purcell_cli.files.trajectory_formats import chosen_format, write_trajectory
+    from purcell_cli.files.trajectory_formats import write_trajectory
     from purcell_cli.gaits.gait import find
     from purcell_cli.gaits.pure_stroke import realise
     from purcell_cli.gaits.sampling import sample_stroke
@@ -68,8 +68,8 @@ def gait(
         return
     if sum((atlas, sweep is not None, link_ratio is not None)) > 1:
         raise InputError("one of --all, --sweep and --link-ratio is wanted, found more")
-    if out is not None:
-        writable(out)
+    if out is not None and (atlas or sweep is not None or link_ratio is not None):
+        writable(out, "--out", ("csv",))
     if atlas:
         with _busy("swimming"):
             every = many_strokes.atlas(stored, _swimmer(swimmer), out)
@@ -90,10 +90,8 @@ def gait(
         _show(compared, json, many_reports.show_ratios)
         return
     stroke = realise(chosen, body, amplitude)
-    form = chosen_format(form, out)
-    file = out or Path(f"{chosen.name}.{form}")
-    writable(file)
+    form, file = trajectory_file(out, form, chosen.name)
     with _busy("swimming"):
         document = report.gait_document(chosen, stroke, body, cycles, str(file))
-        write_trajectory(sample_stroke(body, Configuration(), stroke, cycles, dt), file, form)
+        write_trajectory(sample_stroke(body, Configuration(), stroke, cycles, dt), file, form, body)
     _show(document, json, report.show_gait)

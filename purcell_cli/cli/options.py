@@ -88,6 +88,25 @@ def takes_plan_options(command: Callable[..., R]) -> Callable[..., R]:
     return taking
 
 
+def trajectory_file(out: Path | None, form: str | None, name: str) -> tuple[str, Path]:
+    """Return the format and the file of a trajectory that --out and --format ask for; it can be written.
+
+    Args:
+        out: The file, if one is named.
+        form: The format, if one is named.
+        name: What the file is called where none is named, without its ending.
+    """
+    from purcell_cli.files.atomic_file import writable
+    from purcell_cli.files.trajectory_formats import chosen_format
+
+    if out is not None:
+        writable(out, "--out")
+    form = chosen_format(form, out)
+    file = out or Path(f"{name}.{form}")
+    writable(file, "--out")
+    return form, file
+
+
 def query_of(start: str, goal: str | None, swimmer: Path | None) -> Scenario:
     """Return what is asked for: two files as a scenario, or a scenario, with the swimmer of the option."""
     from purcell_cli.files.builtin import find_scenario

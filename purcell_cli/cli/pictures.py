@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,6 +19,9 @@ PAPER_MOTIONS = ("x-motion", "y-motion", "z-motion", "z-rotation", "y-rotation",
 """The gaits of the six motions that the paper draws, in its order: x, y, z, psi, theta, phi."""
 PRINTED = tuple(f"printed-{name}" for name in ("x", "y", "z", "psi", "theta", "phi"))
 """The same motions by the sequences as printed."""
+
+_KINDS = ("stroke", "poses", "time")
+"""What is drawn of each motion."""
 
 _SMOOTH = 0.01
 """Longest time between rows of a stroke that is drawn, for a joint rate of 1 rad/s [s]."""
@@ -44,15 +48,16 @@ def plot(
 ) -> None:
     """Draw a trajectory against time, or a gait over the curvature of its shapes."""
     from purcell_cli.files.atomic_file import writable
-    from purcell_cli.files.trajectory_csv import read_csv
+    from purcell_cli.files.paths import is_file as is_regular
+    from purcell_cli.files.trajectory_reader import read_csv
     from purcell_cli.pictures.style import picture_format, save_figure
     from purcell_cli.pictures.time_plot import time_figure
 
     path = Path(what)
-    is_file = path.suffix == ".csv" or path.is_file()
+    is_file = path.suffix == ".csv" or is_regular(path)
     file = out or Path(f"{path.stem if is_file else what}.png")
+    writable(file, "--out")
     picture_format(file)
-    writable(file)
     with busy("drawing"):
         if is_file:
             save_figure(time_figure(read_csv(path), path.name), file)
@@ -77,19 +82,26 @@ def figures(
     json: Json = False,
 ) -> None:
     """Draw the paper's figures anew: its six motions, and what its printed sequences do."""
+    from purcell_cli.files.atomic_file import writable, writable_folder
     from purcell_cli.pictures.style import make_folder, picture_format, save_figure
 
     picture_format(Path(f"figure.{form}"))
+    swimmer_of(swimmer)
+    writable_folder(out, "--out")
     make_folder(out)
-    files = []
+    files = {(n, kind): out / f"{n}-{kind}.{form}" for n in (*PAPER_MOTIONS, *PRINTED) for kind in _KINDS}
+    for file in files.values():
+        writable(file, "--out")
     with busy("drawing") as progress:
         for name in (*PAPER_MOTIONS, *PRINTED):
             progress(name)
             for kind, figure in _stroke_figures(name, None, swimmer, None).items():
-                file = out / f"{name}-{kind}.{form}"
-                save_figure(figure, file)
-                files.append(str(file))
-    document: FiguresDocument = {"schema": "purcell/figures/1", "verdict": "done", "pictures": files}
+                save_figure(figure, files[name, kind])
+    document: FiguresDocument = {
+        "schema": "purcell/figures/1",
+        "verdict": "done",
+        "pictures": [str(f) for f in files.values()],
+    }
     show(document, json, _show_figures)
 
 
@@ -100,14 +112,19 @@ def view(
     json: Json = False,
 ) -> None:
     """Make one page of HTML that plays a trajectory in any browser, without a network."""
+    from purcell_cli.errors import PurcellWarning
     from purcell_cli.files.atomic_file import writable
-    from purcell_cli.files.trajectory_csv import read_csv
+    from purcell_cli.files.trajectory_reader import read_csv
     from purcell_cli.pictures.html_view import shown_rows, write_page
+    from purcell_cli.verification.verify import MISFIT, misfit
 
     file = out or Path(f"{trajectory.stem}.html")
-    writable(file)
+    writable(file, "--out", ("html", "htm"))
     body = swimmer_of(swimmer)
     table = read_csv(trajectory)
+    if (off := misfit(table, body)) > MISFIT:
+        text = f"{trajectory}: its rows move otherwise than this swimmer does (off by {off:.2g} of the joints' rates)"
+        warnings.warn(f"{text}; --swimmer takes the swimmer's file or the plan document", PurcellWarning, stacklevel=2)
     with busy("drawing"):
         size = write_page(table, body, trajectory.name, file)
     document: ViewDocument = {

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from purcell_cli.cli.options import Format, Out, query_of, takes_plan_options
+from purcell_cli.cli.options import Format, Out, query_of, takes_plan_options, trajectory_file
 from purcell_cli.cli.terminal import DONE, NOT_REACHED, GaitFolder, Json, SwimmerFile
 from purcell_cli.cli.terminal import bar as _bar
 from purcell_cli.cli.terminal import busy as _busy
 from purcell_cli.cli.terminal import show as _show
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.verdict import Verdict
-from purcell_cli.verification.certifier_process import certifier
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -57,14 +56,6 @@ def _show_solution(solution: Solution, document: PlanDocument, json: bool, expla
     return DONE if solution.verdict == Verdict.REACHED else NOT_REACHED
 
 
-def _two_files(option: str, file: Path, other: Path) -> None:
-    """Refuse to write a file over one that is written or read beside it."""
-    from purcell_cli.errors import InputError
-
-    if file.resolve() == other.resolve():
-        raise InputError(f"{option}: wanted a file other than {other}, found the same")
-
-
 @takes_plan_options
 def plan(
     start: Annotated[
@@ -87,21 +78,19 @@ def plan(
     json: Json = False,
 ) -> int:
     """Plan a motion from a start to a goal configuration and write it as CSV."""
-    with certifier() as certify, _bar("planning") as progress:
+    with _bar("planning") as progress:
         from purcell_cli.cli.reports.plan import plan_document
         from purcell_cli.files.atomic_file import whole_file, writable
         from purcell_cli.files.builtin import stored_gaits
         from purcell_cli.files.plan_file import PlanDocument as Saved
-        from purcell_cli.files.trajectory_formats import chosen_format, write_trajectory
+        from purcell_cli.files.scenario_file import warn_if_far
+        from purcell_cli.files.trajectory_formats import write_trajectory
         from purcell_cli.solution import plan as solve
 
         query = query_of(start, goal, swimmer)
-        form = chosen_format(form, out)
-        file = out or Path(f"trajectory.{form}")
-        writable(file)
+        form, file = trajectory_file(out, form, "trajectory")
         if plan_out is not None:
-            writable(plan_out)
-            _two_files("--plan-out", plan_out, file)
+            writable(plan_out, "--plan-out", ("json",))
         solution = solve(
             query.start,
             query.goal,
@@ -109,14 +98,14 @@ def plan(
             options=dataclasses.replace(options, workspace=query.workspace),
             gaits=stored_gaits(gaits),
             progress=progress,
-            certify=certify,
         )
+        warn_if_far(query)
         document = plan_document(solution, str(file), None if plan_out is None else str(plan_out))
         with contextlib.ExitStack() as both:
             if plan_out is not None:  # it appears only when the trajectory has
                 text = Saved(solution.plan, solution.options).as_text()
                 both.enter_context(whole_file(plan_out)).write(text.encode())
-            write_trajectory(solution.trajectory, file, form)
+            write_trajectory(solution.trajectory, file, form, solution.plan.swimmer)
     return _show_solution(solution, document, json, explain)
 
 
@@ -130,20 +119,15 @@ def run(
     json: Json = False,
 ) -> int:
     """Play a plan again from its document: the same trajectory, checked anew."""
-    with certifier() as certify:
-        from purcell_cli.cli.reports.plan import plan_document
-        from purcell_cli.files.atomic_file import writable
-        from purcell_cli.files.plan_file import load_plan
-        from purcell_cli.files.trajectory_formats import chosen_format, write_trajectory
-        from purcell_cli.solution import carried_out
+    from purcell_cli.cli.reports.plan import plan_document
+    from purcell_cli.files.plan_file import load_plan
+    from purcell_cli.files.trajectory_formats import write_trajectory
+    from purcell_cli.solution import carried_out
 
-        saved = load_plan(document)
-        form = chosen_format(form, out)
-        file = out or Path(f"trajectory.{form}")
-        writable(file)
-        _two_files("--out", file, document)
-        with _busy("swimming"):
-            solution = carried_out(saved.plan, saved.options, certify=certify)
-            told = plan_document(solution, str(file), str(document), "run")
-            write_trajectory(solution.trajectory, file, form)
+    saved = load_plan(document)
+    form, file = trajectory_file(out, form, "trajectory")
+    with _busy("swimming"):
+        solution = carried_out(saved.plan, saved.options)
+        told = plan_document(solution, str(file), str(document), "run")
+        write_trajectory(solution.trajectory, file, form, solution.plan.swimmer)
     return _show_solution(solution, told, json, explain)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -21,12 +22,12 @@ DONE, NOT_REACHED, MISUSE, INTERRUPTED = 0, 1, 2, 130
 """Exit codes: success; another numerical outcome; wrong usage or bad input; ended by the user."""
 
 _WIDTH = 128
-"""Columns of a table that is not shown on a terminal."""
+"""Columns of a table that is not shown on a terminal, where the environment does not say how many."""
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else.")]
 SwimmerFile = Annotated[
     Path | None,
-    typer.Option("--swimmer", metavar="FILE", help="The swimmer's YAML file; default: the paper's swimmer."),
+    typer.Option("--swimmer", metavar="FILE", help="The swimmer's YAML file, or a plan document; else the paper's."),
 ]
 GaitFolder = Annotated[Path | None, typer.Option("--gaits", metavar="DIR", help="A folder of your own gait files.")]
 
@@ -40,8 +41,10 @@ def show(document: D, json: bool, table: Callable[[Console, D], None]) -> None:
         return
     from rich.console import Console
 
-    console = Console(highlight=False)
-    table(console if console.is_terminal else Console(highlight=False, width=_WIDTH), document)
+    console = Console(highlight=False, markup=False, emoji=False)  # a name may have [ ] or : : in it
+    if not console.is_terminal and not os.environ.get("COLUMNS", "").isdigit():
+        console.width = _WIDTH
+    table(console, document)
 
 
 @contextlib.contextmanager
@@ -51,9 +54,10 @@ def busy(message: str) -> Iterator[Callable[[str], None]]:
         yield lambda _: None
         return
     from rich.console import Console
+    from rich.text import Text
 
     with Console(stderr=True).status(message) as status:
-        yield lambda news: status.update(f"{message}: {news}")
+        yield lambda news: status.update(Text(f"{message}: {news}"))
 
 
 @contextlib.contextmanager
@@ -65,7 +69,7 @@ def bar(message: str) -> Iterator[Callable[[int, int, str], None]]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-    news = TextColumn("{task.description}")
+    news = TextColumn("{task.description}", markup=False)
     columns = (TextColumn(message), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), news)
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task("", total=None)
@@ -73,8 +77,11 @@ def bar(message: str) -> Iterator[Callable[[int, int, str], None]]:
 
 
 def swimmer_of(path: Path | None) -> Swimmer:
-    """Return the swimmer in a file; the paper's where none is given."""
+    """Return the swimmer in a file of its own, or in a plan document; the paper's where none is given."""
+    from purcell_cli.files.plan_file import is_plan, load_plan
     from purcell_cli.files.swimmer_file import load_swimmer
     from purcell_cli.mechanics.swimmer import Swimmer
 
-    return Swimmer() if path is None else load_swimmer(path)
+    if path is None:
+        return Swimmer()
+    return load_plan(path).plan.swimmer if is_plan(path) else load_swimmer(path)

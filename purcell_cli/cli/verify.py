@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from purcell_cli.cli.options import query_of
-from purcell_cli.cli.terminal import DONE, NOT_REACHED, Json, SwimmerFile
+from purcell_cli.cli.terminal import DONE, NOT_REACHED, Json, SwimmerFile, swimmer_of
 from purcell_cli.cli.terminal import busy as _busy
 from purcell_cli.cli.terminal import show as _show
+
+if TYPE_CHECKING:
+    from purcell_cli.files.scenario_file import Scenario
 
 
 def register(app: typer.Typer) -> None:
@@ -23,7 +26,8 @@ def verify(
     start: Annotated[
         str,
         typer.Argument(
-            metavar="START", help="The start's YAML file; or, without GOAL, a scenario's file or stored name."
+            metavar="START",
+            help="The start's YAML file; or, without GOAL, a scenario's file or stored name, or a plan document.",
         ),
     ],
     goal: Annotated[str | None, typer.Argument(metavar="[GOAL]", help="The goal's YAML file.")] = None,
@@ -31,19 +35,44 @@ def verify(
     tolerance: Annotated[
         float, typer.Option("--tolerance", metavar="X", help="Largest error of position [L] and angles [rad].")
     ] = 1e-9,
+    clearance: Annotated[
+        float | None,
+        typer.Option(
+            "--clearance",
+            metavar="M",
+            help="How far limbs must stay apart [m]; default: 0, or the plan document's.",
+        ),
+    ] = None,
     json: Json = False,
 ) -> int:
     """Check a trajectory: replay its controls by an independent method from start to goal."""
     from purcell_cli.cli.reports.verify import show_verify, verify_document
     from purcell_cli.errors import ParameterError
-    from purcell_cli.files.trajectory_csv import read_csv
+    from purcell_cli.files.trajectory_reader import read_parts
+    from purcell_cli.motion.options import OPTIONS
+    from purcell_cli.verification.limits_kept import Wanted
     from purcell_cli.verification.verify import verify as check
 
     if not 0.0 < tolerance < 1.0:
         raise ParameterError(f"--tolerance: a number above 0 and below 1 is wanted, found {tolerance!r}")
-    query = query_of(start, goal, swimmer)
-    table = read_csv(trajectory)
+    query, apart_m = _query(start, goal, swimmer)
+    if clearance is not None:
+        apart_m = OPTIONS["clearance_m"].checked(clearance, "--clearance")
+    wanted = Wanted(apart_m, query.workspace)
     with _busy("re-integrating"):
-        found = check(table, query.start, query.goal, query.swimmer, tolerance, tolerance)
+        found = check(read_parts(trajectory), query.start, query.goal, query.swimmer, tolerance, tolerance, wanted)
     _show(verify_document(found, query.swimmer), json, show_verify)
     return DONE if found.holds else NOT_REACHED
+
+
+def _query(start: str, goal: str | None, swimmer: Path | None) -> tuple[Scenario, float]:
+    """Return what the trajectory is to do, and the clearance that it must keep [m]; a plan document says both."""
+    from purcell_cli.files.plan_file import is_plan, load_plan
+    from purcell_cli.files.scenario_file import Scenario
+
+    if goal is not None or not is_plan(start):
+        return query_of(start, goal, swimmer), 0.0
+    saved = load_plan(start)
+    body = saved.plan.swimmer if swimmer is None else swimmer_of(swimmer)
+    query = Scenario("plan", saved.plan.start, saved.plan.goal, body, workspace=saved.options.workspace)
+    return query, saved.options.clearance_m

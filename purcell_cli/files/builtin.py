@@ -9,7 +9,10 @@ from types import MappingProxyType
 
 from purcell_cli.errors import InputError, UnknownNameError
 from purcell_cli.files.gait_file import load_gait
+from purcell_cli.files.paths import is_file, is_folder, is_link, status
+from purcell_cli.files.place import shortened
 from purcell_cli.files.scenario_file import Scenario, load_scenario
+from purcell_cli.files.used_files import note_input
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.wording import nearest
 
@@ -40,11 +43,12 @@ def _packaged_gaits() -> Mapping[str, Gait]:
 
 
 def _gaits_in(folder: Path) -> dict[str, Gait]:
-    if not folder.is_dir():
+    if not is_folder(folder):
         raise InputError(f"{folder}: wanted a folder of gait files, found none")
+    note_input(folder)
     gaits: dict[str, Gait] = {}
     taken: dict[str, Path] = {}
-    for path in sorted(folder.glob("*.yaml")):
+    for path in sorted(path for path in folder.iterdir() if path.suffix == ".yaml"):
         gait = load_gait(path)
         for name in (gait.name, *gait.also):
             if name in taken:
@@ -67,12 +71,13 @@ def find_scenario(name: str) -> Scenario:
         UnknownNameError: Neither a file nor a stored scenario has the name.
     """
     scenarios = stored_scenarios()
-    if name in scenarios and not Path(name).is_file():
+    if name in scenarios and not is_file(name):
         return load_scenario(scenarios[name])
-    if not Path(name).exists() and name != "-":
+    if status(name) is None and not is_link(name) and name != "-":
         near = nearest(name, scenarios, 0.4)
         hint = f"; did you mean {near!r}?" if near else ""
         raise UnknownNameError(
-            f"{name}: wanted a file, or a stored scenario ({', '.join(scenarios)}), found neither{hint}"
+            f"{shortened(name, 1000)}: wanted a file, or a stored scenario ({', '.join(scenarios)}), "
+            f"found no such file, and no such scenario{hint}"
         )
     return load_scenario(name)

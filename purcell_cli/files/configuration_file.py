@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from purcell_cli.files.containers import Field, ListOf, Record, only_value
+from purcell_cli.errors import PurcellWarning
+from purcell_cli.files.containers import Field, ListOf, OrNull, Record, only_value
 from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.elements import Element
 from purcell_cli.files.place import Place
 from purcell_cli.files.scalars import Number
 from purcell_cli.files.yaml_source import load
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.rotations import Array, from_euler, from_matrix, from_quaternion
+from purcell_cli.geometry.rotations import (
+    INPUT_SLACK,
+    MEASURED_SLACK,
+    Array,
+    from_euler,
+    from_matrix,
+    from_quaternion,
+    matrix_error,
+    quaternion_error,
+)
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.motion.workspace import Workspace
 
@@ -24,23 +35,55 @@ _FARTHEST_M = 1e15
 """Coordinates go no farther than this, so that none can overflow."""
 
 
-def _rotation(length: int, item: Element[Any], make: Callable[[Any], Array]) -> Element[Array]:
-    """Return the element for a rotation made from a list of items."""
+_LARGEST_ANGLE = 1e6
+"""Euler angles go no farther than this [deg, rad]: a double holds them to 1e-10 rad there, and 1e-9 is promised."""
 
-    def made(value: list[Any], _: Place) -> Array:
+
+def _rotation(length: int, item: Element[Any], make: Callable[[Array], Array]) -> Element[Array]:
+    """Return the element for a rotation made from a list of items."""
+    return Made(ListOf(item, length), lambda value, _: make(np.array(value, dtype=np.float64)))
+
+
+def _measured(
+    length: int, item: Element[Any], make: Callable[[Array, float], Array], error: Callable[[Array], Array]
+) -> Element[Array]:
+    """Return the element for a rotation that may be off by rounding to few digits; how much is told in a warning.
+
+    Args:
+        length: How many items its list has.
+        item: What they are.
+        make: Takes the array of them, and what it may be off, to the rotation.
+        error: Returns what it is off.
+    """
+
+    def made(value: list[Any], place: Place) -> Array:
         with np.errstate(all="ignore"):
-            return make(np.array(value, dtype=np.float64))
+            given = np.array(value, dtype=np.float64)
+            rotation, off = make(given, MEASURED_SLACK), float(error(given))
+        if off > INPUT_SLACK:
+            text = f"{place.file}:{place.line}: {place.key}: normalised, since it is off by {off:.2g}"
+            warnings.warn(text, PurcellWarning, stacklevel=2)
+        return rotation
 
     return Made(ListOf(item, length), made)
+
+
+_ANGLE = Number(at_least=-_LARGEST_ANGLE, at_most=_LARGEST_ANGLE)
 
 
 _ORIENTATION: Element[Array] = Made(
     Record(
         {
-            "euler_deg": Field(_rotation(3, Number(), lambda e: from_euler(np.radians(e))), "[psi, theta, phi] [deg]"),
-            "euler_rad": Field(_rotation(3, Number(), from_euler), "[psi, theta, phi] [rad]"),
-            "quaternion_wxyz": Field(_rotation(4, Number(), from_quaternion), "unit quaternion"),
-            "matrix": Field(_rotation(3, ListOf(Number(), 3), from_matrix), "rotation matrix, rows first"),
+            "euler_deg": Field(_rotation(3, _ANGLE, lambda e: from_euler(np.radians(e))), "[psi, theta, phi] [deg]"),
+            "euler_rad": Field(_rotation(3, _ANGLE, from_euler), "[psi, theta, phi] [rad]"),
+            "quaternion_wxyz": Field(
+                _measured(4, Number(), from_quaternion, quaternion_error),
+                "unit quaternion, within 1e-2",
+            ),
+            "matrix": Field(
+                _measured(3, ListOf(Number(), 3), from_matrix, matrix_error),
+                "rotation matrix within 1e-2, rows first",
+            ),
         },
         exactly_one=True,
     ),
@@ -74,14 +117,14 @@ CONFIGURATION = Document(
     "A configuration of the swimmer (start.yaml)", Made(Record(CONFIGURATION_FIELDS), _configuration)
 )
 
-_CORNER = ListOf(_COORDINATE, 3)
+_CORNER = ListOf(OrNull(_COORDINATE), 3)
 """A corner of a box: x, y and z [m]."""
 
 WORKSPACE: Element[Workspace] = Made(
     Record(
         {
-            "min": Field(_CORNER, "the corner of least x, y and z [m]", required=True),
-            "max": Field(_CORNER, "the opposite corner [m]", required=True),
+            "min": Field(_CORNER, "the corner of least x, y and z, null for no wall there [m]; left out, no walls"),
+            "max": Field(_CORNER, "the opposite corner, null for no wall there [m]; left out, no walls"),
         }
     ),
     lambda value, _: Workspace(**value),

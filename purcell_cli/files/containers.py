@@ -194,6 +194,30 @@ class MapOf(Element[dict[str, ValueT]]):
 
 
 @dataclasses.dataclass(frozen=True)
+class OrNull(Element[ValueT | None]):
+    """Something, or null for none of it.
+
+    Attributes:
+        element: What it is where it is not null.
+    """
+
+    element: Element[ValueT]
+
+    @property
+    def wanted(self) -> str:
+        """What the element wants to find, in words."""
+        return f"{self.element.wanted} or null"
+
+    def read(self, place: Place) -> ValueT | None:
+        """Return the value at a place, None for null."""
+        return None if kind(place.node) == "null" else self.element.read(place)
+
+    def json_schema(self) -> dict[str, object]:
+        """Return the element as JSON Schema."""
+        return {"anyOf": [self.element.json_schema(), {"type": "null"}]}
+
+
+@dataclasses.dataclass(frozen=True)
 class Either(Element[ValueT]):
     """A scalar or a mapping, each with a meaning of its own."""
 

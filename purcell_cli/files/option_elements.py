@@ -37,20 +37,22 @@ def _field(name: str, option: Option) -> Field:
     return Field(_element(name, option), meaning, default=option.default)
 
 
-OPTION_FIELDS: Mapping[str, Field] = {option.key: _field(name, option) for name, option in OPTIONS.items()}
+_SAVED = {name: option for name, option in OPTIONS.items() if option.saved}
+
+OPTION_FIELDS: Mapping[str, Field] = {option.key: _field(name, option) for name, option in _SAVED.items()}
 """The keys of a document that say what was asked of a plan."""
 
 
 def options_read(value: Mapping[str, Any]) -> PlanOptions:
     """Return the options that a document's values say; those left out are the default."""
-    given = {name: value[option.key] for name, option in OPTIONS.items() if option.key in value}
+    given = {name: value[option.key] for name, option in _SAVED.items() if option.key in value}
     return PlanOptions(**given)
 
 
 def options_written(options: PlanOptions) -> dict[str, Any]:
     """Return options as a document's values: those that are always written, and those that are not the default."""
     out = {}
-    for name, option in OPTIONS.items():
+    for name, option in _SAVED.items():
         value = getattr(options, name)
         if option.always or value != option.default:
             out[option.key] = dataclasses.asdict(value) if isinstance(value, Workspace) else value

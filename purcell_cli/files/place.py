@@ -8,20 +8,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import yaml
-from yaml.constructor import SafeConstructor
 
 from purcell_cli.errors import InputError
+from purcell_cli.files.core_schema import OTHERWISE, TAG, core_kind, core_number, read_otherwise
 
-TAG = "tag:yaml.org,2002:"
-"""What the tags of YAML's own types begin with."""
-
-SCALAR_NAMES = {"bool": "the truth value", "int": "the number", "float": "the number", "timestamp": "the date"}
+SCALAR_NAMES = {"bool": "the truth value", "int": "the number", "float": "the number"}
 """What messages call a scalar that YAML reads as other than text, by its kind."""
-
-_LONGEST_NUMBER = 100
-"""Characters of a number at most: a double needs 24; to read 1:1:1:... of a mebibyte, base 60, takes a minute."""
-
-_CONSTRUCTOR = SafeConstructor()
 
 
 def shortened(text: str, most: int = 60) -> str:
@@ -55,6 +47,8 @@ def described(node: yaml.Node) -> str:
         return "a mapping"
     if kind(node) == "null":
         return "nothing"
+    if kind(node) in {OTHERWISE, "int", "float"} and core_kind(node.value) == OTHERWISE:
+        return read_otherwise(node.value, shortened(node.value))
     if kind(node) in SCALAR_NAMES:
         return f"{SCALAR_NAMES[kind(node)]} {shortened(node.value) or repr('')}"
     return f"the text '{shortened(node.value)}'"
@@ -62,14 +56,10 @@ def described(node: yaml.Node) -> str:
 
 def finite_number(node: yaml.Node) -> float | None:
     """Return the finite number that a node is, or None."""
-    if not isinstance(node, yaml.ScalarNode) or kind(node) not in {"int", "float"} or len(node.value) > _LONGEST_NUMBER:
+    if not isinstance(node, yaml.ScalarNode) or kind(node) not in {"int", "float"}:
         return None
-    read = _CONSTRUCTOR.construct_yaml_int if kind(node) == "int" else _CONSTRUCTOR.construct_yaml_float
-    try:
-        value = float(read(node))
-    except (ValueError, OverflowError, IndexError):
-        return None
-    return value if math.isfinite(value) else None
+    value = None if core_kind(node.value) == OTHERWISE else core_number(node.value, kind(node))
+    return value if value is not None and math.isfinite(value) else None
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -43,6 +43,9 @@ _LARGEST_ANGLE_RAD = 10.0
 
 The sine of a much larger angle, far outside [-pi, pi], would lose digits."""
 
+_BEGIN_BYTES = 256
+"""Bytes at the beginning of a plan document in which the name of its form stands."""
+
 _MOST_CYCLES = 1_000_000_000
 """Times that a stroke may be played at most: far above `MOST_ROWS`, which bounds the motion, and exact as a double."""
 
@@ -187,6 +190,16 @@ PLAN = Document(
     ),
 )
 """The description that reads a plan document and prints itself as JSON Schema."""
+
+
+def is_plan(path: Path | str) -> bool:
+    """Return whether a file is a plan document, by its first lines."""
+    try:
+        with Path(path).open("rb") as stream:
+            begun = stream.read(_BEGIN_BYTES)
+    except (OSError, ValueError):
+        return False
+    return begun.lstrip().startswith(b"{") and f'"{SCHEMA}"'.encode() in begun
 
 
 def write_plan(document: PlanDocument, path: Path | str) -> None:

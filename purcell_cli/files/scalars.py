@@ -5,8 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 
-from yaml.constructor import SafeConstructor
-
+from purcell_cli.files.core_schema import core_truth
 from purcell_cli.files.elements import Element
 from purcell_cli.files.place import SCALAR_NAMES, Place, described, finite_number, kind
 from purcell_cli.wording import nearest_hint
@@ -104,10 +103,10 @@ class Flag(Element[bool]):
 
     def read(self, place: Place) -> bool:
         """Return the truth value at a place."""
-        value = SafeConstructor.bool_values.get(str(place.node.value).lower()) if kind(place.node) == "bool" else None
+        value = core_truth(str(place.node.value)) if kind(place.node) == "bool" else None
         if value is None:
             raise place.error(self.wanted)
-        return bool(value)
+        return value
 
     def json_schema(self) -> dict[str, object]:
         """Return the element as JSON Schema."""

@@ -3,26 +3,36 @@
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
+from purcell_cli.errors import PurcellWarning
 from purcell_cli.files.configuration_file import CONFIGURATION, GOAL, WORKSPACE_FIELD, Goal
 from purcell_cli.files.containers import Either, Field, Record
 from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.elements import Element, ValueT
 from purcell_cli.files.gait_file import GAIT
 from purcell_cli.files.option_elements import choice
+from purcell_cli.files.paths import UnreadableError
 from purcell_cli.files.place import Place, shortened
 from purcell_cli.files.scalars import NAME, Number, Text
 from purcell_cli.files.sweep import SWEEP
 from purcell_cli.files.swimmer_file import SWIMMER
-from purcell_cli.files.yaml_source import UnreadableError, file_bytes, load, read_document
+from purcell_cli.files.yaml_source import file_bytes, load, read_document
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.motion.workspace import Workspace
+
+_FAR_L = 400.0
+"""A goal farther away than this many L is remarked on.
+
+To swim so far takes the paper's swimmer more than two hours; its 500 L are 50 m, which may be 50 mm mistaken."""
 
 
 def _inline_or_path(document: Document[ValueT]) -> Element[ValueT]:
@@ -106,6 +116,21 @@ EXPECT: Element[Expect] = Made(
     _expect,
 )
 """The element for what a scenario must come to."""
+
+
+def warn_if_far(scenario: Scenario, label: str = "") -> None:
+    """Warn of a goal that is so far away that it might be meant in another unit.
+
+    Args:
+        scenario: The scenario.
+        label: What stands before the warning.
+    """
+    distance_m = float(np.linalg.norm(scenario.goal.pose[:3, 3] - scenario.start.pose[:3, 3]))
+    lengths = distance_m / scenario.swimmer.length_m
+    if lengths > _FAR_L:
+        far = f"{lengths:.6g} L ({distance_m:.6g} m) from the start"
+        text = f"{label}the goal is {far}, which may be hours of swimming; position_m is in metres"
+        warnings.warn(text, PurcellWarning, stacklevel=2)
 
 
 def _scenario(value: dict[str, Any], place: Place) -> Scenario:

@@ -13,8 +13,9 @@ import numpy as np
 import yaml
 
 from purcell_cli.files.containers import Field, MapOf, Record
+from purcell_cli.files.core_schema import TAG
 from purcell_cli.files.elements import Element
-from purcell_cli.files.place import TAG, Place, finite_number, shortened
+from purcell_cli.files.place import Place, finite_number, shortened
 from purcell_cli.files.scalars import Number, Text, Whole
 
 MOST_VARIANTS = 1_000_000

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import json
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +12,11 @@ import numpy as np
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.files.trajectory_csv import COLUMNS, polars, write_csv
+from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.trajectory import Trajectory, as_table
 from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.processes import outside_forks
+from purcell_cli.wording import nearest_hint
 
 FORMATS = {
     "csv": "text at full double precision; the one that purcell reads",
@@ -26,13 +31,17 @@ def chosen_format(name: str | None, path: Path | None) -> str:
     """Return the format that is asked for: by its name, else by the file's ending, else csv.
 
     Raises:
-        UnknownNameError: No format has this name.
+        UnknownNameError: No format has this name, or this ending.
     """
     if name is None:
         ending = "" if path is None else path.suffix.removeprefix(".").lower()
-        return ending if ending in FORMATS else "csv"
+        if ending and ending not in FORMATS:
+            known = ", ".join(f".{form}" for form in FORMATS)
+            raise UnknownNameError(f"--out: a name that ends in {known} is wanted, found .{ending} in {path}")
+        return ending or "csv"
     if name not in FORMATS:
-        raise UnknownNameError(f"--format: one of {', '.join(FORMATS)} is wanted, found {name!r}")
+        known = f"{', '.join(FORMATS)}{nearest_hint(name, FORMATS)}"
+        raise UnknownNameError(f"--format: one of {known} is wanted, found {name!r}")
     return name
 
 
@@ -45,13 +54,17 @@ def columns(table: Table) -> dict[str, Any]:
     return named | {name: np.ascontiguousarray(values[:, k]) for k, name in enumerate(COLUMNS[3:])}
 
 
-def write_trajectory(trajectory: Trajectory, path: Path | str, form: str = "csv") -> None:
+@outside_forks
+def write_trajectory(
+    trajectory: Trajectory, path: Path | str, form: str = "csv", swimmer: Swimmer | None = None
+) -> None:
     """Write a trajectory in one of `FORMATS`.
 
     Args:
         trajectory: The trajectory.
         path: The file; it is replaced only when all is written.
         form: The format's name.
+        swimmer: Who swims it; parquet and npz files name the swimmer, in metadata and an entry "swimmer", as JSON.
 
     Raises:
         InputError: The file cannot be written.
@@ -62,13 +75,14 @@ def write_trajectory(trajectory: Trajectory, path: Path | str, form: str = "csv"
         write_csv(trajectory, path)
         return
     named = columns(as_table(trajectory))
+    about = None if swimmer is None else json.dumps(dataclasses.asdict(swimmer))
     with whole_file(path) as stream:
         if form == "npz":
-            np.savez(stream, **named)
+            np.savez(stream, **(named if about is None else {**named, "swimmer": np.array(about)}))
             return
         pl = polars()
         if form == "parquet":
-            pl.DataFrame(named).write_parquet(stream)
+            pl.DataFrame(named).write_parquet(stream, metadata=None if about is None else {"swimmer": about})
         else:
             names = ("t_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw")
             pl.DataFrame({name: named[name] for name in names}).write_csv(stream, separator=" ", include_header=False)

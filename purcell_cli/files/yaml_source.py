@@ -6,7 +6,6 @@ Whatever is wrong is an `InputError`, raised quickly and in little memory.
 from __future__ import annotations
 
 import os
-import re
 import stat
 import sys
 from collections.abc import Callable
@@ -18,9 +17,12 @@ from yaml.composer import Composer
 from yaml.reader import Reader
 
 from purcell_cli.errors import InputError
+from purcell_cli.files.core_schema import TAG, core_kind
 from purcell_cli.files.documents import Document
 from purcell_cli.files.elements import ValueT
-from purcell_cli.files.place import TAG, Place, input_error, key_path, kind, shortened
+from purcell_cli.files.paths import UnreadableError, readable
+from purcell_cli.files.place import Place, input_error, key_path, kind, shortened
+from purcell_cli.files.used_files import note_input
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """libyaml's parser is twenty times quicker; PyYAML's own is for where it is missing."""
@@ -40,19 +42,18 @@ _CORE = {
     yaml.SequenceStartEvent: {TAG + "seq"},
     yaml.MappingStartEvent: {TAG + "map"},
 }
-_EXPONENT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$")
-
-
-class UnreadableError(Exception):
-    """A file that cannot be read; the message says why."""
 
 
 def file_bytes(path: Path) -> bytes:
-    """Return what a regular file holds, at most one byte more than is allowed."""
+    """Return what a regular file holds, at most one byte more than is allowed.
+
+    Raises:
+        UnreadableError: There is no such file, or it cannot be read.
+        InputError: The command writes it, too.
+    """
+    readable(path)
+    note_input(path)
     try:
-        mode = path.stat().st_mode
-        if not stat.S_ISREG(mode):
-            raise UnreadableError("a directory" if stat.S_ISDIR(mode) else "something that is no regular file")
         descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         with os.fdopen(descriptor, "rb") as stream:
             if not stat.S_ISREG(os.fstat(descriptor).st_mode):
@@ -60,12 +61,11 @@ def file_bytes(path: Path) -> bytes:
             return stream.read(MOST_BYTES + 1) or b""
     except OSError as error:
         raise UnreadableError(f"none ({error.strerror or error})") from error
-    except ValueError as error:
-        raise UnreadableError(f"none ({error})") from error
 
 
 def _standard_input() -> bytes:
     """Return what standard input holds, at most one byte more than is allowed."""
+    note_input(0)
     try:
         return sys.stdin.buffer.read(MOST_BYTES + 1)
     except (OSError, ValueError, AttributeError) as error:
@@ -159,8 +159,11 @@ class _GuardedLoader(_GuardedComposer, _Loader):  # type: ignore[misc]  # the ba
         _Loader.__init__(self, text)
         _GuardedComposer.__init__(self, file)
 
-
-_GuardedLoader.add_implicit_resolver(TAG + "float", _EXPONENT, list("-+.0123456789"))
+    def resolve(self, kind: type[yaml.Node], value: Any, implicit: Any) -> str:
+        """Return the tag of a node that has none of its own."""
+        if kind is yaml.ScalarNode and implicit[0]:
+            return TAG + ("merge" if value == "<<" else core_kind(value))
+        return str(super().resolve(kind, value, implicit))
 
 
 def _composed(text: str, file: str) -> yaml.Node | None:

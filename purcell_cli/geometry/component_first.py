@@ -18,7 +18,7 @@ def cross_rows(a: Array, b: Array) -> Array:
     """Return the cross product over the first axis. Shapes (3, ...)."""
     (ax, ay, az), (bx, by, bz) = a, b
     first = ay * bz
-    out = np.empty((3, *first.shape))
+    out = np.empty((3, *first.shape), dtype=first.dtype)
     np.subtract(first, az * by, out=out[0])
     np.subtract(az * bx, ax * bz, out=out[1])
     np.subtract(ax * by, ay * bx, out=out[2])

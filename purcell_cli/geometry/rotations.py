@@ -35,6 +35,12 @@ Array = NDArray[np.float64]
 INPUT_SLACK = 1e-6
 """A quaternion or matrix this close to valid is normalised; further off it is refused."""
 
+MEASURED_SLACK = 1e-2
+"""What a measured quaternion or matrix may be off, which is written with two digits or more."""
+
+_BOUND = 1.0 + 1e-9
+"""Times a slack, so that what is off by just the slack is not refused by rounding: 1.01 - 1 is more than 0.01."""
+
 _ROUNDING = 1e-15
 """What the elements of A^T A are off the identity where A is a rotation to rounding; at most half of it is seen."""
 
@@ -43,7 +49,7 @@ _AXES = np.eye(3)
 
 
 def hat(vector: ArrayLike) -> Array:
-    """Return the matrix of the cross product with a vector (appendix B of the paper).
+    """Return the matrix of the cross product with a vector, in its precision (appendix B of the paper).
 
     Args:
         vector: Vectors. Shape (..., 3).
@@ -51,8 +57,8 @@ def hat(vector: ArrayLike) -> Array:
     Returns:
         Skew matrices. Shape (..., 3, 3).
     """
-    v = np.asarray(vector, dtype=np.float64)
-    out = np.zeros((*v.shape, 3))
+    v = np.asarray(vector)
+    out = np.zeros((*v.shape, 3), dtype=np.result_type(v, np.float64))
     out[..., 0, 1], out[..., 0, 2] = -v[..., 2], v[..., 1]
     out[..., 1, 0], out[..., 1, 2] = v[..., 2], -v[..., 0]
     out[..., 2, 0], out[..., 2, 1] = -v[..., 1], v[..., 0]
@@ -143,20 +149,27 @@ def as_euler(rotation: ArrayLike) -> Array:
     return np.stack([psi, theta, np.where(locked, 0.0, phi)], axis=-1)
 
 
-def from_quaternion(quaternion: ArrayLike) -> Array:
-    """Return the rotation of a unit quaternion (w, x, y, z). Shape (..., 4) to (..., 3, 3).
+def from_quaternion(quaternion: ArrayLike, slack: float = INPUT_SLACK) -> Array:
+    """Return the rotation of a unit quaternion (w, x, y, z).
+
+    Args:
+        quaternion: The quaternion. Shape (..., 4).
+        slack: What its length may differ from 1.
+
+    Returns:
+        The rotation. Shape (..., 3, 3).
 
     Raises:
-        ParameterError: The quaternion's length differs from 1 by more than 1e-6.
+        ParameterError: The quaternion's length differs from 1 by more than the slack.
     """
     q = np.asarray(quaternion, dtype=np.float64)
     if q.shape[-1:] != (4,):
         raise ParameterError(f"a quaternion of 4 numbers (w, x, y, z) is wanted, found shape {q.shape}")
     length = norm(q)[..., None]
     off = np.abs(length - 1.0)
-    if not np.all(off <= INPUT_SLACK):
+    if not np.all(off <= slack * _BOUND):
         found = float(length.ravel()[np.argmax(np.where(np.isnan(off), np.inf, off))])
-        raise ParameterError(f"a unit quaternion (length 1 within {INPUT_SLACK:g}) is wanted, found length {found:.9g}")
+        raise ParameterError(f"a unit quaternion (length 1 within {slack:g}) is wanted, found length {found:.9g}")
     w, v = (q / length)[..., :1], (q / length)[..., 1:]
     k = hat(v)
     return np.asarray(_AXES + 2.0 * (w[..., None] * k + matmul(k, k)))
@@ -167,20 +180,44 @@ def as_quaternion(rotation: ArrayLike) -> Array:
     return poses.quaternion(rotation)
 
 
-def from_matrix(matrix: ArrayLike) -> Array:
-    """Return the rotation nearest to a matrix that is one within 1e-6. Shape (..., 3, 3).
+def quaternion_error(quaternion: ArrayLike) -> Array:
+    """Return what the length of a quaternion differs from 1. Shape (..., 4) to (...)."""
+    return np.asarray(np.abs(norm(np.asarray(quaternion, dtype=np.float64)) - 1.0))
+
+
+def matrix_error(matrix: ArrayLike) -> Array:
+    """Return what a matrix is off orthogonal: half of what A^T A is off the identity. Shape (..., 3, 3) to (...).
+
+    To leading order this is what its elements are off the nearest rotation's, in the rotated frame.
+    """
+    m = np.asarray(matrix, dtype=np.float64)
+    return np.asarray(np.max(np.abs(matmul(np.swapaxes(m, -1, -2), m) - _AXES), axis=(-1, -2)) / 2.0)
+
+
+def from_matrix(matrix: ArrayLike, slack: float = INPUT_SLACK) -> Array:
+    """Return the rotation nearest to a matrix that is almost one.
 
     A matrix that is one to rounding comes back bit for bit, so that what is written reads back.
 
+    Args:
+        matrix: The matrix. Shape (..., 3, 3).
+        slack: What it may be off, as `matrix_error` says.
+
+    Returns:
+        The rotation. Shape (..., 3, 3).
+
     Raises:
-        ParameterError: The matrix is further than 1e-6 from orthogonal, or a reflection.
+        ParameterError: The matrix is further than the slack from orthogonal, or a reflection.
     """
     m = np.asarray(matrix, dtype=np.float64)
-    defect = np.max(np.abs(matmul(np.swapaxes(m, -1, -2), m) - _AXES), axis=(-1, -2), keepdims=True)
-    if not np.all(defect <= 2 * INPUT_SLACK):
+    error = matrix_error(m)
+    if not np.all(error <= slack * _BOUND):
         raise ParameterError(
-            f"a rotation matrix (orthogonal within {INPUT_SLACK:g}) is wanted, found one off by {np.max(defect):.3g}"
+            f"a rotation matrix (orthogonal within {slack:g}) is wanted, found one off by {2.0 * np.max(error):.3g}"
         )
+    if np.any(error > INPUT_SLACK):  # each step squares what it is off
+        m = orthonormalised(orthonormalised(m))
+    defect = 2.0 * matrix_error(m)[..., None, None]
     if not np.all(inner(m[..., 0, :], cross(m[..., 1, :], m[..., 2, :])) > 0):
         raise ParameterError("a rotation matrix is wanted, found a reflection (determinant -1)")
     return np.asarray(np.where(defect <= _ROUNDING, m, orthonormalised(orthonormalised(m))))

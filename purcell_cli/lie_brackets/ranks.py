@@ -81,8 +81,9 @@ def rank_of(vectors: Array) -> Rank:
 
 
 def _svd(matrix: Array) -> tuple[Array, Array]:
-    """Return the left singular vectors, all of them, and as many singular values."""
-    left, values, _ = np.linalg.svd(matrix, full_matrices=True)
+    """Return the left singular vectors, all of them, and as many singular values; columns may be many."""
+    rows, columns = matrix.shape
+    left, values, _ = np.linalg.svd(matrix, full_matrices=columns < rows)
     return left, np.concatenate([values, np.zeros(len(left) - len(values))])
 
 

@@ -144,9 +144,9 @@ def base_twist(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike) -> Array:
 
 
 def base_twist_rows(swimmer: Swimmer, axis: Array, turning: Array) -> Array:
-    """Return the base's body twist for limb axes a = A e_x and rates u = A omega in base coordinates (see `rows`).
+    """Return the base's body twist for limb axes a = A e_x and rates u = A omega in base coordinates.
 
-    P xi + q = 0, set up link by link. Drag is the same all round a link, so A D A^T is
+    In the precision of the axes. P xi + q = 0, set up link by link. Drag is the same all round a link, so A D A^T is
     K = d_2 1 + (d_1 - d_2) a a^T, and likewise T for torques. A limb adds
     [[K, -K hat(c)], [hat(c) K, T - hat(c) K hat(c)]] to P, and to q the wrench of its turning by u about its joint.
 
@@ -160,7 +160,7 @@ def base_twist_rows(swimmer: Swimmer, axis: Array, turning: Array) -> Array:
     """
     unit = swimmer.scaled()
     half, drag = unit.limb_half_length_m, np.diag(unit.drag(1))
-    p, q = np.empty((6, 6, axis.shape[-1])), np.zeros((6, axis.shape[-1]))
+    p, q = (np.zeros((*rows, axis.shape[-1]), dtype=np.result_type(axis, np.float64)) for rows in ((6, 6), (6,)))
     p[...] = unit.drag(0)[..., None]
     for limb, side in _SIDE.items():
         a, u = axis[limb - 1], turning[limb - 1]

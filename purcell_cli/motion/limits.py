@@ -16,6 +16,7 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
@@ -25,11 +26,18 @@ from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
 from purcell_cli.motion.clearance import Clearance, least_clearance, limb_distance
 from purcell_cli.motion.limb_circles import LimbCircles, bends
 from purcell_cli.motion.options import OPTIONS, PlanOptions
-from purcell_cli.motion.workspace import ENDS, WALLS, Excess, Workspace, largest_excess
+from purcell_cli.motion.workspace import ENDS, WALLS, Excess, Workspace, excess_of, largest_excess
 from purcell_cli.motion.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
 
+_FINE = Accuracy(stages=4, step=0.4)
+"""How the base's motion within a piece is computed: to some 1e-8 L, a thousandth of what workspaces are held to."""
 BEND_SLACK_RAD = 1e-9
 """A bend above its limit by no more than this is rounding."""
+
+BEND_MARGIN_RAD = 2e-4
+"""Loops are planned to bend this much less than the limit, which is left to the exact arrival [rad].
+
+A stroke that comes as near the limit as that is at it."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -56,7 +64,7 @@ class Limits:
         return cls(options.clearance_m, options.workspace)
 
     def refuse(self, swimmer: Swimmer, name: str, configuration: Configuration) -> None:
-        """Refuse a start or goal at which the limbs are too near each other.
+        """Refuse a start or goal at which the limbs are too near each other, or a link is outside the workspace.
 
         Args:
             swimmer: The swimmer.
@@ -64,13 +72,21 @@ class Limits:
             configuration: The configuration.
 
         Raises:
-            ParameterError: The limbs are nearer than they may be.
+            ParameterError: The limbs are nearer than they may be, or a link stands out of the workspace.
         """
         found = float(limb_distance(swimmer, configuration.shape[..., 0]))
         if found < self.clearance_m - CLEARANCE_SLACK_L * swimmer.length_m:
             raise ParameterError(
                 f"{name}: a clearance of at least {self.clearance_m:g} m between limb 1 and limb 2 is wanted, "
                 f"found {found:.6g} m{' (they overlap)' if found < 0.0 else ''}"
+            )
+        if self.workspace is None:
+            return
+        out = excess_of(swimmer, self.workspace, configuration.pose, configuration.shape)
+        if out.distance_m > WORKSPACE_SLACK_L * swimmer.length_m:
+            raise ParameterError(
+                f"{name}: all links inside the workspace are wanted, "
+                f"found the {ENDS[out.end]} {out.distance_m:.6g} m beyond the {WALLS[out.wall]}"
             )
 
 
@@ -204,6 +220,10 @@ def _bends(swimmer: Swimmer, path: _Path) -> tuple[tuple[float | None, float | N
     return (largest[0], largest[1], largest[2]), broken
 
 
+def _displacements(swimmer: Swimmer, pieces: Pieces) -> Array:
+    return piece_displacements(swimmer, pieces, _FINE)
+
+
 def _workspace(
     swimmer: Swimmer, workspace: Workspace, start: Configuration, blocks: Sequence[Block], path: _Path
 ) -> tuple[Excess, list[Violation]]:
@@ -226,7 +246,7 @@ def _workspace(
         first, total = first + n, total + block.cycles * once
     which = np.concatenate([*index, [first]]).astype(np.int64)
     every = np.concatenate([*poses, here[None]])
-    found = largest_excess(swimmer, workspace, every, which, pieces)
+    found = largest_excess(swimmer, workspace, every, which, pieces, _displacements)
     if found.distance_m <= WORKSPACE_SLACK_L * swimmer.length_m:
         return found, []
     time = float(np.concatenate([*begun, [total]])[found.place]) + found.time_s

@@ -81,6 +81,7 @@ class Option:
         at_least: A number is this or more.
         wanted: Which numbers it may be, for messages.
         always: Whether a plan document has it even where it is the default.
+        saved: Whether a plan document has it at all.
     """
 
     kind: type[StrEnum] | type[float] | None
@@ -94,6 +95,7 @@ class Option:
     at_least: float | None = None
     wanted: str = ""
     always: bool = False
+    saved: bool = True
 
     def checked(self, value: Any, place: str) -> Any:
         """Return a value as the option's type.
@@ -139,6 +141,8 @@ class PlanOptions:
         controls: Whether joints turn one after the other or at once.
         objective: What the plan is to spend least of.
         clearance_m: How far the surfaces of limb 1 and limb 2 stay apart over the whole path, at least [m].
+        max_memory_gb: The memory that the motion and its trajectory may take; where it is the default, 4, no more
+            than half of what is free [GB].
         workspace: A box that all three links stay in over the whole path, if there is one.
 
     Raises:
@@ -182,6 +186,17 @@ class PlanOptions:
         at_least=0.0,
         wanted="a finite length of 0 m or more",
         always=True,
+    )
+    max_memory_gb: float = _option(
+        4.0,
+        "the memory that a plan may take; default: 4, or half of what is free if that is less",
+        flag="--max-memory",
+        key="max_memory_gb",
+        unit="GB",
+        metavar="GB",
+        above=0.0,
+        wanted="a finite number above 0",
+        saved=False,
     )
     workspace: Workspace | None = _option(
         None, "a box that all three links stay in; left out, there is none", flag=None, key="workspace_m"

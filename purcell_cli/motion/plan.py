@@ -17,10 +17,12 @@ class Structure:
     Attributes:
         words: What it does, in words.
         joint_travel_rad: Its joint travel, as estimated when it was weighed [rad].
+        why_not: Why it was not taken though it has less joint travel than the one that was; else empty.
     """
 
     words: str
     joint_travel_rad: float
+    why_not: str = ""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

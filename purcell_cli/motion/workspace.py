@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +23,6 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.collocation import Accuracy
-from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import radius_m
@@ -33,9 +32,6 @@ Rows = NDArray[np.int64]
 
 TOLERANCE_L = 1e-5
 """How far a motion leaves its box is known to this, in units of L, or to a hundredth if that is more."""
-
-_FINE = Accuracy(stages=4, step=0.4)
-"""How the base's motion within a piece is computed: to some 1e-8 L, a thousandth of `TOLERANCE_L`."""
 
 _MOST_STRETCHES = 1 << 16
 """Stretches at most: when there are more none is cut again, and the error is reported."""
@@ -47,31 +43,46 @@ WALLS = tuple(f"{side} {axis}" for axis in "xyz" for side in ("least", "largest"
 """The box's walls."""
 
 
+Corner = tuple[float | None, float | None, float | None]
+"""A corner of a box: x, y and z [m], None where the box has no wall."""
+
+OPEN: Corner = (None, None, None)
+"""A corner without walls."""
+
+
 @dataclasses.dataclass(frozen=True, slots=True)
 class Workspace:
-    """A box with walls across the world's axes.
+    """A box with walls across the world's axes, open where it has none.
 
     Attributes:
-        min: The corner of least x, y and z [m].
-        max: The opposite corner [m].
+        min: The corner of least x, y and z [m]; None for no wall there.
+        max: The opposite corner [m]; None for no wall there.
 
     Raises:
-        ParameterError: Numbers that are not finite, or a box of no extent.
+        ParameterError: Numbers that are not finite, a box of no extent, or one without a wall.
     """
 
-    min: tuple[float, float, float]
-    max: tuple[float, float, float]
+    min: Corner = OPEN
+    max: Corner = OPEN
 
     def __post_init__(self) -> None:
         for name in ("min", "max"):
-            corner = tuple(float(v) for v in getattr(self, name))
-            if len(corner) != 3 or not all(math.isfinite(v) for v in corner):
-                raise ParameterError(f"{name}: three finite numbers are wanted, found {list(corner)}")
+            corner = tuple(None if v is None else float(v) for v in getattr(self, name))
+            if len(corner) != 3 or not all(v is None or math.isfinite(v) for v in corner):
+                raise ParameterError(f"{name}: three finite numbers, None for no wall, are wanted, found {[*corner]}")
             object.__setattr__(self, name, corner)
-        if not all(low < high for low, high in zip(self.min, self.max, strict=True)):
+        if not all(low is None or high is None or low < high for low, high in zip(self.min, self.max, strict=True)):
             raise ParameterError(
                 f"max: a corner above min ({list(self.min)}) in x, y and z is wanted, found {list(self.max)}"
             )
+        if self.min == self.max == OPEN:
+            raise ParameterError("max: a box with one wall or more is wanted, found none")
+
+    @property
+    def walls_m(self) -> Array:
+        """Where the walls are, infinitely far where there is none [m]. Shape (2, 3), least and largest."""
+        corners = zip((self.min, self.max), (-math.inf, math.inf), strict=True)
+        return np.array([[far if v is None else v for v in corner] for corner, far in corners])
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -114,7 +125,14 @@ def end_speeds(swimmer: Swimmer, circles: LimbCircles) -> Array:
     return np.asarray(np.sqrt(power[:, None] / np.array([max(b, l), l])))
 
 
-def largest_excess(swimmer: Swimmer, workspace: Workspace, poses: Array, piece: Rows, pieces: Pieces) -> Excess:
+def largest_excess(
+    swimmer: Swimmer,
+    workspace: Workspace,
+    poses: Array,
+    piece: Rows,
+    pieces: Pieces,
+    displacements: Callable[[Swimmer, Pieces], Array],
+) -> Excess:
     """Return how far links leave a box at most over a path of pieces of constant limb rates.
 
     A piece that is played again has the same displacement from its new place, so it is swum once.
@@ -125,8 +143,9 @@ def largest_excess(swimmer: Swimmer, workspace: Workspace, poses: Array, piece: 
         poses: The base's pose at each beginning of a piece [m]. Shape (m, 4, 4).
         piece: Which piece begins there. Shape (m,).
         pieces: The pieces.
+        displacements: Returns the base's displacements on pieces [m], to some 1e-8 L. Shape (n, 4, 4).
     """
-    path = _Path(swimmer, pieces)
+    path = _Path(swimmer, pieces, displacements)
     box = _Box(swimmer, workspace)
     speeds = np.repeat(end_speeds(swimmer, path.circles), 2, axis=1)[..., None]
     most = np.max(speeds, axis=(1, 2), initial=0.0)
@@ -152,16 +171,32 @@ def largest_excess(swimmer: Swimmer, workspace: Workspace, poses: Array, piece: 
     return dataclasses.replace(box.best, error_m=box.error_m)
 
 
+def excess_of(swimmer: Swimmer, workspace: Workspace, pose: Array, shape: Array) -> Excess:
+    """Return how far links stand out of a box in one configuration.
+
+    Args:
+        swimmer: The swimmer.
+        workspace: The box.
+        pose: The base's pose [m]. Shape (4, 4).
+        shape: The shape. Shape (2, 3, 3).
+    """
+    box = _Box(swimmer, workspace)
+    box.beyond(np.zeros(1, dtype=np.int64), np.zeros(1), pose[None], shape[None, ..., 0])
+    return box.best
+
+
 class _Path:
     """The pieces of a path, cut into 1, 2, 4, ... equal parts.
 
     Args:
         swimmer: The swimmer.
         pieces: The pieces.
+        displacements: Returns the base's displacements on pieces [m]. Shape (n, 4, 4).
     """
 
-    def __init__(self, swimmer: Swimmer, pieces: Pieces) -> None:
+    def __init__(self, swimmer: Swimmer, pieces: Pieces, displacements: Callable[[Swimmer, Pieces], Array]) -> None:
         self.swimmer, self.pieces, self.circles = swimmer, pieces, LimbCircles.of(pieces)
+        self.displacements = displacements
 
     def ahead(self, piece: Rows, part: Rows, depth: int, share: float) -> tuple[Array, Array]:
         """Return the displacement from the beginning of parts, and the limbs' axes there.
@@ -178,7 +213,7 @@ class _Path:
         twist = np.zeros((len(key), 2, 6))
         twist[..., 3:] = self.pieces.rates[one].reshape(-1, 2, 3) * begun[:, None, None]
         shapes = matmul(self.pieces.shapes[one], se3.exp(twist)[..., :3, :3])
-        moves = piece_displacements(self.swimmer, Pieces(shapes, self.pieces.rates[one], share * length), _FINE)
+        moves = self.displacements(self.swimmer, Pieces(shapes, self.pieces.rates[one], share * length))
         return moves[which], self.circles.at(one, begun + share * length)[which]
 
 
@@ -194,7 +229,7 @@ class _Box:
         self.swimmer = swimmer
         thick = [radius_m(swimmer, half) for half in (swimmer.base_half_length_m, swimmer.limb_half_length_m)]
         self.radius = np.array([max(thick), max(thick), thick[1], thick[1]])[:, None]
-        self.low, self.high = np.array(workspace.min), np.array(workspace.max)
+        self.low, self.high = workspace.walls_m
         self.best = Excess()
 
     @property

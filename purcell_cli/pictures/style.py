@@ -11,9 +11,11 @@ import numpy as np
 from purcell_cli.errors import InputError, MissingPackageError
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.pictures.settings import untouched_by_the_user
 
 try:
-    import matplotlib as mpl
+    with untouched_by_the_user():
+        import matplotlib as mpl
     from matplotlib.figure import Figure
 except ImportError:
     raise MissingPackageError(
@@ -47,6 +49,13 @@ _STYLE: Any = {
 """Settings of matplotlib for every picture: sizes in points; the salt gives a picture the same bytes each time."""
 
 
+_OF_THE_SCREEN = {"backend", "backend_fallback", "interactive", "toolbar", "timezone", "webagg.open_in_browser"}
+"""Settings that do not change a picture's file, and that some versions let nobody set twice."""
+
+_BACKENDS = {"png": "agg", "svg": "svg", "pdf": "pdf"}
+"""What writes each format, whatever the user's screen needs."""
+
+
 def picture_format(path: Path) -> str:
     """Return the format that a picture's file ends in.
 
@@ -60,8 +69,9 @@ def picture_format(path: Path) -> str:
 
 
 def styled() -> AbstractContextManager[None]:
-    """Return the context in which figures are drawn and written, which gives them their style."""
-    return mpl.rc_context(_STYLE)
+    """Return the context in which figures are drawn and written: matplotlib's own settings and the pictures' style."""
+    own = {name: value for name, value in dict.items(mpl.rcParamsDefault) if name not in _OF_THE_SCREEN}
+    return mpl.rc_context(own | _STYLE)
 
 
 def save_figure(figure: Figure, path: Path) -> None:
@@ -77,7 +87,7 @@ def save_figure(figure: Figure, path: Path) -> None:
         "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
     }
     with styled(), whole_file(path) as stream:
-        figure.savefig(stream, format=form, metadata=undated[form])
+        figure.savefig(stream, format=form, backend=_BACKENDS[form], metadata=undated[form])
 
 
 def make_folder(path: Path) -> None:

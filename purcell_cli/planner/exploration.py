@@ -77,9 +77,12 @@ class Exploration:
         """
         near = self.refinement.near(motion)
         if near.close:
-            self.record.near(words, near.motion.joint_travel_rad)
+            fault = ""
             if not (self.incumbent.good and self.incumbent.beats(self.refinement.cost(near.motion))):
-                self.incumbent.consider(self.refinement.contender(near, words))
+                contender = self.refinement.contender(near, words)
+                self.incumbent.consider(contender)
+                fault = contender.fault
+            self.record.near(words, near.motion.joint_travel_rad, fault)
         elif self.incumbent.best is None:
             self.incumbent.consider(Contender(near.motion, "", near.off))
         return near.motion
@@ -92,7 +95,7 @@ class Exploration:
         """
         best = self.incumbent.best
         taken = Structure("" if best is None else best.words, self.incumbent.joint_travel_rad)
-        return self.record.structures(taken, candidates)
+        return self.record.structures(taken, candidates, self.refinement.objective)
 
     def _random_plans(self, stage: Stage) -> None:
         """Try random plans in place of a phase 2 of little joint travel."""

@@ -11,6 +11,13 @@ from purcell_cli.planner.refine.shooting import Equations
 ARRIVES = 1e-10
 """A motion that misses the goal by less than this arrives [L, rad]: a tenth of what its certificate allows."""
 
+_FAULTS = {
+    "bend": "bends a limb too far",
+    "clearance": "brings the limbs too near each other",
+    "workspace": "leaves the workspace",
+}
+"""What a motion that breaks a limit does, in words."""
+
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Contender:
@@ -43,6 +50,14 @@ class Contender:
         return self.arrives and self.excess == 0.0
 
     @property
+    def fault(self) -> str:
+        """What keeps it from being good, in words; empty where nothing does."""
+        if not self.arrives:
+            return f"misses the goal by {self.off:.1e} L or rad"
+        broken = () if self.report is None else self.report.violations
+        return " and ".join(dict.fromkeys(_FAULTS[v.limit] for v in broken))
+
+    @property
     def rank(self) -> tuple[bool, float, float]:
         """What it is compared by, the less the better: whether it fails to arrive, its excess, and its cost."""
         return not self.arrives, self.excess, self.cost
@@ -70,6 +85,16 @@ class Incumbent:
     def good(self) -> bool:
         """Whether there is a plan that arrives within limits."""
         return self.best is not None and self.best.good
+
+    @property
+    def leaves_workspace(self) -> bool:
+        """Whether the best plan arrives, but not all in its workspace."""
+        report = None if self.best is None or not self.best.arrives else self.best.report
+        return report is not None and any(v.limit == "workspace" for v in report.violations)
+
+    def better_than(self, other: Incumbent) -> bool:
+        """Return whether the best of this is better than the other's."""
+        return self.best is not None and (other.best is None or self.best.rank < other.best.rank)
 
     def beats(self, cost: float) -> bool:
         """Return whether no motion of a cost can be better: there is a good plan that costs no more."""

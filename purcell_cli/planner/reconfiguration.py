@@ -35,8 +35,11 @@ from purcell_cli.planner.refinement import Refinement, played
 _THERE = 1e-14
 """A start within this of its goal needs no motion: rounding errors of equal configurations [L, rad]."""
 
+_SMALLER_BENDS = (0.6, 0.35, 0.2, 0.1)
+"""Shares of the bend limit that are tried where no plan stays in the workspace; each takes some half of the room."""
+
 _LEAST_BEND_RAD = 0.1
-"""The least bend limit to which a clearance lowers that of phase 2 [rad]."""
+"""The least bend limit to which a clearance or a workspace lowers that of phase 2 [rad]: loops beyond are many."""
 
 
 def reconfigure(
@@ -73,10 +76,38 @@ def reconfigure(
     kept_to = limits or Limits()
     # Phase 2 needs no bends at which the limbs could meet.
     apart_rad = max(apart_bend_rad(swimmer, kept_to.clearance_m), _LEAST_BEND_RAD)
-    careful = dataclasses.replace(swimmer, max_bend_rad=min(swimmer.max_bend_rad, apart_rad))
-    unit, wanted = careful.scaled(), displacement_between(start, goal, swimmer.length_m)
+    bend_rad = min(swimmer.max_bend_rad, apart_rad)
+
+    def searched(bend_rad: float) -> tuple[Exploration, list[Candidate]]:
+        careful = dataclasses.replace(swimmer, max_bend_rad=bend_rad)
+        return _searched(careful, start, goal, gaits, effort, minimize, kept_to, progress)
+
+    search, found = searched(bend_rad)
+    for share in _SMALLER_BENDS:
+        if not search.incumbent.leaves_workspace or share * bend_rad < _LEAST_BEND_RAD:
+            break
+        other, others = searched(share * bend_rad)
+        if other.incumbent.better_than(search.incumbent):
+            search, found = other, others
+    best = search.incumbent.best
+    blocks = () if best is None else played(best.motion)
+    return Plan(swimmer, start, goal, blocks, search.structures(found), None if best is None else best.report)
+
+
+def _searched(
+    careful: Swimmer,
+    start: Configuration,
+    goal: Configuration,
+    gaits: Mapping[str, Gait],
+    effort: str,
+    minimize: str,
+    kept_to: Limits,
+    progress: Progress,
+) -> tuple[Exploration, list[Candidate]]:
+    """Return a search that is over, and the candidates of its last stage; the swimmer's bend limit is phase 2's."""
+    unit, wanted = careful.scaled(), displacement_between(start, goal, careful.length_m)
     query = Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING)
-    clearance = kept_to.clearance_m / swimmer.length_m
+    clearance = kept_to.clearance_m / careful.length_m
     problem = Problem(unit, start.shape, goal.shape, wanted, gaits, minimize, clearance)
     # What travels least often spends least of anything else.
     problems = [problem.minimizing(objective) for objective in dict.fromkeys(("travel", minimize))]
@@ -94,6 +125,4 @@ def reconfigure(
             if not (stage.interrupt_keeps_best and search.incumbent.good):
                 raise
             break
-    best = search.incumbent.best
-    blocks = () if best is None else played(best.motion)
-    return Plan(swimmer, start, goal, blocks, search.structures(found), None if best is None else best.report)
+    return search, found

@@ -1,8 +1,12 @@
-"""The check of a trajectory file: does it start, move and end as it must?"""
+"""The check of a trajectory file: does it start, move and end as it must, and keep its limits?
+
+Its rows may come in parts, so that a file of millions of rows takes little memory.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -11,13 +15,24 @@ from purcell_cli.geometry.rotations import Array, as_euler, as_vector, from_eule
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.clearance import Clearance, least_clearance
+from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.trajectory_table import Table
-from purcell_cli.verification.certificate import Certificate, Rows, judged, replay
+from purcell_cli.verification.certificate import Certificate
+from purcell_cli.verification.extrapolation import segment_displacements
+from purcell_cli.verification.limits_kept import NOTHING_MORE, LimitsKept, Wanted
+from purcell_cli.verification.replay import Replay, replay
 
 _RATE_SLACK = 1e-9
 """By which part of itself the joint rate may be exceeded: above the rounding of a rate that is written and read,
 and below what anybody would call faster."""
+_PART = 0.1
+"""Each part of a trajectory is replayed so well that its bound is small against this part of the tolerance."""
+_LOOKED_AT = 64
+"""Rows whose motion is compared with the swimmer's, to tell whether it can have made them."""
+_ROUNDING = 1e-14
+"""What writing poses as numbers may change [L, rad], a part of the coordinates."""
+MISFIT = 1e-6
+"""A larger part of a row's motion that is not the swimmer's is not the rounding of a file."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -27,59 +42,132 @@ class Verification:
     Attributes:
         start: How far the first row is from the start configuration.
         certificate: What the re-integration of its controls found.
+        limits: How near it comes to its limits.
         faults: What is wrong, in words; nothing where all holds.
-        clearance: How near the limbs come to each other, where all holds.
     """
 
     start: Deviation
     certificate: Certificate
+    limits: LimitsKept
     faults: tuple[str, ...]
-    clearance: Clearance | None
 
     @property
     def holds(self) -> bool:
-        """Whether the file starts at the start, moves by the flow and ends at the goal."""
+        """Whether the file starts at the start, moves by the flow, keeps its limits and ends at the goal."""
         return not self.faults
 
 
 def verify(
-    table: Table,
+    parts: Iterable[Table],
     start: Configuration,
     goal: Configuration,
     swimmer: Swimmer,
     tolerance_l: float,
     tolerance_rad: float,
+    wanted: Wanted = NOTHING_MORE,
 ) -> Verification:
-    """Check a trajectory file against a start and a goal.
+    """Check a trajectory against a start and a goal.
 
     Its controls are replayed by another method from the start configuration; the end, and every
-    row, must be where the file says.
+    row, must be where the trajectory says.
 
     Args:
-        table: What the file says.
+        parts: The trajectory, in parts of which each begins with the last row of the one before; there is one at least.
         start: The start configuration.
         goal: The goal configuration.
         swimmer: The swimmer.
         tolerance_l: Position tolerance, in units of L.
         tolerance_rad: Angle tolerance [rad].
+        wanted: The limits that it must keep besides the bend limit.
+
+    Raises:
+        ParameterError: A coordinate of the start or the goal too large to be said within the tolerance.
     """
+    for name, configuration in (("start", start), ("goal", goal)):
+        refuse_large(swimmer, name, configuration, tolerance_l)
     limit = tolerance_l * swimmer.length_m
+    kept = LimitsKept(swimmer, start, goal, wanted)
+    faults: dict[str, list[str]] = {}
+    found: Replay | Configuration = start
+    ends: list[tuple[Array, Deviation]] = []
+    first, row, segments, integrated = start, 0, 0, 0
+    for table in parts:
+        poses, shapes = se3.pose(from_quaternion(table.base), table.position_m), from_quaternion(table.limbs)
+        if not ends:
+            first = Configuration(poses[0], shapes[0])
+            faults["start"] = _off("first row against the start", first, start, limit, tolerance_rad)
+            faults["swimmer"] = _swimmer(table, swimmer)
+        found = replay(swimmer, found, table.time_s, table.rate_rad_s, True, _PART * tolerance_l, _PART * tolerance_rad)
+        ends.append((found.end.pose, found.bound))
+        segments, integrated = segments + len(found.which), integrated + len(found.moves.fine)
+        for kind, new in (
+            ("rows", _rows(table, poses, shapes, found, row, limit, tolerance_rad)),
+            ("phases", _phases(table, row)),
+            ("controls", _controls(table, swimmer, row)),
+            ("angles", _angles(table, poses, shapes, tolerance_rad, row)),
+        ):
+            faults[kind] = faults.get(kind) or new
+        pieces = Pieces(shapes, table.rate_rad_s, np.append(np.diff(table.time_s), 0.0))
+        kept.look(row, table.time_s, table.phase.astype(np.int64), poses, pieces)
+        last, rest = Configuration(poses[-1], shapes[-1]), table.rate_rad_s[-1]
+        row += len(table.time_s) - 1
+    assert isinstance(found, Replay)  # noqa: S101  # there is one part at least
+    certificate = _certificate(found, ends, goal, limit, tolerance_rad, segments, integrated)
+    faults["end"] = _off("re-integrated end against the goal", found.end, goal, limit, tolerance_rad)
+    if not (certificate.reached or faults["end"]):
+        text = f"{certificate.bound.position_m:.1e} m and {certificate.bound.base_rad:.1e} rad"
+        faults["end"] = [f"re-integrated end against the goal: it may itself be wrong by {text}, too much to tell"]
+    faults["goal"] = _off("last row against the goal", last, goal, limit, tolerance_rad)
+    if np.any(rest != 0.0):
+        faults["rest"] = [f"line {row + 2}: the controls of the last row must be 0"]
+    order = ("swimmer", "start", "end", "goal", "rows", "phases", "controls", "rest", "angles")
+    told = [text for kind in order for text in faults.get(kind, [])] + list(kept.faults.values())
+    return Verification(Deviation.between(first, start), certificate, kept, tuple(told))
+
+
+def _certificate(
+    found: Replay,
+    ends: list[tuple[Array, Deviation]],
+    goal: Configuration,
+    limit_m: float,
+    limit_rad: float,
+    segments: int,
+    integrated: int,
+) -> Certificate:
+    """Return the certificate of parts, each of which turns all that comes after it by what it may be wrong."""
+    end = found.end
+    position = sum(b.position_m + b.base_rad * np.linalg.norm(end.pose[:3, 3] - p[:3, 3]) for p, b in ends)
+    bound = Deviation(float(position), sum(b.base_rad for _, b in ends), 0.0, 0.0)
+    deviation = Deviation.between(end, goal)
+    reached = deviation.within(limit_m - bound.position_m, limit_rad - bound.base_rad)
+    return Certificate(reached, deviation, bound, limit_m, limit_rad, segments, integrated)
+
+
+def misfit(table: Table, swimmer: Swimmer) -> float:
+    """Return which part of the rows' motion is not the swimmer's, at some rows: 0 if it can have made them.
+
+    Each of these rows must move to the next as the swimmer does by the row's controls from the row's shape.
+    """
     poses, shapes = se3.pose(from_quaternion(table.base), table.position_m), from_quaternion(table.limbs)
-    found = replay(swimmer, start, table.time_s, table.rate_rad_s, every_row=True)
-    certificate = judged(found, goal, limit, tolerance_rad)
-    first = Configuration(poses[0], shapes[0])
-    faults = [
-        *_off("first row against the start", first, start, limit, tolerance_rad),
-        *_off("re-integrated end against the goal", found.end, goal, limit, tolerance_rad),
-        *_off("last row against the goal", Configuration(poses[-1], shapes[-1]), goal, limit, tolerance_rad),
-        *_rows(table, poses, shapes, found.row, found.pose, found.shape, limit, tolerance_rad),
-        *_phases(table),
-        *_controls(table, swimmer),
-        *_angles(table, poses, shapes, tolerance_rad),
-    ]
-    seconds = np.append(np.diff(table.time_s), 0.0)
-    near = None if faults else least_clearance(swimmer, Pieces(shapes, table.rate_rad_s, seconds))
-    return Verification(Deviation.between(first, start), certificate, tuple(faults), near)
+    moving = np.flatnonzero(np.any(table.rate_rad_s[:-1] != 0.0, axis=1) & (np.diff(table.time_s) > 0.0))
+    k = moving[np.unique(np.linspace(0, len(moving) - 1, min(_LOOKED_AT, len(moving))).astype(np.int64))]
+    if not len(k):
+        return 0.0
+    seconds = np.diff(table.time_s)[k]
+    wanted = segment_displacements(swimmer, shapes[k], table.rate_rad_s[k], seconds).fine.astype(np.float64)
+    made = se3.inverse(poses[k]) @ poses[k + 1]
+    off = np.linalg.norm(made[:, :3, 3] - wanted[:, :3, 3], axis=1) / swimmer.length_m
+    off += np.linalg.norm(made[:, :3, :3] - wanted[:, :3, :3], axis=(1, 2))
+    off = np.maximum(off - _ROUNDING * (1.0 + np.abs(poses[k, :3, 3]).max(axis=1) / swimmer.length_m), 0.0)
+    return float(np.median(off / (np.linalg.norm(table.rate_rad_s[k], axis=1) * seconds)))
+
+
+def _swimmer(table: Table, swimmer: Swimmer) -> list[str]:
+    """Return that another swimmer has made the rows, where that is so."""
+    off = misfit(table, swimmer)
+    if off <= MISFIT:
+        return []
+    return [f"the rows' velocities are not this swimmer's (off by {off:.2g} of the joints' rates): see --swimmer"]
 
 
 def _off(label: str, found: Configuration, wanted: Configuration, limit_m: float, limit_rad: float) -> list[str]:
@@ -103,45 +191,43 @@ def _off(label: str, found: Configuration, wanted: Configuration, limit_m: float
 
 
 def _rows(
-    table: Table, poses: Array, shapes: Array, row: Rows, pose: Array, shape: Array, limit_m: float, limit_rad: float
+    table: Table, poses: Array, shapes: Array, found: Replay, row: int, limit_m: float, limit_rad: float
 ) -> list[str]:
-    """Return the first row that is not where the replay is."""
-    away = np.linalg.norm(poses[row, :3, 3] - pose[:, :3, 3], axis=1) > limit_m
-    away |= np.max(np.abs(poses[row, :3, :3] - pose[:, :3, :3]), axis=(1, 2)) > limit_rad
-    away |= np.max(np.abs(shapes[row] - shape), axis=(1, 2, 3)) > limit_rad
-    inside = np.flatnonzero(away[1:-1]) + 1
+    """Return the first row that is not where the replay is; the first and the last are held against start and goal."""
+    pose, shape = found.pose, found.shape
+    away = np.linalg.norm(poses[found.row, :3, 3] - pose[:, :3, 3], axis=1) > limit_m
+    away |= np.max(np.abs(poses[found.row, :3, :3] - pose[:, :3, :3]), axis=(1, 2)) > limit_rad
+    away |= np.max(np.abs(shapes[found.row] - shape), axis=(1, 2, 3)) > limit_rad
+    inside = np.flatnonzero(away[(row == 0) :])[:1] + (row == 0)
     if not len(inside):
         return []
     k = int(inside[0])
-    n = int(row[k])
-    label = f"line {n + 2} (t = {table.time_s[n]:.6g} s) against the re-integration"
+    n = int(found.row[k])
+    label = f"line {row + n + 2} (t = {table.time_s[n]:.6g} s) against the re-integration"
     return _off(label, Configuration(poses[n], shapes[n]), Configuration(pose[k], shape[k]), limit_m, limit_rad)
 
 
-def _phases(table: Table) -> list[str]:
+def _phases(table: Table, row: int) -> list[str]:
     wrong = ~np.isin(table.phase, (1, 2, 3))
     wrong[1:] |= np.diff(table.phase) < 0
     if not np.any(wrong):
         return []
     n = int(np.flatnonzero(wrong)[0])
-    return [f"line {n + 2}: the phases of a reconfiguration are 1, 2, 3 in this order, found {table.phase[n]:g}"]
+    return [f"line {row + n + 2}: the phases of a reconfiguration are 1, 2, 3 in this order, found {table.phase[n]:g}"]
 
 
-def _controls(table: Table, swimmer: Swimmer) -> list[str]:
-    out = []
+def _controls(table: Table, swimmer: Swimmer, row: int) -> list[str]:
     over = np.abs(table.rate_rad_s).max(axis=1) > swimmer.joint_rate_rad_s * (1 + _RATE_SLACK)
-    if np.any(over):
-        n = int(np.flatnonzero(over)[0])
-        out.append(
-            f"line {n + 2}: a joint turns at {np.abs(table.rate_rad_s[n]).max():.9g} rad/s, "
-            f"more than {swimmer.joint_rate_rad_s:g}"
-        )
-    if np.any(table.rate_rad_s[-1] != 0.0):
-        out.append(f"line {len(table.time_s) + 1}: the controls of the last row must be 0")
-    return out
+    if not np.any(over):
+        return []
+    n = int(np.flatnonzero(over)[0])
+    return [
+        f"line {row + n + 2}: a joint turns at {np.abs(table.rate_rad_s[n]).max():.9g} rad/s, "
+        f"more than {swimmer.joint_rate_rad_s:g}"
+    ]
 
 
-def _angles(table: Table, poses: Array, shapes: Array, limit_rad: float) -> list[str]:
+def _angles(table: Table, poses: Array, shapes: Array, limit_rad: float, row: int) -> list[str]:
     """Return the first row whose Euler angles are not those of its quaternion."""
     for k, (name, rotation) in enumerate(
         (("base", poses[:, :3, :3]), ("limb 1", shapes[:, 0]), ("limb 2", shapes[:, 1]))
@@ -150,5 +236,7 @@ def _angles(table: Table, poses: Array, shapes: Array, limit_rad: float) -> list
         if np.any(off):
             n = int(np.flatnonzero(off)[0])
             wanted = ", ".join(f"{v:.6g}" for v in as_euler(rotation[n]))
-            return [f"line {n + 2}: the {name}'s Euler angles are not those of its quaternion, which are {wanted} rad"]
+            return [
+                f"line {row + n + 2}: the {name}'s Euler angles are not those of its quaternion, which are {wanted} rad"
+            ]
     return []

@@ -26,6 +26,7 @@ class BatchDocument(TypedDict):
     failed: Annotated[int, "how many are not what they must be"]
     crashed: Annotated[int, "how many of those crashed"]
     compared: Annotated[int | None, "how many are in the baseline; null without one"]
+    vanished: Annotated[list[str] | None, "scenarios of the baseline that are not in the batch; null without one"]
     failures: Annotated[list[FailurePart], "those that failed, at most 1000"]
     wall_time_s: Annotated[float, "how long the batch took [s]"]
     folder: Annotated[str, "the folder of results"]

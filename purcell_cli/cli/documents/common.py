@@ -70,9 +70,10 @@ class TolerancePart(TypedDict):
 class CertificatePart(TypedDict):
     """How the controls were re-integrated."""
 
-    method: Annotated[Literal["DOP853"], "the integrator"]
+    method: Annotated[Literal["extrapolation"], "the integrator: Gragg, Bulirsch and Stoer's"]
     segments: Annotated[int, "segments of constant control"]
     integrated: Annotated[int, "how many of them are distinct and were integrated"]
+    bound: Annotated[TolerancePart, "by how much the re-integrated end may itself be wrong"]
 
 
 def as_part(value: DataclassInstance, _kind: Callable[..., D]) -> D:

@@ -45,8 +45,8 @@ class PhasePart(TypedDict):
 class WorkspacePart(TypedDict):
     """A box that all links stay in."""
 
-    min: Annotated[list[float], "the corner of least x, y and z [m]"]
-    max: Annotated[list[float], "the opposite corner [m]"]
+    min: Annotated[list[float | None], "the corner of least x, y and z, null for no wall there [m]"]
+    max: Annotated[list[float | None], "the opposite corner, null for no wall there [m]"]
 
 
 class ViolationPart(TypedDict):
@@ -97,6 +97,7 @@ class StructurePart(TypedDict):
 
     description: Annotated[str, "what it does"]
     joint_travel_rad: Annotated[float, "its joint travel, as estimated [rad]"]
+    why_not: Annotated[str, "why it was not taken though it has less joint travel; else empty"]
 
 
 class LargestPart(TypedDict):
@@ -141,6 +142,7 @@ class PlanDocument(TypedDict):
     phases: Annotated[list[PhasePart], "the three phases"]
     planned_error: Annotated[DeviationPart, "from the goal to the end by the planner's own flow"]
     verified_error: Annotated[DeviationPart, "from the goal to the end by re-integration"]
+    rows_error: Annotated[DeviationPart, "largest distance of the rows from the re-integration, where controls change"]
     tolerance: Annotated[TolerancePart, "deviations up to which the goal is reached"]
     certificate: Annotated[CertificatePart, "how the controls were re-integrated"]
     clearance_m: Annotated[float, "least distance of the limbs' surfaces over the whole path [m]"]
@@ -150,6 +152,14 @@ class PlanDocument(TypedDict):
     trajectory: Annotated[str | None, "the trajectory's file"]
     plan_document: Annotated[str | None, "the plan document's file, written or read"]
     explanation: NotRequired[Annotated[ExplanationPart, "with `--explain`: why the plan is as it is"]]
+
+
+class JudgedPart(TypedDict):
+    """The limits that a trajectory was held against."""
+
+    clearance_m: Annotated[float, "least distance wanted between the limbs' surfaces [m]"]
+    max_bend_rad: Annotated[float, "largest bend wanted in phase 2; in 1 and 3 also the start's and goal's own [rad]"]
+    workspace_m: Annotated[WorkspacePart | None, "the box to stay in; null where none is known [m]"]
 
 
 class VerifyDocument(TypedDict):
@@ -162,5 +172,8 @@ class VerifyDocument(TypedDict):
     verified_error: Annotated[DeviationPart, "from the goal to the end by re-integration"]
     tolerance: Annotated[TolerancePart, "deviations that are allowed"]
     certificate: Annotated[CertificatePart, "how the controls were re-integrated"]
-    clearance_m: Annotated[float | None, "least distance of the limbs' surfaces; null if the file does not hold [m]"]
+    clearance_m: Annotated[float, "least distance of the limbs' surfaces over the whole path [m]"]
+    largest_bend_rad: Annotated[float | None, "largest bend in phase 2; null if nothing moves in it [rad]"]
+    workspace_violation_m: Annotated[float | None, "how far a link leaves the workspace; null without one [m]"]
+    judged: Annotated[JudgedPart, "the limits that the file was held against"]
     faults: Annotated[list[str], "what is wrong, a sentence each"]

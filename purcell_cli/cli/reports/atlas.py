@@ -123,9 +123,9 @@ def show_atlas(console: Console, document: AtlasDocument) -> None:
     table.box = SIMPLE_HEAD
     table.add_column("gait", no_wrap=True)
     for heading in ("a\n[rad]", "x, y, z\n[L]", "roll, pitch, yaw\n[rad]", "cross-\ntalk", "travel\n[rad]"):
-        table.add_column(heading.replace("[", "\\["), justify="right")
+        table.add_column(heading, justify="right")
     for heading in ("time\n[s]", "energy\n[J]", "speed\n[L/rad]", "effic.\n[%]"):
-        table.add_column(heading.replace("[", "\\["), justify="right", no_wrap=True)
+        table.add_column(heading, justify="right", no_wrap=True)
     for g in document["gaits"]:
         moved = [_cell(cast(Mapping[str, float], g)[name]) for name in keys(MotionPart)]
         cross = "" if g["cross_talk"] is None else f"{g['cross_talk']:.0e}"
@@ -150,7 +150,7 @@ def show_sweep(console: Console, document: SweepDocument) -> None:
     table.box = SIMPLE_HEAD
     unit = document["unit"]
     for heading in ("amplitude [rad]", f"exact [{unit}]", f"leading order [{unit}]", "order"):
-        table.add_column(heading.replace("[", "\\["), justify="right")
+        table.add_column(heading, justify="right")
     table.add_column("")
     for row in document["rows"]:
         if row["displacement"] is None:
@@ -171,7 +171,7 @@ def show_ratios(console: Console, document: LinkRatioDocument) -> None:
     title = f"{document['gait']}: one cycle along {document['along']}, at the same full length"
     table = Table(title=title, title_justify="left", box=SIMPLE_HEAD)
     table.add_column("middle / outer link", justify="right")
-    table.add_column(f"displacement \\[{document['unit']}]", justify="right")
+    table.add_column(f"displacement [{document['unit']}]", justify="right")
     table.add_column("")
     for row in document["rows"]:
         best = "most" if row["ratio"] == document["best_ratio"] else ""

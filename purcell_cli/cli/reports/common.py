@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import codecs
 import dataclasses
 import json
 import math
+import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, cast
 
@@ -22,10 +24,25 @@ from purcell_cli.mechanics.swimmer import Swimmer
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from purcell_cli.verification.certificate import Certificate
 
-def as_json(document: Mapping[str, Any]) -> str:
-    """Return a document as one line of JSON; NaN has no place in it."""
-    return json.dumps(document, allow_nan=False, ensure_ascii=False)
+
+def as_json(document: Mapping[str, Any], indent: int | None = None) -> str:
+    """Return a document as JSON that stdout can encode, on one line where no indent is asked for.
+
+    NaN has no place in it. JSON is UTF-8; where stdout is not, and in a file's name that is no text, characters are
+    escaped.
+    """
+    text = json.dumps(document, allow_nan=False, ensure_ascii=False, indent=indent)
+    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+    if text.isascii() or (codecs.lookup(encoding).name == "utf-8" and _is_text(text)):
+        return text
+    return json.dumps(document, allow_nan=False, indent=indent)
+
+
+def _is_text(text: str) -> bool:
+    """Return whether a text has no halves of characters, which bytes of a name that are no UTF-8 become."""
+    return not any("\ud800" <= character <= "\udfff" for character in text)
 
 
 def error_document(command: str, message: str) -> Failure:
@@ -49,6 +66,16 @@ def _deviation(deviation: Deviation, length_m: float) -> DeviationPart:
     }
 
 
+def certificate_document(found: Certificate) -> CertificatePart:
+    """Return how controls were re-integrated."""
+    return {
+        "method": "extrapolation",
+        "segments": found.segments,
+        "integrated": found.integrated,
+        "bound": {"position_m": found.bound.position_m, "angle_rad": found.bound.base_rad},
+    }
+
+
 def swimmer_document(swimmer: Swimmer) -> SwimmerPart:
     """Return a swimmer's parameters."""
     return cast(SwimmerPart, {**dataclasses.asdict(swimmer), "L_m": swimmer.length_m})
@@ -69,9 +96,9 @@ def displacement_cells(displacement: DisplacementPart, length_m: float, digits: 
 
 
 def _checked(console: Console, certificate: CertificatePart) -> None:
-    counts = f"{certificate['segments']} segments of constant control, {certificate['integrated']} distinct, integrated"
+    counts = f"{certificate['segments']} segments of constant control, {certificate['integrated']} of them distinct"
     console.print(f"checked by {certificate['method']}: {counts}")
 
 
 def _verdict(console: Console, verdict: str) -> None:
-    console.print(f"[bold {'green' if verdict == 'reached' else 'red'}]{verdict}[/]")
+    console.print(verdict, style=f"bold {'green' if verdict == 'reached' else 'red'}")

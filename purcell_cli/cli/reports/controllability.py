@@ -148,7 +148,7 @@ def show_controllability(console: Console, document: ControllabilityDocument) ->
     shape, swimmer = document["shape"], "planar swimmer" if document["planar"] else "swimmer"
     limbs = shape["limb1_euler_deg"], shape["limb2_euler_deg"]
     angles = [", ".join(f"{x + 0.0:.6g}" for x in limb) for limb in limbs]
-    console.print(f"[bold]{swimmer}[/], limb 1 at ({angles[0]}), limb 2 at ({angles[1]}): psi, theta, phi \\[deg]")
+    console.print(f"{swimmer}, limb 1 at ({angles[0]}), limb 2 at ({angles[1]}): psi, theta, phi [deg]")
     controls = document["growth_vector"][0]
     for title, levels, low in (
         ("Brackets of the control fields, the limbs brought back", document["depths"], controls),
@@ -157,7 +157,7 @@ def show_controllability(console: Console, document: ControllabilityDocument) ->
         table = Table(title=title, title_justify="left")
         for heading in ("depth" if low else "space", "brackets", "dimension", "not weak"):
             table.add_column(heading, justify="right")
-        for heading in ("new directions", "singular values \\[L, rad]", "gap", "rank is"):
+        for heading in ("new directions", "singular values [L, rad]", "gap", "rank is"):
             table.add_column(heading)
         if low:
             table.add_row("1", str(low), str(low), str(low), "the limbs", "", "", "clear")
@@ -183,14 +183,14 @@ def show_controllability(console: Console, document: ControllabilityDocument) ->
     for line in conclusions(document):
         console.print(line)
     good = document["verdict"] in {"controllable", "weakly controllable"}
-    console.print(f"[bold {'green' if good else 'red'}]{document['verdict']}[/]")
+    console.print(document["verdict"], style=f"bold {'green' if good else 'red'}")
 
 
 def _show_brackets(console: Console, document: ControllabilityDocument) -> None:
     from rich.table import Table
 
-    table = Table(title="Which bracket gives which motion, for turns of a \\[rad]", title_justify="left")
-    for heading in ("direction", "bracket", "motion", "beside it", "holds to a \\[rad]", "limb to turn back"):
+    table = Table(title="Which bracket gives which motion, for turns of a [rad]", title_justify="left")
+    for heading in ("direction", "bracket", "motion", "beside it", "holds to a [rad]", "limb to turn back"):
         table.add_column(heading)
     for part in document["directions"]:
         for k, bracket in enumerate(part["brackets"]):
@@ -198,7 +198,7 @@ def _show_brackets(console: Console, document: ControllabilityDocument) -> None:
             beside = {n: x for n, x in bracket["twist"].items() if n != part["direction"]}
             table.add_row(
                 part["direction"] if k == 0 else "",
-                bracket["bracket"].replace("[", "\\["),
+                bracket["bracket"],
                 f"{bracket['rate']:.4g} {unit} a^{bracket['depth']}",
                 sum_text({n: x for n, x in beside.items() if abs(x) > 1e-3 * abs(bracket["rate"])}),
                 f"{bracket['trusted_rad']:.3g}" if bracket["trusted_rad"] else "< 0.001",
@@ -256,8 +256,8 @@ def show_map(console: Console, document: MapDocument) -> None:
         ("Least singular value of h1 + h2, the shape left free", free),
         (f"Least singular value of the brackets to depth {document['depth']}, the limbs brought back", back),
     ):
-        table = Table(title=f"{title} \\[L, rad]", title_justify="left")
-        table.add_column("bend \\[deg]", justify="right")
+        table = Table(title=f"{title} [L, rad]", title_justify="left")
+        table.add_column("bend [deg]", justify="right")
         for roll in rolls:
             table.add_column(f"roll {roll:.4g}", justify="right")
         for bend in dict.fromkeys(s["bend_deg"] for s in shapes):

@@ -52,7 +52,7 @@ def show_design(console: Console, document: DesignDocument) -> None:
     """Show the best stroke found."""
     plane = "planar" if document["planar"] else "spatial"
     bend = f"bends within {document['max_bend_rad']:g} rad"
-    console.print(f"[bold]{document['direction']}[/]: {plane}, {document['controls']} controls, {bend}")
+    console.print(f"{document['direction']}: {plane}, {document['controls']} controls, {bend}")
     value, stroke = document["per_joint_travel"], document["stroke"]
     turned = f", {math.degrees(value):.4f} deg/rad" if document["unit"] == "rad/rad" else ""
     console.print(f"{value:.6f} {document['unit']} of joint travel{turned}")

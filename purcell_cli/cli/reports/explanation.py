@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _ROOMY = 108
 """Columns a terminal needs to show coordinates where it else shows a distance and an angle."""
 
-_ANGLES = "psi, theta, phi\n\\[deg]"
+_ANGLES = "psi, theta, phi\n[deg]"
 
 _THERE = 1e-8
 """Distances (L, mm) and angles (rad, deg) below this are not worth a person's while."""
@@ -68,7 +68,8 @@ def explanation_document(explanation: Explanation, swimmer: Swimmer) -> Explanat
         for s, c in zip(explanation.sensitivities, explanation.culprits, strict=True)
     ]
     structures: list[StructurePart] = [
-        {"description": s.words, "joint_travel_rad": s.joint_travel_rad} for s in explanation.structures
+        {"description": s.words, "joint_travel_rad": s.joint_travel_rad, "why_not": s.why_not}
+        for s in explanation.structures
     ]
     return {"strokes": strokes, "structures": structures, "sensitivity": sensitivity}
 
@@ -98,8 +99,8 @@ def _show_strokes(console: Console, strokes: list[StrokeReasonPart], length_m: f
     table = _table("Stroke by stroke")
     table.add_column("stroke")
     table.add_column("what it does")
-    table.add_column("travel\n\\[rad]", justify="right", no_wrap=True)
-    for heading in ("then missing\n\\[mm]", "\n\\[deg]") if narrow else ("then missing: x, y, z\n\\[mm]", _ANGLES):
+    table.add_column("travel\n[rad]", justify="right", no_wrap=True)
+    for heading in ("then missing\n[mm]", "\n[deg]") if narrow else ("then missing: x, y, z\n[mm]", _ANGLES):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("limited\nby")
     for k, s in enumerate(strokes):
@@ -127,23 +128,24 @@ def _show_structures(console: Console, structures: list[StructurePart]) -> None:
     table = _table("Candidates that were weighed, by estimated joint travel")
     table.add_column("")
     table.add_column("structure")
-    table.add_column("travel\n\\[rad]", justify="right", no_wrap=True)
+    table.add_column("travel\n[rad]", justify="right", no_wrap=True)
     table.add_column("more by", justify="right", no_wrap=True)
     taken = structures[0]["joint_travel_rad"]
     for k, s in enumerate(structures[:_MOST_STRUCTURES]):
         more = s["joint_travel_rad"] - taken
+        words = s["description"] + (f"; not taken: it {s['why_not']}" if s["why_not"] else "")
         share = f" ({100.0 * more / taken:.3g} %)" if taken else ""
         label = ("taken", "runner-up")[k] if k < 2 else ""
-        table.add_row(label, s["description"], f"{s['joint_travel_rad']:.4f}", f"{more:.4f}{share}" if k else "")
+        table.add_row(label, words, f"{s['joint_travel_rad']:.4f}", f"{more:.4f}{share}" if k else "")
     console.print(table)
     if len(structures) > _MOST_STRUCTURES:
-        console.print(f"and {len(structures) - _MOST_STRUCTURES} that cost more")
+        console.print(f"and {len(structures) - _MOST_STRUCTURES} more")
 
 
 def _show_sensitivity(console: Console, explanation: ExplanationPart) -> None:
     table = _table(f"If the swimmer were {100.0 * CHANGE:g} % off, the same controls would end off by")
     table.add_column("parameter")
-    for heading in ("position\n\\[L]", "\n\\[mm]", "angle\n\\[deg]"):
+    for heading in ("position\n[L]", "\n[mm]", "angle\n[deg]"):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("largest part from")
     strokes, sensitive = explanation["strokes"], {}

@@ -95,7 +95,7 @@ def _primitives_table(approach: list[PrimitivePart], cycle: list[PrimitivePart])
     table = Table(title="One cycle, as primitives", title_justify="left")
     table.add_column("")
     table.add_column("control")
-    table.add_column("angle \\[rad]", justify="right")
+    table.add_column("angle [rad]", justify="right")
     back: list[PrimitivePart] = [{"control": p["control"], "angle_rad": -p["angle_rad"]} for p in reversed(approach)]
     for label, primitives in (("approach, once", approach), ("cycle", cycle), ("back, once", back)):
         for k, p in enumerate(primitives):
@@ -107,7 +107,7 @@ def show_gait(console: Console, document: GaitDocument) -> None:
     """Show what a stroke does as tables."""
     from rich.table import Table
 
-    console.print(f"[bold]{document['gait']}[/]: {document['summary']}")
+    console.print(f"{document['gait']}: {document['summary']}")
     console.print(
         f"amplitude {document['amplitude_rad']:.6g} rad ({document['amplitude_means']}), cycles {document['cycles']}"
     )
@@ -121,7 +121,7 @@ def show_gait(console: Console, document: GaitDocument) -> None:
     moved = Table(title="Net displacement", title_justify="left")
     for name in d:
         motion, unit = name.split("_")
-        moved.add_column(f"{motion} \\[{unit}]", justify="right")
+        moved.add_column(f"{motion} [{unit}]", justify="right")
     values = cast(Mapping[str, float], d).values()
     moved.add_row(*(f"{v:.9g}" if abs(v) > 1e-12 else "0" for v in values))
     console.print(moved)
@@ -140,7 +140,7 @@ def show_gait_list(console: Console, document: GaitListDocument) -> None:
     from rich.table import Table
 
     table = Table(title="Stored gaits", title_justify="left")
-    for heading in ("name", "also", "amplitude is", "default \\[rad]", "what it does"):
+    for heading in ("name", "also", "amplitude is", "default [rad]", "what it does"):
         table.add_column(heading, overflow="fold")
     for g in document["gaits"]:
         table.add_row(

@@ -30,6 +30,7 @@ from purcell_cli.cli.reports.common import (
     _checked,
     _deviation,
     _verdict,
+    certificate_document,
     displacement_cells,
     displacement_document,
     swimmer_document,
@@ -107,8 +108,9 @@ def plan_document(
         "phases": phases,
         "planned_error": _deviation(solution.deviation, swimmer.length_m),
         "verified_error": _deviation(found.deviation, swimmer.length_m),
+        "rows_error": _deviation(solution.rows_off, swimmer.length_m),
         "tolerance": {"position_m": found.tolerance_m, "angle_rad": found.tolerance_rad},
-        "certificate": {"method": "DOP853", "segments": found.segments, "integrated": found.integrated},
+        "certificate": certificate_document(found),
         "clearance_m": solution.limits.clearance.distance_m,
         "largest_bend_rad": solution.limits.largest_bend_rad[1],
         "limits": _limits(solution.limits, swimmer),
@@ -132,7 +134,7 @@ def show_plan(console: Console, document: PlanDocument) -> None:
     table.add_column("stroke", no_wrap=not narrow)
     headings = ("cycles", "travel [rad]", "x, y, z [mm]", "psi, theta, phi [deg]")
     for heading in headings if narrow else ("amplitude [rad]", *headings[:2], "time [s]", *headings[2:]):
-        table.add_column(heading.replace(" [", "\n\\["), justify="right", no_wrap=True)
+        table.add_column(heading.replace(" [", "\n["), justify="right", no_wrap=True)
     length_m = document["swimmer"]["L_m"]
 
     def row(label: str, amplitude: str, cycles: str, part: PhasePart | StrokePart, style: str) -> None:
@@ -154,7 +156,7 @@ def show_plan(console: Console, document: PlanDocument) -> None:
     errors = Table(title="Distance from the goal", title_justify="left", box=SIMPLE_HEAD)
     errors.add_column("")
     for heading in ("position [L]", "base [rad]", "limb 1 [rad]", "limb 2 [rad]"):
-        errors.add_column(heading.replace("[", "\\["), justify="right")
+        errors.add_column(heading, justify="right")
     for label, e in (("planned", document["planned_error"]), ("re-integrated", document["verified_error"])):
         found = (e["position_over_L"], e["base_rad"], e["limb1_rad"], e["limb2_rad"])
         errors.add_row(label, *(f"{value:.1e}" for value in found))
@@ -186,4 +188,4 @@ def _show_limits(console: Console, document: PlanDocument) -> None:
     for v in limits["violations"]:
         excess = f"{1e3 * v['excess']:.4g} mm" if v["unit"] == "m" else f"{v['excess']:.4g} rad"
         when = f"at {v['time_s']:.3f} s in phase {v['phase']}"
-        console.print(f"[red]-[/] {v['limit']}: {v['what']}, {excess} outside the limit {when}", soft_wrap=True)
+        console.print(f"- {v['limit']}: {v['what']}, {excess} outside the limit {when}", soft_wrap=True)

@@ -11,12 +11,14 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from purcell_cli.verification.verify import Verification
-from purcell_cli.cli.documents.plan import VerifyDocument
-from purcell_cli.cli.reports.common import _checked, _deviation, _verdict, swimmer_document
+from purcell_cli.cli.documents.common import as_part
+from purcell_cli.cli.documents.plan import VerifyDocument, WorkspacePart
+from purcell_cli.cli.reports.common import _checked, _deviation, _verdict, certificate_document, swimmer_document
 
 
 def verify_document(found: Verification, swimmer: Swimmer) -> VerifyDocument:
     """Return what the check of a trajectory file found."""
+    limits, box = found.limits, found.limits.wanted.workspace
     return {
         "schema": "purcell/verify/1",
         "verdict": Verdict.REACHED if found.holds else Verdict.NOT_REACHED,
@@ -24,12 +26,15 @@ def verify_document(found: Verification, swimmer: Swimmer) -> VerifyDocument:
         "start_error": _deviation(found.start, swimmer.length_m),
         "verified_error": _deviation(found.certificate.deviation, swimmer.length_m),
         "tolerance": {"position_m": found.certificate.tolerance_m, "angle_rad": found.certificate.tolerance_rad},
-        "certificate": {
-            "method": "DOP853",
-            "segments": found.certificate.segments,
-            "integrated": found.certificate.integrated,
+        "certificate": certificate_document(found.certificate),
+        "clearance_m": limits.clearance.distance_m,
+        "largest_bend_rad": limits.largest_bend_rad,
+        "workspace_violation_m": limits.workspace_violation_m,
+        "judged": {
+            "clearance_m": limits.wanted.clearance_m,
+            "max_bend_rad": swimmer.max_bend_rad,
+            "workspace_m": None if box is None else as_part(box, WorkspacePart),
         },
-        "clearance_m": None if found.clearance is None else found.clearance.distance_m,
         "faults": list(found.faults),
     }
 
@@ -42,8 +47,11 @@ def show_verify(console: Console, document: VerifyDocument) -> None:
         f"limb 1 {e['limb1_rad']:.1e} rad, limb 2 {e['limb2_rad']:.1e} rad"
     )
     _checked(console, document["certificate"])
-    if document["clearance_m"] is not None:
-        console.print(f"limbs {1e3 * document['clearance_m']:.4g} mm apart or more")
+    judged, bend = document["judged"], document["largest_bend_rad"]
+    told = [f"limbs {1e3 * document['clearance_m']:.4g} mm apart or more ({1e3 * judged['clearance_m']:g} wanted)"]
+    told += [] if bend is None else [f"bent {bend:.4g} rad at most in phase 2 ({judged['max_bend_rad']:g} allowed)"]
+    told.append("no workspace known" if judged["workspace_m"] is None else "workspace known")
+    console.print("limits judged: " + ", ".join(told), soft_wrap=True)
     for fault in document["faults"]:
-        console.print(f"[red]-[/] {fault}", soft_wrap=True)
+        console.print(f"- {fault}", soft_wrap=True)
     _verdict(console, document["verdict"])

@@ -30,6 +30,7 @@ from purcell_cli.mechanics.lift import piece_work, run_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.limits import BEND_MARGIN_RAD
 
 NAME = "arc"
 """Name of the stroke."""
@@ -44,8 +45,6 @@ _POWER = {False: 1, True: 2}
 """The root of the part aside that is the series' second variable, by `across`; 2 adds nodes where A(r) is sharp."""
 _TABLED = Accuracy(stages=3, step=0.8, settled=1e-7)
 """Accuracy of the flow in the table: errors of 1e-5 (L, rad), less than those of the series."""
-_MARGIN_RAD = 2e-4
-"""Margin below the bend limit that is left to the exact arrival [rad]."""
 _LEAST_BEND = 0.2
 """The smallest loops in the table, in units of the bend limit."""
 _MOST_ASIDE = {False: 0.775, True: 0.95}
@@ -117,7 +116,7 @@ class Loops:
 
     def __init__(self, swimmer: Swimmer, measure: str, across: bool) -> None:
         self.across = across
-        limit = swimmer.max_bend_rad - _MARGIN_RAD
+        limit = swimmer.max_bend_rad - BEND_MARGIN_RAD
         self.most_rad = min(limit, _ACROSS_BEND_RAD) if across else limit
         self.least_rad, self.most_aside = _LEAST_BEND * self.most_rad, _MOST_ASIDE[across]
         self.least_aside, self._power = _LEAST_ASIDE[across] * self.most_aside, _POWER[across]

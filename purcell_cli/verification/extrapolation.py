@@ -1,0 +1,205 @@
+"""The certificate's integrator: g' = g hat(xi(t)) by Gragg's and Bulirsch and Stoer's extrapolation.
+
+The plain equation, by the modified midpoint rule with 2, 4, ..., 16 steps over a piece, extrapolated to no step
+(Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.9). It shares nothing with the
+planner's collocation, needs no table of coefficients, and so works in whatever precision its input has: in
+extended precision, where the machine has it, the motions of ten thousand cycles keep twelve digits.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from purcell_cli.geometry.rotations import Array, hat
+from purcell_cli.mechanics.connection import base_twist_rows, resistance
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.verification.extended import extended, products
+
+Real = NDArray[Any]
+"""Floating-point numbers of one precision or another."""
+
+Rows = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+"""Numbers of rows."""
+
+_STEPS = tuple(range(2, 17, 2))
+"""Midpoint steps over a piece. The order is twice as many as there are, 16."""
+
+_COARSE_RAD = 0.2
+"""Longest pieces whose distance from the straight line is measured, at both ends [rad]."""
+_PIECE_RAD, _PIECE = 0.2, 0.29
+"""Longest pieces: an angle, and a part of the distance from the straight line, where A(r) is sharp.
+
+Extrapolation of order 16 errs by less than rounding on such a piece."""
+_ROUNDING = 8.0
+"""What rounding turns a piece by, at the most, in units of its angle over the squared distance from the straight line
+and of the precision's last bit: twice what was found of swimmers thin and stout."""
+_BATCH = 1024
+"""Pieces solved as one system: bounds the memory of a long path."""
+
+
+@functools.cache
+def _times() -> tuple[tuple[int, int], ...]:
+    """Return the parts of a piece, as fractions, at which the twist is wanted: where a midpoint step begins."""
+    return tuple(sorted({(k // math.gcd(k, n), n // math.gcd(k, n)) for n in _STEPS for k in range(n)}))
+
+
+class Turning:
+    """Limbs that turn at constant rates, each about an axis that is fixed in the base: u = A omega.
+
+    Attributes:
+        rate: Their rates in base coordinates. Shape (2, 3, m).
+
+    Args:
+        shapes: Shapes at time 0; all is computed in their precision. Shape (m, 2, 3, 3).
+        rates: Limb rates [rad/s]. Shape (m, 6).
+    """
+
+    def __init__(self, shapes: Real, rates: Real) -> None:
+        turn = np.einsum("mlij,mlj->mli", shapes, rates.reshape(-1, 2, 3).astype(shapes.dtype))
+        speed = np.sqrt(np.sum(turn * turn, axis=-1, keepdims=True))
+        about, axes = hat(turn / np.where(speed > 0.0, speed, 1.0)), shapes[..., :1]
+        self._speed, self._shapes, self._about = speed, shapes, about
+        self.rate = np.ascontiguousarray(turn.transpose(1, 2, 0))
+        self._rows = [np.ascontiguousarray(x[..., 0].transpose(1, 2, 0)) for x in (axes, about @ axes)]
+        self._rows.append(np.ascontiguousarray((about @ about @ axes)[..., 0].transpose(1, 2, 0)))
+        self._speed_rows = np.ascontiguousarray(speed.transpose(1, 2, 0))
+
+    def axes(self, time: Real) -> Real:
+        """Return the limbs' axes at times [s]. Shapes (k, m) to (2, 3, k, m)."""
+        angle = self._speed_rows[:, :, None] * time
+        first, across, about = (rows[:, :, None] for rows in self._rows)
+        return np.asarray(first + np.sin(angle) * across + (1.0 - np.cos(angle)) * about)
+
+    def shapes(self, time: Real) -> Real:
+        """Return the shapes R A at times [s], R = 1 + sin(w t) hat(n) + (1 - cos(w t)) hat(n)^2. Shape (m, 2, 3, 3)."""
+        angle = (self._speed * time[:, None, None])[..., None]
+        turned = np.sin(angle) * self._about + (1.0 - np.cos(angle)) * (self._about @ self._about)
+        return np.asarray(self._shapes + turned @ self._shapes)
+
+
+def _extrapolated(unit: Swimmer, turning: Turning, length: Real) -> tuple[Real, Real]:
+    """Return by how much the base's displacements on pieces differ from none.
+
+    They are so small that they lose nothing, and are put together by the caller.
+
+    Args:
+        unit: The swimmer, scaled to L = 1.
+        turning: The limbs' turning on each piece.
+        length: How long each piece lasts [s]. Shape (n,).
+
+    Returns:
+        The columns of the rotation less 1, and the position: extrapolated from all steps, and from all without the
+        last extrapolation, which is some hundred times less exact. Both of shape (n, 3, 4).
+    """
+    dtype = turning.rate.dtype
+    parts = np.array([np.asarray(a, dtype) / np.asarray(b, dtype) for a, b in _times()])
+    place = {time: k for k, time in enumerate(_times())}
+    n, k = len(length), len(parts)
+    axes = turning.axes(parts[:, None] * length).reshape(2, 3, -1)
+    rate = np.broadcast_to(turning.rate[:, :, None], (2, 3, k, n)).reshape(2, 3, -1)
+    xi = (base_twist_rows(unit, axes, rate).reshape(6, k, n) * length).swapaxes(0, 1)
+    columns: list[Real] = []
+    last = before = np.zeros((4, 3, n), dtype=dtype)
+    for row, steps in enumerate(_STEPS):
+        step = np.asarray(1, dtype) / np.asarray(steps, dtype)
+        earlier = np.zeros((4, 3, n), dtype=dtype)
+        state = step * _slope(xi[0], earlier)
+        for m in range(1, steps):
+            divisor = math.gcd(m, steps)
+            slope = _slope(xi[place[m // divisor, steps // divisor]], state)
+            earlier, state = state, earlier + 2.0 * step * slope
+        # Aitken and Neville: T_j = T_(j-1) + (T_(j-1) - T of the row before) / ((n_i / n_(i-j))^2 - 1).
+        here = [state]
+        for j in range(1, row + 1):
+            ratio = np.asarray(steps, dtype) / np.asarray(_STEPS[row - j], dtype)
+            here.append(here[-1] + (here[-1] - columns[j - 1]) / (ratio * ratio - 1.0))
+        columns, last, before = here, here[-1], here[-2] if row else here[-1]
+    return last.transpose(2, 1, 0), before.transpose(2, 1, 0)
+
+
+def _slope(xi: Real, state: Real) -> Real:
+    """Return the derivative of the rotation's columns and the position. Shapes (6, n) and (4, 3, n) to (4, 3, n)."""
+    out = np.empty_like(state)
+    rotation = state[:3].copy()
+    for i in range(3):
+        rotation[i, i] += 1.0
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        out[i] = xi[3 + k] * rotation[j] - xi[3 + j] * rotation[k]
+    out[3] = xi[0] * rotation[0] + xi[1] * rotation[1] + xi[2] * rotation[2]
+    return out
+
+
+def _cut(parts: Rows) -> tuple[Rows, Rows]:
+    """Return, for things cut into parts, which one each part is of, and its number in it."""
+    owner = np.repeat(np.arange(len(parts)), parts)
+    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
+
+
+def _distance(unit: Swimmer, shapes: Real) -> Array:
+    """Return how far shapes are from where A(r) is sharp, as a bend [rad]: there P has a small eigenvalue."""
+    least = np.linalg.eigvalsh(resistance(unit, shapes.astype(np.float64)))[:, 0]
+    return np.asarray(np.sqrt(np.maximum(least, 0.0) / (unit.lateral_drag() * unit.bend_spread())))
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Displacements:
+    """The base's displacements on segments of constant control, put together in extended precision.
+
+    Attributes:
+        fine: The displacements [m]. Shape (m, 4, 4).
+        rough: The same before the last extrapolation [m]. Shape (m, 4, 4).
+        rounding: What rounding may turn them by, at the most [rad]. Shape (m,).
+    """
+
+    fine: Real
+    rough: Real
+    rounding: Array
+
+
+def segment_displacements(
+    swimmer: Swimmer, shapes: Real, rates: Array, durations: Array, finer: float = 1.0
+) -> Displacements:
+    """Return the displacements of segments of constant control, computed in the shapes' precision.
+
+    Long segments are cut into pieces so short that extrapolation takes them in one.
+
+    Args:
+        swimmer: The swimmer.
+        shapes: Shapes where the segments begin. Shape (m, 2, 3, 3).
+        rates: Limb rates [rad/s]. Shape (m, 6).
+        durations: How long the segments last [s]. Shape (m,).
+        finer: How long pieces are, in units of the usual length.
+    """
+    unit = swimmer.scaled()
+    sweep = np.linalg.norm(rates, axis=1) * durations
+    parts = np.maximum(np.ceil(sweep / _COARSE_RAD), 1).astype(np.int64)
+    owner, index = _cut(parts)
+    length = (durations.astype(shapes.dtype) / parts)[owner]
+    turning = Turning(shapes[owner], rates[owner])
+    ends = [turning.shapes(k * length) for k in (index, index + 1)]
+    # Where a piece comes near the straight line it is cut again.
+    near = np.minimum(_distance(unit, ends[0]), _distance(unit, ends[1])) if len(owner) else np.empty(0)
+    swept = (sweep / parts)[owner]
+    noise = _ROUNDING * float(np.finfo(shapes.dtype).eps) * swept / (near * near)
+    rounding = np.bincount(owner, noise, len(parts))
+    again = np.maximum(np.ceil(swept / (finer * np.minimum(_PIECE * near, _PIECE_RAD))), 1).astype(np.int64)
+    whole, index = _cut(again)
+    owner, length = owner[whole], (length / again)[whole]
+    begun = Turning(ends[0][whole], rates[owner]).shapes(index * length)
+    both = [extended(np.tile(np.eye(4), (len(owner), 1, 1))) for _ in range(2)]
+    for low in range(0, len(owner), _BATCH):
+        some = slice(low, low + _BATCH)
+        found = _extrapolated(unit, Turning(begun[some], rates[owner[some]]), length[some])
+        for pieces, each in zip(both, found, strict=True):
+            pieces[some, :3] += each
+    fine, rough = (products(pieces, np.bincount(owner, minlength=len(parts))) for pieces in both)
+    for out in (fine, rough):
+        out[:, :3, 3] *= swimmer.length_m
+    return Displacements(fine, rough, np.asarray(rounding, dtype=np.float64))

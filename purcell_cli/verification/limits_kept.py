@@ -1,0 +1,122 @@
+"""The limits that a trajectory keeps, row by row and at every instant between: clearance, bends, workspace."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.pieces import Pieces
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
+from purcell_cli.motion.clearance import Clearance, least_clearance
+from purcell_cli.motion.limb_circles import LimbCircles, bends
+from purcell_cli.motion.workspace import ENDS, WALLS, Workspace, largest_excess
+from purcell_cli.motion.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
+from purcell_cli.verification.extrapolation import Rows, segment_displacements
+
+_BEND_SLACK_RAD = 1e-9
+"""A bend above its limit by no more than this is rounding."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Wanted:
+    """What a trajectory must keep besides the swimmer's bend limit.
+
+    Attributes:
+        clearance_m: How far the surfaces of limb 1 and limb 2 stay apart, at least [m].
+        workspace: The box that all links stay in, where one is known.
+    """
+
+    clearance_m: float = 0.0
+    workspace: Workspace | None = None
+
+
+NOTHING_MORE = Wanted()
+"""Limbs may come as near as to touch, and there is no workspace."""
+
+
+class LimitsKept:
+    """How near a trajectory comes to its limits, and the first places where it breaks them.
+
+    Attributes:
+        wanted: What it must keep.
+        clearance: The least distance of the limbs, the row before it and when.
+        largest_bend_rad: The largest bend in phase 2; None where nothing moves in it [rad].
+        workspace_violation_m: How far a link leaves the workspace; None without one [m].
+        faults: The limits that are broken, in words; at most one of each kind.
+
+    Args:
+        swimmer: The swimmer.
+        start: The start configuration.
+        goal: The goal configuration.
+        wanted: What must be kept.
+    """
+
+    def __init__(self, swimmer: Swimmer, start: Configuration, goal: Configuration, wanted: Wanted) -> None:
+        self.wanted = wanted
+        self.clearance = Clearance(np.inf, 0, 0.0, 0.0)
+        self.largest_bend_rad: float | None = None
+        self.workspace_violation_m = None if wanted.workspace is None else 0.0
+        self.faults: dict[str, str] = {}
+        self._swimmer = swimmer
+        own = {1: bends(start.shape[..., 0]), 3: bends(goal.shape[..., 0])}
+        self._most_rad = {k: np.maximum(swimmer.max_bend_rad, own.get(k, np.zeros(2))) for k in (1, 2, 3)}
+
+    def look(self, row: int, time_s: Array, phase: Rows, poses: Array, pieces: Pieces) -> None:
+        """Look at some more rows.
+
+        Args:
+            row: The number of the first.
+            time_s: Their times [s]. Shape (n,).
+            phase: Their phases. Shape (n,).
+            poses: The base's poses [m]. Shape (n, 4, 4).
+            pieces: The motion from each to the next; the last may last no time. There are n.
+        """
+        near = least_clearance(self._swimmer, pieces)
+        if near.distance_m < self.clearance.distance_m:
+            self.clearance = dataclasses.replace(near, piece=row + near.piece)
+        if near.distance_m < self.wanted.clearance_m - CLEARANCE_SLACK_L * self._swimmer.length_m:
+            when = f"{_line(row + near.piece)} (t = {time_s[near.piece] + near.time_s:.6g} s)"
+            found = f"{1e3 * near.distance_m:.4g} mm apart{' (they overlap)' if near.distance_m < 0.0 else ''}"
+            self.faults.setdefault(
+                "clearance", f"{when}: limb 1 and limb 2 are {found}, less than {1e3 * self.wanted.clearance_m:g} mm"
+            )
+        self._bends(row, time_s, phase, pieces)
+        if self.wanted.workspace is not None:
+            self._workspace(self.wanted.workspace, row, time_s, poses, pieces)
+
+    def _bends(self, row: int, time_s: Array, phase: Rows, pieces: Pieces) -> None:
+        bend, when = LimbCircles.of(pieces).largest_bends()
+        for k, most in self._most_rad.items():
+            mine = np.flatnonzero((phase == k) & (pieces.durations > 0.0))
+            if not len(mine):
+                continue
+            if k == 2:
+                self.largest_bend_rad = max(self.largest_bend_rad or 0.0, float(np.max(bend[mine])))
+            n, limb = np.unravel_index(int(np.argmax(bend[mine] - most)), (len(mine), 2))
+            found, piece = float(bend[mine[n], limb]), int(mine[n])
+            if found > most[limb] + _BEND_SLACK_RAD:
+                place = f"{_line(row + piece)} (t = {time_s[piece] + when[piece, limb]:.6g} s)"
+                what = f"limb {limb + 1} bends by {found:.6g} rad in phase {k}, more than {most[limb]:.6g} rad"
+                self.faults.setdefault("bend", f"{place}: {what}")
+
+    def _workspace(self, workspace: Workspace, row: int, time_s: Array, poses: Array, pieces: Pieces) -> None:
+        found = largest_excess(self._swimmer, workspace, poses, np.arange(len(poses)), pieces, _displacements)
+        self.workspace_violation_m = max(self.workspace_violation_m or 0.0, found.distance_m)
+        if found.distance_m > WORKSPACE_SLACK_L * self._swimmer.length_m:
+            when = f"{_line(row + found.place)} (t = {time_s[found.place] + found.time_s:.6g} s)"
+            what = f"{ENDS[found.end]} is {1e3 * found.distance_m:.4g} mm beyond the workspace's {WALLS[found.wall]}"
+            self.faults.setdefault("workspace", f"{when}: {what}")
+
+
+def _line(row: int) -> str:
+    """Return the line of a row in its file, the header being line 1."""
+    return f"line {row + 2}"
+
+
+def _displacements(swimmer: Swimmer, pieces: Pieces) -> Array:
+    found = segment_displacements(swimmer, pieces.shapes, pieces.rates, pieces.durations)
+    return np.asarray(found.fine, dtype=np.float64)

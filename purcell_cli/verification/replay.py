@@ -1,0 +1,261 @@
+"""The replay of a motion from its controls alone.
+
+The shape is replayed as written, the base by `extrapolation`, all in extended precision where the machine has
+it. Left invariance is used, and only where it holds: a segment of control is integrated again unless one with
+the same rates, the same duration to the bit and almost the same shape has been; what the little difference of
+shape makes is added to first order.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array, hat, running
+from purcell_cli.mechanics.configuration import Configuration, Deviation
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.verification.extended import extended, product, running_products
+from purcell_cli.verification.extrapolation import Displacements, Real, Rows, segment_displacements
+
+TOLERANCE_L = 1e-9
+"""Position tolerance of an arrival, in units of L."""
+TOLERANCE_RAD = 1e-9
+"""Angle tolerance of an arrival [rad]."""
+
+_SAME_SHAPE_DIGITS = 9
+"""Decimal places to which two shapes are almost the same, as quaternions, and their segment is integrated once.
+
+What the difference makes is known to first order: the second is below 1e-15 rad even where A(r) is sharpest."""
+_DRIFT_COUNTS, _SHARPEST = 1e-12, 100.0
+"""Differences of shape are looked at where they could turn the base by more than this [rad] in all, if it turned by
+this many times their sum: A(r) varies over bends of some 0.01 rad and more."""
+_DRIFT_STEP = 1e-5
+"""Turn of a limb by which displacements are differenced [rad]: errors of 1e-7 of the first order."""
+_CARES = ((np.float64, 1.0), (np.longdouble, 0.6), (np.longdouble, 0.3))
+"""The precision of the numbers, and the length of pieces in units of the usual length: one after the other, until the
+bound is small. Extended precision takes some eight times as long."""
+_SMALL = 0.1
+"""A bound below this part of the tolerance is small."""
+_BATCH = 1 << 14
+"""Segments that are put together at once: bounds the memory of a long motion."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Replay:
+    """A motion replayed from its controls alone; all in extended precision where nothing else is said.
+
+    Attributes:
+        row: The row at which each segment of control begins, and the last row. Shape (m + 1,).
+        begun_pose: The base's pose at the first [m]. Shape (4, 4).
+        begun_shape: The limbs' orientations at the first. Shape (2, 3, 3).
+        turned: How the limbs are turned since, as quaternions (w, x, y, z). Shape (m + 1, 2, 4).
+        moves: Its displacements on the segments that were integrated.
+        which: Which of them each segment makes. Shape (m,).
+        drift: What each segment makes besides, since its shape is a little another: body twists at its end [m, rad],
+            in double precision; none where that is too little to count. Shape (m, 6), or (0, 6).
+        length_m: The swimmer's L [m].
+    """
+
+    row: Rows
+    begun_pose: Real
+    begun_shape: Real
+    turned: Real
+    moves: Displacements
+    which: Rows
+    drift: Array
+    length_m: float
+
+    @property
+    def shape(self) -> Array:
+        """The limbs' orientations where segments begin, and at the end, in double precision. Shape (m + 1, 2, 3, 3)."""
+        out = np.empty((len(self.turned), 2, 3, 3))
+        for low in range(0, len(out), _BATCH):
+            some = slice(low, low + _BATCH)
+            out[some] = _shapes(self.begun_shape, self.turned[some])
+        return out
+
+    @property
+    def end_shape(self) -> Real:
+        """The limbs' orientations at the end. Shape (2, 3, 3)."""
+        return _shapes(self.begun_shape, self.turned[-1])
+
+    @functools.cached_property
+    def pose(self) -> Array:
+        """The base's poses where segments begin, and at the end, in double precision [m]. Shape (m + 1, 4, 4)."""
+        out = np.empty((len(self.which) + 1, 4, 4))
+        here, out[0] = self.begun_pose, self.begun_pose
+        turn = push = np.zeros(3)
+        for low in range(0, len(self.which), _BATCH):
+            some = slice(low, low + _BATCH)
+            pose = running_products(here, self.moves.fine[self.which[some]])[1:]
+            here = pose[-1].copy()
+            if len(self.drift):
+                # Seen from where the motion begins, the small twists add up, and each moves all that comes after it.
+                away, rotation = (pose[:, :3, 3] - self.begun_pose[:3, 3]).astype(np.float64), pose[:, :3, :3]
+                turned = np.einsum("kij,kj->ki", rotation, self.drift[some, 3:]).astype(np.float64)
+                pushed = np.einsum("kij,kj->ki", rotation, self.drift[some, :3]) + np.cross(away, turned)
+                turns, pushes = turn + np.cumsum(turned, axis=0), push + np.cumsum(pushed, axis=0)
+                turn, push = turns[-1], pushes[-1]
+                pose[:, :3, 3] += pushes + np.cross(turns, away)
+                pose[:, :3, :3] += hat(turns) @ rotation
+            out[1:][some] = pose
+        return out
+
+    @functools.cached_property
+    def end_pose(self) -> Real:
+        """The base's pose at the end [m]. Shape (4, 4)."""
+        if len(self.drift):
+            return extended(self.pose[-1])
+        return np.asarray(self.begun_pose @ product(self.moves.fine, self.which))
+
+    @property
+    def end(self) -> Configuration:
+        """The configuration at the end."""
+        return Configuration(self.end_pose.astype(np.float64), self.end_shape.astype(np.float64))
+
+    @functools.cached_property
+    def bound(self) -> Deviation:
+        """By how much the end may be wrong: what the last extrapolation changed there, and all rounding together."""
+        fine, rough = (product(moves, self.which) for moves in (self.moves.fine, self.moves.rough))
+        away, turned = rough[:3, 3] - fine[:3, 3], rough[:3, :3] - fine[:3, :3]
+        rounding = self.moves.rounding[self.which]
+        arm = np.linalg.norm(self.pose[1:, :3, 3] - self.pose[-1, :3, 3], axis=1) + self.length_m
+        return Deviation(
+            float(np.sqrt(np.sum(away * away)) + np.sum(rounding * arm)),
+            float(np.sqrt(0.5 * np.sum(turned * turned)) + np.sum(rounding)),
+            0.0,
+            0.0,
+        )
+
+
+def replay(
+    swimmer: Swimmer,
+    start: Configuration | Replay,
+    time_s: Array,
+    rate_rad_s: Array,
+    every_row: bool = False,
+    tolerance_l: float = TOLERANCE_L,
+    tolerance_rad: float = TOLERANCE_RAD,
+) -> Replay:
+    """Replay controls from a start configuration, with so much care that the bound is small against the tolerances.
+
+    What cannot be had so well is returned as well as it can be; its bound says how well that is.
+
+    Args:
+        swimmer: The swimmer.
+        start: The configuration at the first time, or what was replayed up to then.
+        time_s: Times [s]. Shape (n,).
+        rate_rad_s: Limb rates, each holding until the next time; the last is not used. Shape (n, 6).
+        every_row: Whether to stop at every row, not only where the control changes.
+        tolerance_l: Of the base's position at the end, in units of L.
+        tolerance_rad: Of the base's orientation at the end [rad].
+    """
+    changed = np.any(rate_rad_s[1:-1] != rate_rad_s[:-2], axis=1) | every_row
+    changes = np.flatnonzero(changed) + 1
+    row = np.concatenate([[0], changes, [len(time_s) - 1]]) if len(time_s) > 1 else np.array([0])
+    rates, durations = rate_rad_s[row[:-1]], np.diff(time_s[row])
+    if isinstance(start, Replay):
+        pose, shape = start.end_pose, start.end_shape
+    else:
+        pose, shape = extended(start.pose), extended(start.shape)
+    turned = _turned(rates, durations)
+    same = np.round(turned[:-1].reshape(len(rates), 8).astype(np.float64), _SAME_SHAPE_DIGITS) + 0.0
+    first, which = _distinct(np.concatenate([same, rates, durations[:, None]], axis=1))
+    begun, rates, durations = _shapes(shape, turned[first]), rates[first], durations[first]
+    drift = _drift(swimmer, begun, rates, durations, which, _turn_between(turned[first][which], turned[:-1]))
+    for precision, finer in _CARES:
+        moves = segment_displacements(swimmer, begun.astype(precision), rates, durations, finer)
+        found = Replay(row, pose, shape, turned, moves, which, drift, swimmer.length_m)
+        if found.bound.within(_SMALL * tolerance_l * swimmer.length_m, _SMALL * tolerance_rad):
+            break
+    return found
+
+
+def _turned(rates: Array, durations: Array) -> Real:
+    """Return how limbs are turned before, between and after segments, as quaternions. Shape (m + 1, 2, 4)."""
+    half = 0.5 * extended(rates).reshape(-1, 2, 3) * durations[:, None, None]
+    size = np.sqrt(np.sum(half * half, axis=-1, keepdims=True))
+    each = np.zeros((len(rates) + 1, 2, 4), dtype=half.dtype)
+    each[0, :, 0] = 1.0
+    each[1:, :, :1] = np.cos(size)
+    each[1:, :, 1:] = half * np.where(size > 0.0, np.sin(size) / np.where(size > 0.0, size, 1.0), 1.0)
+    # w + x i + y j + z k as the complex numbers (w + x i, y + z i).
+    pairs = each.view(np.result_type(half.dtype, np.complex128))
+    for low in range(0, len(pairs) - 1, _BATCH):
+        some = slice(low, low + _BATCH + 1)  # the last of one batch begins the next
+        pairs[some] = running(pairs[some], _hamilton)
+        each[some] /= np.sqrt(np.sum(each[some] * each[some], axis=-1, keepdims=True))
+    return each
+
+
+def _shapes(start: Real, turned: Real) -> Real:
+    """Return shapes that are turned since a first one, by quaternions (w, x, y, z). Shape (..., 2, 3, 3)."""
+    k = hat(turned[..., 1:])
+    return np.asarray(start @ (np.eye(3) + 2.0 * (turned[..., :1, None] * k + k @ k)))
+
+
+def _turn_between(first: Real, second: Real) -> Array:
+    """Return the small rotation vectors, in the limbs' frames, from quaternions to others. Shape (..., 2, 3)."""
+    (w, v), (s, u) = ((q[..., :1], q[..., 1:]) for q in (first, second))
+    return np.asarray(2.0 * (w * u - s * v - np.cross(v, u)), dtype=np.float64)
+
+
+def _hamilton(p: NDArray[Any], q: NDArray[Any]) -> NDArray[Any]:
+    """Return the products of quaternions a + b j, as pairs of complex numbers a, b. Shape (..., 2)."""
+    (a, b), (c, d) = np.moveaxis(p, -1, 0), np.moveaxis(q, -1, 0)
+    return np.stack([a * c - b * d.conj(), a * d + b * c.conj()], axis=-1)
+
+
+def _distinct(keys: Array) -> tuple[Rows, Rows]:
+    """Return the first of every distinct row, and which of them each row is; rows are compared bit by bit."""
+    words = np.ascontiguousarray(keys).view(np.uint64)
+    mix = np.random.default_rng(0).integers(0, 2**64, words.shape[1], dtype=np.uint64) | np.uint64(1)
+    spread = (words ^ (words >> np.uint64(32))) * mix
+    _, first, which = np.unique(spread.sum(axis=1, dtype=np.uint64), return_index=True, return_inverse=True)
+    if not np.array_equal(words[first][which], words):  # two rows share a sum: compare them whole
+        _, first, which = np.unique(words, axis=0, return_index=True, return_inverse=True)
+    return first, which.ravel()
+
+
+def _drift(swimmer: Swimmer, shapes: Real, rates: Array, durations: Array, which: Rows, off: Array) -> Array:
+    """Return what segments make besides the displacement of the one that is integrated for them [m, rad].
+
+    Args:
+        swimmer: The swimmer.
+        shapes: The shapes at the beginning of those that are integrated. Shape (k, 2, 3, 3).
+        rates: Their limb rates. Shape (k, 6).
+        durations: How long they last. Shape (k,).
+        which: Which of them stands for each segment. Shape (m,).
+        off: By how much each segment's shape is turned from that one's, in the limbs' frames [rad]. Shape (m, 2, 3).
+
+    Returns:
+        Body twists at the segments' ends, to first order, shape (m, 6), or (0, 6) where they are too small to count.
+    """
+    if _SHARPEST * float(np.sum(np.abs(off))) < _DRIFT_COUNTS:
+        return np.empty((0, 6))
+    swung = np.flatnonzero(np.bincount(which, np.abs(off).sum(axis=(1, 2)), len(shapes)))
+    turns = np.zeros((6, 2, 3, 3)) + np.eye(3)
+    shape = shapes[swung].astype(np.float64)
+    ends = []
+    for sign in (1.0, -1.0):
+        for k in range(6):
+            angle = np.zeros(3)
+            angle[k % 3] = sign * _DRIFT_STEP
+            turns[k, k // 3] = se3.rotation(angle)
+        begun = (shape[:, None] @ turns).reshape(-1, 2, 3, 3)
+        found = segment_displacements(
+            swimmer, begun, np.repeat(rates[swung], 6, axis=0), np.repeat(durations[swung], 6)
+        )
+        ends.append(found.fine.astype(np.float64))
+    slope = np.zeros((len(shapes), 6, 6))
+    slope[swung] = (se3.log(np.linalg.inv(ends[1]) @ ends[0]) / (2.0 * _DRIFT_STEP)).reshape(-1, 6, 6)
+    out = np.empty((len(which), 6))
+    for low in range(0, len(which), _BATCH):
+        some = slice(low, low + _BATCH)
+        out[some] = np.einsum("ki,kij->kj", off[some].reshape(-1, 6), slope[which[some]])
+    return out

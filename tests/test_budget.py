@@ -1,0 +1,60 @@
+"""What is too large is refused before it is begun: memory, and coordinates that no number can say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from purcell_cli import Configuration, PlanOptions, Swimmer, plan
+from purcell_cli.errors import ParameterError
+from purcell_cli.motion import memory
+from purcell_cli.motion.coordinates import refuse_large
+from purcell_cli.motion.memory import refuse_huge
+
+QUICK = PlanOptions(effort="quick")
+
+
+@pytest.mark.parametrize(("primitives", "rows", "refused"), [(10, 1e3, False), (10, 1e7, True), (4_000_000, 0.0, True)])
+def test_rows_and_primitives_are_counted(primitives: int, rows: float, refused: bool) -> None:
+    if not refused:
+        refuse_huge(primitives, rows, 3.9)
+        return
+    with pytest.raises(ParameterError, match=r"max-memory: a budget of at least [\d.]+ GB for"):
+        refuse_huge(primitives, rows, 3.9)
+    refuse_huge(primitives, rows, 100.0)
+
+
+def test_the_default_is_half_of_what_is_free_if_that_is_less(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory, "free_bytes", lambda: int(1e9))
+    refuse_huge(10, 5e5, memory.DEFAULT_GB)
+    with pytest.raises(ParameterError, match=r"found 0\.5 GB"):
+        refuse_huge(10, 1e6, memory.DEFAULT_GB)
+    refuse_huge(10, 1e6, 0.9)
+    monkeypatch.setattr(memory, "free_bytes", lambda: None)
+    refuse_huge(10, 1e6, memory.DEFAULT_GB)
+
+
+def test_a_plan_beyond_the_budget_is_refused() -> None:
+    goal = Configuration.from_angles((2.0, 0.0, 0.0))
+    with pytest.raises(ParameterError, match="max-memory"):
+        plan(Configuration(), goal, options=PlanOptions(effort="quick", max_memory_gb=0.2))
+    assert plan(Configuration(), goal, options=QUICK).verdict == "reached"
+
+
+def test_the_largest_coordinate_says_a_quarter_of_the_tolerance() -> None:
+    swimmer, largest = Swimmer(), 2.0**50 * 1e-9 * 0.1
+    assert np.spacing(largest) <= 0.25 * 1e-9 * 0.1 * 1.0001
+    refuse_large(swimmer, "goal", Configuration.from_angles((0.999 * largest, 0.0, 0.0)))
+    refuse_large(swimmer, "goal", Configuration.from_angles((0.0, 900.0 * largest, 0.0)), 1e-6)
+    for place in (1.001 * largest, -1e15):
+        with pytest.raises(ParameterError, match=r"goal: position_m: coordinates up to 112589 m are wanted, found"):
+            refuse_large(swimmer, "goal", Configuration.from_angles((0.0, 0.0, place)))
+
+
+def test_near_the_largest_coordinate_a_plan_arrives() -> None:
+    start = Configuration.from_angles((1e5, -1e5, 1e5))
+    goal = Configuration.from_angles((1e5 + 0.001, -1e5, 1e5 + 0.002), (5.0, 0.0, 0.0))
+    found = plan(start, goal, options=QUICK)
+    assert found.verdict == "reached"
+    with pytest.raises(ParameterError, match="start: position_m"):
+        plan(Configuration.from_angles((5e6, 5e6, 0.0)), Configuration.from_angles((5000000.001, 5e6, 0.0)))
