@@ -149,3 +149,12 @@ def test_a_plan_whose_rows_are_elsewhere_is_not_reached() -> None:
     moved.__dict__["trajectory"] = dataclasses.replace(rows, pose=pose)
     assert moved.certificate.reached
     assert moved.verdict == "not reached"
+
+
+def test_a_limb_that_passes_the_straight_line_in_the_middle_of_a_segment_is_not_passed_over() -> None:
+    start = Configuration.from_angles((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (20.0, 0.03, 0.0), (0.0, 0.0, 0.0))
+    times, rates = np.array([0.0, 0.7]), np.array([[0.0, 0.0, -1.0, 0.0, 0.0, 0.0], np.zeros(6)])
+    found = replay(THIN, start, times, rates)
+    wanted = dop853_rates(THIN, rates[:-1], np.diff(times), start.shape, start.pose)
+    assert abs(np.degrees(np.arccos(np.clip(wanted[1, 1], -1.0, 1.0)))) > 1.0
+    assert apart(found.end.pose, wanted, THIN.length_m) < 1e-10

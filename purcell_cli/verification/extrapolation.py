@@ -30,13 +30,11 @@ Rows = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 _STEPS = tuple(range(2, 17, 2))
 """Midpoint steps over a piece. The order is twice as many as there are, 16."""
 
-_COARSE_RAD = 0.2
-"""Longest pieces whose distance from the straight line is measured, at both ends [rad]."""
-_PIECE_RAD, _PIECE = 0.2, 0.29
-"""Longest pieces: an angle, and a part of the distance from the straight line, where A(r) is sharp.
+_PIECE_RAD, _PIECE = 0.25, 0.4
+"""Longest pieces: an angle, and a part of the least distance from the straight line, where A(r) is sharp.
 
 Extrapolation of order 16 errs by less than rounding on such a piece."""
-_ROUNDING = 8.0
+_ROUNDING = 32.0
 """What rounding turns a piece by, at the most, in units of its angle over the squared distance from the straight line
 and of the precision's last bit: twice what was found of swimmers thin and stout."""
 _BATCH = 1024
@@ -136,16 +134,61 @@ def _slope(xi: Real, state: Real) -> Real:
     return out
 
 
-def _cut(parts: Rows) -> tuple[Rows, Rows]:
-    """Return, for things cut into parts, which one each part is of, and its number in it."""
-    owner = np.repeat(np.arange(len(parts)), parts)
-    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
-
-
 def _distance(unit: Swimmer, shapes: Real) -> Array:
     """Return how far shapes are from where A(r) is sharp, as a bend [rad]: there P has a small eigenvalue."""
     least = np.linalg.eigvalsh(resistance(unit, shapes.astype(np.float64)))[:, 0]
     return np.asarray(np.sqrt(np.maximum(least, 0.0) / (unit.lateral_drag() * unit.bend_spread())))
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Mesh:
+    """Segments cut into pieces.
+
+    Attributes:
+        owner: Which segment each piece is of, ascending. Shape (n,).
+        start: Where it begins, as a part of the segment. Shape (n,).
+        length: How long it is, as a part of the segment. Shape (n,).
+        near: How far the shape in its middle is from where A(r) is sharp [rad]. Shape (n,).
+    """
+
+    owner: Rows
+    start: Array
+    length: Array
+    near: Array
+
+
+def _mesh(unit: Swimmer, shapes: Array, rates: Array, durations: Array, finer: float) -> _Mesh:
+    """Cut segments into pieces that are short against the distance from where A(r) is sharp, all along them.
+
+    That distance is the root of the links' second moment about a line, so it changes no faster than the root of
+    what a limb's turning moves, the integral of r^2 along it, (8/3) l^3.
+    """
+    half = unit.limb_half_length_m
+    steepness, sharp = math.sqrt(8.0 / 3.0 * half * half * half / unit.bend_spread()), unit.roll_sharpness()
+    speed = np.linalg.norm(rates, axis=1) * durations
+    owner = np.flatnonzero(durations)
+    start, length = np.zeros(len(owner)), np.ones(len(owner))
+    done: list[tuple[Rows, Array, Array, Array]] = [(owner[:0], start[:0], length[:0], length[:0])]
+    while len(owner):
+        near = np.empty(len(owner))
+        for low in range(0, len(owner), _BATCH):
+            some = slice(low, low + _BATCH)
+            mine = owner[some]
+            middle = (start[some] + 0.5 * length[some]) * durations[mine]
+            near[some] = _distance(unit, Turning(shapes[mine], rates[mine]).shapes(middle))
+        arc = speed[owner] * length
+        nearest = np.maximum(near - 0.5 * steepness * arc, sharp)
+        ratio = arc / (finer * np.minimum(_PIECE * nearest, _PIECE_RAD))
+        good = ratio <= 1.0
+        done.append((owner[good], start[good], length[good], near[good]))
+        parts = np.where(ratio[~good] > 4.0, 8, np.where(ratio[~good] > 2.0, 4, 2))  # so that all numbers stay exact
+        index = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+        length = np.repeat(length[~good] / parts, parts)
+        start = np.repeat(start[~good], parts) + index * length
+        owner = np.repeat(owner[~good], parts)
+    owner, start, length, near = (np.concatenate(column) for column in zip(*done, strict=True))
+    order = np.lexsort((start, owner))
+    return _Mesh(owner[order], start[order], length[order], near[order])
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -178,28 +221,19 @@ def segment_displacements(
         finer: How long pieces are, in units of the usual length.
     """
     unit = swimmer.scaled()
-    sweep = np.linalg.norm(rates, axis=1) * durations
-    parts = np.maximum(np.ceil(sweep / _COARSE_RAD), 1).astype(np.int64)
-    owner, index = _cut(parts)
-    length = (durations.astype(shapes.dtype) / parts)[owner]
-    turning = Turning(shapes[owner], rates[owner])
-    ends = [turning.shapes(k * length) for k in (index, index + 1)]
-    # Where a piece comes near the straight line it is cut again.
-    near = np.minimum(_distance(unit, ends[0]), _distance(unit, ends[1])) if len(owner) else np.empty(0)
-    swept = (sweep / parts)[owner]
-    noise = _ROUNDING * float(np.finfo(shapes.dtype).eps) * swept / (near * near)
-    rounding = np.bincount(owner, noise, len(parts))
-    again = np.maximum(np.ceil(swept / (finer * np.minimum(_PIECE * near, _PIECE_RAD))), 1).astype(np.int64)
-    whole, index = _cut(again)
-    owner, length = owner[whole], (length / again)[whole]
-    begun = Turning(ends[0][whole], rates[owner]).shapes(index * length)
+    mesh = _mesh(unit, shapes.astype(np.float64), rates, durations, finer)
+    swept = np.linalg.norm(rates, axis=1)[mesh.owner] * durations[mesh.owner] * mesh.length
+    noise = _ROUNDING * float(np.finfo(shapes.dtype).eps) * swept / (mesh.near * mesh.near)
+    rounding = np.bincount(mesh.owner, noise, len(durations))
+    owner, seconds = mesh.owner, durations.astype(shapes.dtype)[mesh.owner]
+    begun, length = Turning(shapes[owner], rates[owner]).shapes(mesh.start * seconds), mesh.length * seconds
     both = [extended(np.tile(np.eye(4), (len(owner), 1, 1))) for _ in range(2)]
     for low in range(0, len(owner), _BATCH):
         some = slice(low, low + _BATCH)
         found = _extrapolated(unit, Turning(begun[some], rates[owner[some]]), length[some])
         for pieces, each in zip(both, found, strict=True):
             pieces[some, :3] += each
-    fine, rough = (products(pieces, np.bincount(owner, minlength=len(parts))) for pieces in both)
+    fine, rough = (products(pieces, np.bincount(owner, minlength=len(durations))) for pieces in both)
     for out in (fine, rough):
         out[:, :3, 3] *= swimmer.length_m
     return Displacements(fine, rough, np.asarray(rounding, dtype=np.float64))
