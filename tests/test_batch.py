@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 from pathlib import Path
 
 import polars as pl
@@ -14,8 +15,9 @@ from lxml import etree
 
 from purcell_cli import load_plan, read_csv
 from purcell_cli.batch.cases import find_cases
+from purcell_cli.batch.expectations import fraction
 from purcell_cli.batch.results_folder import ResultsFolder
-from purcell_cli.errors import InputError
+from purcell_cli.errors import InputError, ParameterError
 
 DATA = Path(__file__).parent / "data"
 
@@ -35,8 +37,8 @@ MIXED = [
     still("<&>", 10),
 ]
 KEYS = {
-    *("schema", "verdict", "scenarios", "solved", "failed", "crashed", "compared", "failures", "wall_time_s"),
-    *("folder", "junit", "passed_over"),
+    *("schema", "verdict", "scenarios", "solved", "failed", "crashed", "compared", "vanished", "failures"),
+    *("wall_time_s", "folder", "junit", "passed_over"),
 }
 FAILED = {
     "too-far": "joint travel: wanted at most 0.001 rad",
@@ -156,6 +158,96 @@ def test_a_regression_against_an_earlier_run_fails_and_is_named(run: Run, tmp_pa
     assert "--max-regress: a part such as 5%" in err
     (tmp_path / "earlier.json").write_text('{"rows": [{"name": "a"}]}')
     assert run("s", "--resume", "--baseline", "earlier.json")[0] == 2
+
+
+@pytest.mark.slow
+def test_a_baseline_shares_scenarios_and_those_that_are_gone_are_named(run: Run, tmp_path: Path) -> None:
+    folder = written(tmp_path / "s", [still("a", 9), still("b", 10)])
+    assert run("s")[0] == 0
+    summary = (tmp_path / "purcell-results" / "summary.json").read_text()
+    (tmp_path / "earlier.json").write_text("\ufeff" + summary)
+    (folder / "001.yaml").write_text(still("c", 10))
+    code, out, err = run("s", "--baseline", "earlier.json", "--json")
+    document = json.loads(out)
+    assert (code, document["compared"], document["vanished"]) == (0, 1, ["b"])
+    assert "warning: 1 scenario of the baseline not in this batch: b\n" in err
+    code, out, err = run("s", "--baseline", "earlier.json", "--json", "--filter", "a")
+    assert (json.loads(out)["vanished"], "warning" in err) == ([], False)
+    (folder / "000.yaml").unlink()
+    before = results(tmp_path / "purcell-results")
+    code, out, err = run("s", "--baseline", "earlier.json")
+    assert (code, out) == (2, "")
+    assert "--baseline: wanted an earlier run with a scenario of this batch, found 2 scenarios of other names" in err
+    assert results(tmp_path / "purcell-results") == before
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("5%", 0.05), ("0.05", 0.05), ("5 %", 0.05), ("1", 1.0), ("0", 0.0), ("150%", 1.5), (".5", 0.5), ("1e1%", 0.1)],
+)
+def test_a_part_is_a_fraction_or_a_percentage(text: str, value: float) -> None:
+    assert fraction(text) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["5", "1.01", "100", "1e3"])
+def test_a_percentage_without_its_sign_is_refused(text: str) -> None:
+    with pytest.raises(
+        ParameterError, match=f"a percentage with its sign \\({text}% or .*found '{text}', which would be"
+    ):
+        fraction(text)
+
+
+@pytest.mark.parametrize("text", ["many", "", "%", "-5%", "nan", "inf", "1_0%", "5%%", "5 % 3", "\u0665%", "1e9%"])
+def test_what_is_no_part_is_refused(text: str) -> None:
+    with pytest.raises(ParameterError, match=r"a part such as 5% or 0\.05 is wanted"):
+        fraction(text)
+
+
+@pytest.mark.slow
+def test_files_without_a_name_fail_one_by_one(run: Run, tmp_path: Path) -> None:
+    """Two that would get one name, two that lead round, and one whose file is called as the summary."""
+    for folder in ("s/a", "s/b"):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "x.yaml").write_text("[")
+        (tmp_path / folder / "y.yaml").write_text("name: [1]\nstart: {}\ngoal: {}\n")
+    (tmp_path / "s" / "round.yaml").symlink_to("other.yaml")
+    (tmp_path / "s" / "other.yaml").symlink_to("round.yaml")
+    (tmp_path / "s" / "summary.yaml").write_text("start: {}\ngoal: {}\n")
+    (tmp_path / "s" / "z.yaml").write_text(still("x-2", 5))
+    code, out, _ = run("s", "--json")
+    document = json.loads(out)
+    assert (code, document["scenarios"], document["failed"]) == (1, 8, 7)
+    names = {row["name"]: row["file"] for row in document["failures"]}
+    assert names == {
+        "other": "s/other.yaml", "round": "s/round.yaml", "summary-2": "s/summary.yaml", "x": "s/a/x.yaml",
+        "y": "s/a/y.yaml", "x-3": "s/b/x.yaml", "y-2": "s/b/y.yaml",
+    }  # fmt: skip
+    assert rows(tmp_path / "purcell-results")["x-2"]["passed"]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="other systems do not take such names")
+def test_the_folder_of_results_may_have_any_name(run: Run, tmp_path: Path) -> None:
+    """Beside it stands what its name means as a pattern."""
+    written(tmp_path / "s", [still("a", 9)])
+    (tmp_path / "res1").mkdir()
+    (tmp_path / "res1" / "summary.csv").write_text("other")
+    for folder in ("res[1]", "~", "a%20b", "{a,b}*"):
+        assert run("s", "--out", folder, "--parquet")[0] == 0
+        with (tmp_path / folder / "summary.parquet").open("rb") as stream:
+            assert pl.read_parquet(stream)["name"].to_list() == ["a"]
+
+
+def test_a_measured_orientation_is_warned_of_once(run: Run, tmp_path: Path) -> None:
+    rough = "{limb1: {quaternion_wxyz: [0.707, 0, 0, 0.707]}}"
+    written(tmp_path / "s", [f"name: n{k}\nstart: part.yaml\ngoal: {rough}" for k in range(2)])
+    (tmp_path / "s" / "part.yaml").write_text(rough)
+    code, out, err = run("s", "--json")
+    assert (code, json.loads(out)["passed_over"]) == (0, 1)
+    told = [line for line in err.splitlines() if "warning" in line]
+    assert [line.partition("warning: ")[2].split(": ")[0] for line in told] == [
+        "s/part.yaml:1", "s/000.yaml:3", "s/001.yaml:3",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -460,7 +460,7 @@ BAD_COMMANDS: dict[str, tuple[list[str], str]] = {
         ["plan", "start.yaml", "goal.yaml", "--swimmer", "missing.yaml"],
         "missing.yaml: wanted a readable",
     ),
-    "no scenario": (["plan", "start.yaml"], "start.yaml:1: base: wanted one of the keys name, start, goal"),
+    "no scenario": (["plan", "start.yaml"], "the goal is missing: start.yaml is a configuration"),
     "unknown scenario": (["plan", "nonesuch-scenario"], "nonesuch-scenario: wanted a file, or a stored scenario"),
     "no arguments": (["plan"], "Missing argument 'START'"),
     "too many arguments": (["plan", "start.yaml", "goal.yaml", "goal.yaml"], "unexpected extra argument"),

@@ -27,7 +27,7 @@ from purcell_cli.errors import InputError, PurcellWarning
 from purcell_cli.files.configuration_file import load_configuration, load_goal
 from purcell_cli.files.gait_file import load_gait
 from purcell_cli.files.linear_expression import linear_terms
-from purcell_cli.files.scenario_file import SCHEMAS, Expect, load_scenario
+from purcell_cli.files.scenario_file import SCHEMAS, Expect, Scenario, load_scenario, warn_if_far
 from purcell_cli.files.swimmer_file import load_swimmer
 from purcell_cli.gaits.gait import Guess, Turn
 from purcell_cli.geometry import rotations
@@ -220,6 +220,60 @@ def test_an_angle_that_a_double_cannot_hold_is_refused_with_the_largest_that_can
     found = load_configuration(written(tmp_path, f"limb1: {{{form}: [-1e6, 0, 0]}}")).shape[0]
     angle = math.radians(-math.fmod(1e6, 360.0)) if form == "euler_deg" else -1e6
     assert np.allclose(found[:2, 0], [math.cos(angle), math.sin(angle)], rtol=0, atol=1e-10)
+
+
+UNITS = {
+    "base: {position_m: [0, 5mm, 0]}": ("base.position_m[1]", "the unit is m, as the key says: write 0.005"),
+    "base: {position_m: [0, -1.5e3 µm, 0]}": ("base.position_m[1]", "the unit is m, as the key says: write -0.0015"),
+    "base: {position_m: [0, 5in, 0]}": ("base.position_m[1]", "the unit is m, as the key says; write the number alone"),
+    "limb1: {euler_deg: [30°, 0, 0]}": ("limb1.euler_deg[0]", "the unit is deg, as the key says: write 30"),
+    "limb1: {euler_rad: [30 deg, 0, 0]}": (
+        "limb1.euler_rad[0]",
+        "the unit is rad, as the key says: write 0.52359",
+    ),
+    "base: {orientation: {quaternion_wxyz: [1m, 0, 0, 0]}}": ("base.orientation.quaternion_wxyz[0]", "without a unit"),
+}
+
+
+@pytest.mark.parametrize("text", UNITS)
+def test_a_number_with_a_unit_is_met_with_the_units_name(tmp_path: Path, text: str) -> None:
+    key, hint = UNITS[text]
+    assert_fault(tmp_path, text, 1, key, "wanted a finite number", hint)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [("viscosity_pa_s: 950 mPa.s", "Pa s, as the key says: write 0.95"), ("joint_rate_rad_s: 60deg/s", "write 1.047"),
+     ("base_half_length_m: 10cm", "m, as the key says: write 0.1"), ("slenderness: 1 m", "a number alone is wanted")],
+)  # fmt: skip
+def test_a_swimmers_number_with_a_unit_is_met_with_the_units_name(tmp_path: Path, text: str, unit: str) -> None:
+    assert_fault(tmp_path, text, 1, text.partition(":")[0], "wanted a finite number", unit, load="swimmer")
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [("limb1:\n\teuler_deg: [1, 2, 3]", 2), ("\tlimb1: {}", 1), ("limb1:\n  euler_deg:\n\t- 1\n\t- 2", 3),
+     ("limb1:\n  euler_deg: [1, 2, 3]\n\tmatrix: 1", 3)],
+)  # fmt: skip
+def test_a_tab_is_called_a_tab(tmp_path: Path, text: str, line: int) -> None:
+    path = written(tmp_path, text)
+    assert fault(path).startswith(f"{line}: ")
+    assert "found a tab, where only spaces may stand" in fault(path)
+    load_configuration(written(tmp_path, "limb1: {euler_deg:\t[1, 2, 3]}"))  # where tabs may stand
+    assert "a tab" not in fault(written(tmp_path, "limb1: [\n"))
+
+
+def test_a_goal_so_far_away_that_it_may_be_millimetres_is_remarked_on() -> None:
+    """The foil: 30 m are 300 L, which nobody need be told of."""
+    far = Scenario("n", Configuration(), Configuration.from_angles(position_m=[50.0, 0.0, 0.0]))
+    with pytest.warns(PurcellWarning, match=r"the goal is 500 L \(50 m\) from the start.*position_m is in metres"):
+        warn_if_far(far)
+    warn_if_far(Scenario("n", Configuration(), Configuration.from_angles(position_m=[30.0, 0.0, 0.0])))
+    there = Configuration.from_angles(position_m=[80.0, 0.0, 0.0])
+    warn_if_far(Scenario("n", there, Configuration.from_angles(position_m=[110.0, 0.0, 0.0])))
+    small = Swimmer(base_half_length_m=0.01, limb_half_length_m=0.01)
+    with pytest.warns(PurcellWarning, match="3000 L"):
+        warn_if_far(Scenario("n", Configuration(), Configuration.from_angles(position_m=[30.0, 0.0, 0.0]), small))
 
 
 @pytest.mark.slow

@@ -13,6 +13,10 @@ from purcell_cli.cli.terminal import Json, SwimmerFile, bar, show, swimmer_of
 _EPILOG = "Example: purcell design --direction x --max-bend 2.5 --out my-gait.yaml; Ctrl-C takes the best so far."
 
 
+_ANGLES = {"psi": "yaw", "theta": "pitch", "phi": "roll"}
+"""What the paper's angles are called where a gait says what it moves."""
+
+
 def register(app: typer.Typer) -> None:
     """Add the command to an app."""
     app.command(epilog=_EPILOG)(design)
@@ -20,7 +24,8 @@ def register(app: typer.Typer) -> None:
 
 def design(
     direction: Annotated[
-        str, typer.Option("--direction", metavar="WHAT", help="x, y, z, roll, pitch or yaw; turns may advance.")
+        str,
+        typer.Option("--direction", metavar="WHAT", help="x, y, z, psi, theta or phi; turns may advance."),
     ] = "x",
     maximize: Annotated[
         str,
@@ -49,7 +54,14 @@ def design(
     from purcell_cli.gaits.design_problem import Task
 
     body = swimmer_of(swimmer)
-    task = Task(direction, maximize, body.max_bend_rad if max_bend is None else max_bend, planar, controls, moves)
+    task = Task(
+        _ANGLES.get(direction, direction),
+        maximize,
+        body.max_bend_rad if max_bend is None else max_bend,
+        planar,
+        controls,
+        moves,
+    )
     writable(out, "--out", ("yaml", "yml"))
     name = re.sub(r"[^A-Za-z0-9._-]", "-", out.stem).lstrip(".")[:100] or "designed"
     with bar("designing") as report:

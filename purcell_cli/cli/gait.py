@@ -21,7 +21,8 @@ def register(app: typer.Typer) -> None:
 
 def gait(
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="A stored gait; purcell gait --list shows them.")
+        str | None,
+        typer.Argument(metavar="NAME", help="A stored gait: x, y, z, psi, theta, phi, ...; --list shows all."),
     ] = None,
     amplitude: Annotated[
         float | None,

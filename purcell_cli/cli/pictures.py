@@ -23,6 +23,9 @@ PRINTED = tuple(f"printed-{name}" for name in ("x", "y", "z", "psi", "theta", "p
 _KINDS = ("stroke", "poses", "time")
 """What is drawn of each motion."""
 
+_LONGEST_TITLE = 300
+"""Characters of a page's title at most: as many as a file's name has."""
+
 _SMOOTH = 0.01
 """Longest time between rows of a stroke that is drawn, for a joint rate of 1 rad/s [s]."""
 
@@ -49,6 +52,7 @@ def plot(
     """Draw a trajectory against time, or a gait over the curvature of its shapes."""
     from purcell_cli.files.atomic_file import writable
     from purcell_cli.files.paths import is_file as is_regular
+    from purcell_cli.files.place import shortened
     from purcell_cli.files.trajectory_reader import read_csv
     from purcell_cli.pictures.style import picture_format, save_figure
     from purcell_cli.pictures.time_plot import time_figure
@@ -60,7 +64,8 @@ def plot(
     picture_format(file)
     with busy("drawing"):
         if is_file:
-            save_figure(time_figure(read_csv(path), path.name), file)
+            title = shortened(path.name).replace("$", r"\$")  # two of them would begin and end a formula
+            save_figure(time_figure(read_csv(path), title), file)
         else:
             save_figure(_stroke_figures(what, amplitude, swimmer, gaits)["stroke"], file)
     document: PlotDocument = {
@@ -114,6 +119,7 @@ def view(
     """Make one page of HTML that plays a trajectory in any browser, without a network."""
     from purcell_cli.errors import PurcellWarning
     from purcell_cli.files.atomic_file import writable
+    from purcell_cli.files.place import shortened
     from purcell_cli.files.trajectory_reader import read_csv
     from purcell_cli.pictures.html_view import shown_rows, write_page
     from purcell_cli.verification.verify import MISFIT, misfit
@@ -126,7 +132,7 @@ def view(
         text = f"{trajectory}: its rows move otherwise than this swimmer does (off by {off:.2g} of the joints' rates)"
         warnings.warn(f"{text}; --swimmer takes the swimmer's file or the plan document", PurcellWarning, stacklevel=2)
     with busy("drawing"):
-        size = write_page(table, body, trajectory.name, file)
+        size = write_page(table, body, shortened(trajectory.name, _LONGEST_TITLE), file)
     document: ViewDocument = {
         "schema": "purcell/view/1",
         "verdict": "done",

@@ -7,12 +7,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
+import yaml
+
 from purcell_cli.errors import InputError, UnknownNameError
+from purcell_cli.files.configuration_file import CONFIGURATION_FIELDS
 from purcell_cli.files.gait_file import load_gait
 from purcell_cli.files.paths import is_file, is_folder, is_link, status
 from purcell_cli.files.place import shortened
 from purcell_cli.files.scenario_file import Scenario, load_scenario
 from purcell_cli.files.used_files import note_input
+from purcell_cli.files.yaml_source import compose_file
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.wording import nearest
 
@@ -61,6 +65,24 @@ def _gaits_in(folder: Path) -> dict[str, Gait]:
 def stored_scenarios() -> dict[str, Path]:
     """Return the files of the stored scenarios by name."""
     return {path.stem: path for path in sorted(data_folder("scenarios").glob("*.yaml"))}
+
+
+def refuse_lone_part(name: str) -> None:
+    """Refuse a file that is a configuration or a goal where a scenario is wanted: the goal is missing beside it.
+
+    Raises:
+        InputError: It is one, by its keys.
+    """
+    if name == "-" or not is_file(name):
+        return
+    try:
+        place = compose_file(name)
+    except InputError:
+        return  # told by who reads it
+    keys = {str(key.value) for key, _ in place.node.value} if isinstance(place.node, yaml.MappingNode) else set()
+    if isinstance(place.node, yaml.MappingNode) and keys <= CONFIGURATION_FIELDS.keys():
+        shown = shortened(name, 1000)
+        raise InputError(f"the goal is missing: {shown} is a configuration; wanted a goal's file after it, found none")
 
 
 def find_scenario(name: str) -> Scenario:

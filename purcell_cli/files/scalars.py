@@ -7,6 +7,7 @@ import re
 
 from purcell_cli.files.core_schema import core_truth
 from purcell_cli.files.elements import Element
+from purcell_cli.files.number_units import unit_hint
 from purcell_cli.files.place import SCALAR_NAMES, Place, described, finite_number, kind
 from purcell_cli.wording import nearest_hint
 
@@ -45,7 +46,7 @@ class Number(Element[float]):
         """Return the number at a place."""
         value = finite_number(place.node)
         if value is None or not self._allows(value):
-            raise place.error(self.wanted)
+            raise place.error(self.wanted, described(place.node) + unit_hint(place))
         return value
 
     def _allows(self, value: float) -> bool:

@@ -166,6 +166,15 @@ class _GuardedLoader(_GuardedComposer, _Loader):  # type: ignore[misc]  # the ba
         return str(super().resolve(kind, value, implicit))
 
 
+def _at_tab(text: str, mark: Any) -> bool:
+    """Return whether a tab stands where a fault is, or indents its line or the one before."""
+    if mark is None:
+        return False
+    lines = text.splitlines()[max(mark.line - 1, 0) : mark.line + 1]
+    at = lines[-1][mark.column : mark.column + 1] if lines else ""
+    return at == "\t" or any("\t" in line[: len(line) - len(line.lstrip())] for line in lines)
+
+
 def _composed(text: str, file: str) -> yaml.Node | None:
     """Return the one document of a text, None if it is empty.
 
@@ -185,7 +194,8 @@ def _composed(text: str, file: str) -> yaml.Node | None:
         line = mark.line + 1 if mark else 1
         if "nesting depth" in str(error.problem):  # a limit of PyYAML's own, from 6.0.4 on, met before ours
             raise input_error(file, line, keys[-1], f"at most {MOST_LEVELS} levels of nesting", "more") from error
-        raise input_error(file, line, keys[-1], "one YAML document", f"a fault ({fault})") from error
+        found = f"{'a tab, where only spaces may stand' if _at_tab(text, mark) else 'a fault'} ({fault})"
+        raise input_error(file, line, keys[-1], "one YAML document", found) from error
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
         raise input_error(file, 1, keys[-1], "one YAML document", "one that cannot be read") from error
     return None if root is None or (kind(root) == "null" and not root.value) else root

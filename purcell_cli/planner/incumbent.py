@@ -58,9 +58,9 @@ class Contender:
         return " and ".join(dict.fromkeys(_FAULTS[v.limit] for v in broken))
 
     @property
-    def rank(self) -> tuple[bool, float, float]:
-        """What it is compared by, the less the better: whether it fails to arrive, its excess, and its cost."""
-        return not self.arrives, self.excess, self.cost
+    def rank(self) -> tuple[bool, float, float, float]:
+        """What it is compared by, the less the better: whether it fails to arrive, its excess, its miss, its cost."""
+        return not self.arrives, self.excess, 0.0 if self.arrives else self.off, self.cost
 
 
 class Incumbent:

@@ -15,9 +15,12 @@ from purcell_cli.motion.clock import clock_step, rounded
 from purcell_cli.motion.limits import Limits, LimitsReport, check
 from purcell_cli.planner.incumbent import Contender
 from purcell_cli.planner.objectives import cost
-from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach, arrive
+from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach, arrive, bent_less
 from purcell_cli.planner.refine.minimum_travel import Pace, minimise_travel
 from purcell_cli.planner.refine.shooting import Equations, Values
+
+_SLIGHT, _TRIES = 1e-4, 2
+"""Bends beyond their limit by less than this [rad] are mended by one more step, so often at most."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -97,6 +100,11 @@ class Refinement:
         begun = near.motion.at_accuracy(EXACT).of(timed)
         motion, off = arrive(begun, near.values, self.swimmer.max_bend_rad, on_the_clock)
         report = check(self.swimmer, self.start, played(motion), self.limits)
+        for _ in range(_TRIES):
+            if not 0.0 < self._excess(report) < _SLIGHT or {v.limit for v in report.violations} != {"bend"}:
+                break
+            motion, off = bent_less(motion, self.swimmer.max_bend_rad, on_the_clock)
+            report = check(self.swimmer, self.start, played(motion), self.limits)
         return Contender(motion, words, off, self._excess(report), self.cost(motion), report)
 
     def _excess(self, report: LimitsReport) -> float:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 from purcell_cli.cli.documents.common import Moves, keys
 from purcell_cli.cli.documents.gait import AtlasDocument, EntryPart, LinkRatioDocument, MotionPart, SweepDocument
-from purcell_cli.cli.reports.common import swimmer_document
+from purcell_cli.cli.reports.common import angles_deg, plain_table, swimmer_document
 from purcell_cli.gaits.atlas import Entry, RatioRow, Sweep
 from purcell_cli.gaits.gait import MOTIONS, Gait
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -110,31 +111,52 @@ def as_csv(rows: Sequence[Mapping[str, Any]]) -> bytes:
     return out.getvalue().encode()
 
 
-def _cell(value: float | None) -> str:
-    return "" if value is None else f"{value:.4g}" if abs(value) > 1e-11 else "0"
+_ROOMY = 116
+"""Columns a terminal needs to show what gaits do and what that costs side by side."""
+
+_ANGLES = {"yaw": "psi", "pitch": "theta", "roll": "phi"}
+
+
+def _shown(along: str) -> str:
+    """Return the name that screens have for a motion: that of the Euler angle, where it turns."""
+    return _ANGLES.get(along, along)
+
+
+def _shown_unit(unit: str) -> tuple[str, float]:
+    """Return the unit that screens show a displacement in, and how many there are in one of the document's."""
+    return ("deg", math.degrees(1.0)) if unit == "rad" else (unit, 1.0)
+
+
+def _cell(value: float, digits: int) -> str:
+    return f"{value:.{digits}g}" if abs(value) > 1e-9 else "0"
 
 
 def show_atlas(console: Console, document: AtlasDocument) -> None:
-    """Show the atlas as a table, one line for each gait."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(title="One cycle of each stored gait, seen from the collinear shape", title_justify="left")
-    table.box = SIMPLE_HEAD
-    table.add_column("gait", no_wrap=True)
-    for heading in ("a\n[rad]", "x, y, z\n[L]", "roll, pitch, yaw\n[rad]", "cross-\ntalk", "travel\n[rad]"):
-        table.add_column(heading, justify="right")
-    for heading in ("time\n[s]", "energy\n[J]", "speed\n[L/rad]", "effic.\n[%]"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    """Show the atlas as one table, or as two where the terminal is narrow: what gaits do, and what that costs."""
+    roomy = console.width >= _ROOMY
+    done = plain_table("One cycle of each stored gait; psi, theta, phi are yaw, pitch, roll")
+    cost = done if roomy else plain_table("What that costs")
+    for table in (done,) if roomy else (done, cost):
+        table.add_column("gait", no_wrap=True)
+    for heading in ("a\n[rad]", "x, y, z\n[L]", "psi, theta, phi\n[deg]"):
+        done.add_column(heading, justify="right", no_wrap=True)
+    for heading in ("cross-\ntalk", "travel\n[rad]", "time\n[s]", "energy\n[J]", "speed\n[L/rad]", "effic.\n[%]"):
+        cost.add_column(heading, justify="right", no_wrap=True)
     for g in document["gaits"]:
-        moved = [_cell(cast(Mapping[str, float], g)[name]) for name in keys(MotionPart)]
+        angles = angles_deg(g["roll_rad"], g["pitch_rad"], g["yaw_rad"])
+        digits = 4 if roomy else 3
+        moved = [", ".join(_cell(v, digits) for v in part) for part in ((g["x_L"], g["y_L"], g["z_L"]), angles)]
+        did = (g["gait"], f"{g['amplitude_rad']:.3g}", *moved)
         cross = "" if g["cross_talk"] is None else f"{g['cross_talk']:.0e}"
-        cells = [f"{g['joint_travel_rad']:.4g}", f"{g['duration_s']:.4g}", f"{g['energy_j']:.3g}"]
-        last = [f"{g['L_per_rad']:.4f}", f"{100.0 * g['efficiency']:.3f}"]
-        table.add_row(
-            g["gait"], f"{g['amplitude_rad']:.3g}", ", ".join(moved[:3]), ", ".join(moved[3:]), cross, *cells, *last
-        )
-    console.print(table)
+        cells = [cross, f"{g['joint_travel_rad']:.4g}", f"{g['duration_s']:.4g}", f"{g['energy_j']:.3g}"]
+        cells += [f"{g['L_per_rad']:.4f}", f"{100.0 * g['efficiency']:.3f}"]
+        if roomy:
+            done.add_row(*did, *cells)
+        else:
+            done.add_row(*did)
+            cost.add_row(g["gait"], *cells)
+    for table in (done,) if roomy else (done, cost):
+        console.print(table)
     for gone in document["left_out"]:
         console.print(f"left out: {gone['why']}", soft_wrap=True)
     if document["atlas"]:
@@ -143,12 +165,8 @@ def show_atlas(console: Console, document: AtlasDocument) -> None:
 
 def show_sweep(console: Console, document: SweepDocument) -> None:
     """Show a gait at many amplitudes."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(title=f"{document['gait']}: one cycle along {document['along']}", title_justify="left")
-    table.box = SIMPLE_HEAD
-    unit = document["unit"]
+    unit, scale = _shown_unit(document["unit"])
+    table = plain_table(f"{document['gait']}: one cycle along {_shown(document['along'])}")
     for heading in ("amplitude [rad]", f"exact [{unit}]", f"leading order [{unit}]", "order"):
         table.add_column(heading, justify="right")
     table.add_column("")
@@ -156,7 +174,8 @@ def show_sweep(console: Console, document: SweepDocument) -> None:
         if row["displacement"] is None:
             table.add_row(f"{row['amplitude_rad']:.6g}", "", "", "", "no pure stroke")
             continue
-        cells = (f"{row['displacement']:+.9f}", f"{row['prediction']:+.9f}", str(row["order"] or ""))
+        predicted = "" if row["prediction"] is None else f"{scale * row['prediction']:+.9f}"
+        cells = (f"{scale * row['displacement']:+.9f}", predicted, str(row["order"] or ""))
         table.add_row(f"{row['amplitude_rad']:.6g}", *cells, "reversed" if row["reversed"] else "")
     console.print(table)
     if document["sweep"]:
@@ -165,17 +184,14 @@ def show_sweep(console: Console, document: SweepDocument) -> None:
 
 def show_ratios(console: Console, document: LinkRatioDocument) -> None:
     """Show a gait for swimmers of many link ratios."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    title = f"{document['gait']}: one cycle along {document['along']}, at the same full length"
-    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD)
+    unit, scale = _shown_unit(document["unit"])
+    table = plain_table(f"{document['gait']}: one cycle along {_shown(document['along'])}, at the same full length")
     table.add_column("middle / outer link", justify="right")
-    table.add_column(f"displacement [{document['unit']}]", justify="right")
+    table.add_column(f"displacement [{unit}]", justify="right")
     table.add_column("")
     for row in document["rows"]:
         best = "most" if row["ratio"] == document["best_ratio"] else ""
-        table.add_row(f"{row['ratio']:.6g}", f"{row['displacement']:+.9g}", best)
+        table.add_row(f"{row['ratio']:.6g}", f"{scale * row['displacement']:+.9g}", best)
     console.print(table)
     if document["sweep"]:
         console.print(f"sweep in {document['sweep']}", soft_wrap=True)

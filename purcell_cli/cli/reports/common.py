@@ -23,6 +23,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
     from purcell_cli.verification.certificate import Certificate
 
@@ -93,6 +94,19 @@ def displacement_cells(displacement: DisplacementPart, length_m: float, digits: 
         ", ".join(shown(v, length_m, 1e3) for v in displacement["position_m"]),
         ", ".join(shown(v, 1.0, math.degrees(1.0)) for v in angles),
     ]
+
+
+def angles_deg(roll: float, pitch: float, yaw: float) -> tuple[float, float, float]:
+    """Return psi, theta and phi, which are yaw, pitch and roll, in degrees from radians."""
+    return math.degrees(yaw), math.degrees(pitch), math.degrees(roll)
+
+
+def plain_table(title: str) -> Table:
+    """Return a table with a title, and lines under its headings alone."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    return Table(title=title, title_justify="left", box=SIMPLE_HEAD)
 
 
 def _checked(console: Console, certificate: CertificatePart) -> None:

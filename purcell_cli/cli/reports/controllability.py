@@ -17,7 +17,7 @@ from purcell_cli.cli.documents.controllability import (
     RankPart,
     WeakestPart,
 )
-from purcell_cli.cli.reports.common import swimmer_document
+from purcell_cli.cli.reports.common import plain_table, swimmer_document
 from purcell_cli.geometry.rotations import Array, as_euler
 from purcell_cli.lie_brackets.bracket_gaits import TRUST, prediction
 from purcell_cli.lie_brackets.control_fields import word_name
@@ -143,8 +143,6 @@ def _values(rank: RankPart) -> str:
 
 def show_controllability(console: Console, document: ControllabilityDocument) -> None:
     """Show what can be reached from a shape as tables and sentences."""
-    from rich.table import Table
-
     shape, swimmer = document["shape"], "planar swimmer" if document["planar"] else "swimmer"
     limbs = shape["limb1_euler_deg"], shape["limb2_euler_deg"]
     angles = [", ".join(f"{x + 0.0:.6g}" for x in limb) for limb in limbs]
@@ -154,11 +152,13 @@ def show_controllability(console: Console, document: ControllabilityDocument) ->
         ("Brackets of the control fields, the limbs brought back", document["depths"], controls),
         ("Spaces of appendix A, the shape left free", document["filtration"], 0),
     ):
-        table = Table(title=title, title_justify="left")
-        for heading in ("depth" if low else "space", "brackets", "dimension", "not weak"):
-            table.add_column(heading, justify="right")
-        for heading in ("new directions", "singular values [L, rad]", "gap", "rank is"):
-            table.add_column(heading)
+        table = plain_table(title)
+        for heading in ("depth" if low else "space", "brack-\nets", "dimen-\nsion", "not\nweak"):
+            table.add_column(heading, justify="right", no_wrap=True)
+        for heading, whole in (("new\ndirections", True), ("singular values\n[L, rad]", False)):
+            table.add_column(heading, no_wrap=whole)
+        for heading in ("gap", "rank\nis"):
+            table.add_column(heading, no_wrap=True)
         if low:
             table.add_row("1", str(low), str(low), str(low), "the limbs", "", "", "clear")
         for level in levels:
@@ -187,11 +187,9 @@ def show_controllability(console: Console, document: ControllabilityDocument) ->
 
 
 def _show_brackets(console: Console, document: ControllabilityDocument) -> None:
-    from rich.table import Table
-
-    table = Table(title="Which bracket gives which motion, for turns of a [rad]", title_justify="left")
-    for heading in ("direction", "bracket", "motion", "beside it", "holds to a [rad]", "limb to turn back"):
-        table.add_column(heading)
+    table = plain_table("Which bracket gives which motion, for turns of a [rad]")
+    for heading in ("direction", "bracket", "motion", "beside it", "holds to\na [rad]", "limb to\nturn back"):
+        table.add_column(heading, no_wrap=heading in {"direction", "motion"})
     for part in document["directions"]:
         for k, bracket in enumerate(part["brackets"]):
             unit = "L" if part["direction"] in DIRECTIONS[:3] else "rad"
@@ -247,8 +245,6 @@ def conclusions(document: ControllabilityDocument) -> list[str]:
 
 def show_map(console: Console, document: MapDocument) -> None:
     """Show how strong the weakest direction is over a grid of shapes."""
-    from rich.table import Table
-
     shapes = document["shapes"]
     rolls = list(dict.fromkeys(s["roll_deg"] for s in shapes))
     free, back = [s["filtration_2"] for s in shapes], [s["brackets"] for s in shapes]
@@ -256,10 +252,10 @@ def show_map(console: Console, document: MapDocument) -> None:
         ("Least singular value of h1 + h2, the shape left free", free),
         (f"Least singular value of the brackets to depth {document['depth']}, the limbs brought back", back),
     ):
-        table = Table(title=f"{title} [L, rad]", title_justify="left")
-        table.add_column("bend [deg]", justify="right")
+        table = plain_table(f"{title} [L, rad]")
+        table.add_column("bend\n[deg]", justify="right")
         for roll in rolls:
-            table.add_column(f"roll {roll:.4g}", justify="right")
+            table.add_column(f"roll\n{roll:.4g}", justify="right")
         for bend in dict.fromkeys(s["bend_deg"] for s in shapes):
             mine = [m for s, m in zip(shapes, found, strict=True) if s["bend_deg"] == bend]
             table.add_row(f"{bend:.4g}", *(f"{m['least']:.1e} {m['weakest']}" for m in mine))

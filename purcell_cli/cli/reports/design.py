@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, cast
 from purcell_cli.cli.documents.common import Moves
 from purcell_cli.cli.documents.gait import DesignDocument
 from purcell_cli.cli.reports.atlas import entry_document
-from purcell_cli.cli.reports.common import swimmer_document
+from purcell_cli.cli.reports.common import angles_deg, swimmer_document
 from purcell_cli.gaits.design import Designed
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.options import Controls
@@ -61,11 +61,12 @@ def show_design(console: Console, document: DesignDocument) -> None:
         f"energy {stroke['energy_j']:.4g} J, efficiency {100.0 * stroke['efficiency']:.4f} %, "
         f"bent {document['largest_bend_rad']:.6g} rad at most"
     )
+    turned_deg = angles_deg(stroke["roll_rad"], stroke["pitch_rad"], stroke["yaw_rad"])
     moved, angles = (
-        ", ".join(f"{stroke[k]:.6g}" if abs(stroke[k]) > 1e-11 else "0" for k in names)
-        for names in (("x_L", "y_L", "z_L"), ("roll_rad", "pitch_rad", "yaw_rad"))
+        ", ".join(f"{v:.6g}" if abs(v) > 1e-9 else "0" for v in part)
+        for part in ((stroke["x_L"], stroke["y_L"], stroke["z_L"]), turned_deg)
     )
-    console.print(f"x, y, z {moved} L; roll, pitch, yaw {angles} rad")
+    console.print(f"x, y, z {moved} L; psi, theta, phi {angles} deg")
     ended = ", interrupted" if document["interrupted"] else ""
     console.print(f"the best of {document['starts']} starts, seed {document['seed']}{ended}")
     console.print(f"gait in {document['gait']}", soft_wrap=True)

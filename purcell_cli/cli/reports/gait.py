@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -22,7 +22,13 @@ if TYPE_CHECKING:
 
 from purcell_cli.cli.documents.common import Moves, keys
 from purcell_cli.cli.documents.gait import GaitDocument, GaitListDocument, MovePart, PrimitivePart, TwistPart
-from purcell_cli.cli.reports.common import swimmer_document
+from purcell_cli.cli.reports.common import angles_deg, plain_table, swimmer_document
+
+_NOTHING = 1e-9
+"""Displacements below this are shown as 0 [mm, deg]."""
+
+_ROOMY = 116
+"""Columns a terminal needs to show what an amplitude is beside what a gait does."""
 
 
 def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, file: str | None) -> GaitDocument:
@@ -105,8 +111,6 @@ def _primitives_table(approach: list[PrimitivePart], cycle: list[PrimitivePart])
 
 def show_gait(console: Console, document: GaitDocument) -> None:
     """Show what a stroke does as tables."""
-    from rich.table import Table
-
     console.print(f"{document['gait']}: {document['summary']}")
     console.print(
         f"amplitude {document['amplitude_rad']:.6g} rad ({document['amplitude_means']}), cycles {document['cycles']}"
@@ -118,12 +122,14 @@ def show_gait(console: Console, document: GaitDocument) -> None:
     else:
         console.print(f"one cycle: {len(cycle)} straight moves, all joints at once")
     d = document["displacement"]
-    moved = Table(title="Net displacement", title_justify="left")
-    for name in d:
-        motion, unit = name.split("_")
-        moved.add_column(f"{motion} [{unit}]", justify="right")
-    values = cast(Mapping[str, float], d).values()
-    moved.add_row(*(f"{v:.9g}" if abs(v) > 1e-12 else "0" for v in values))
+    moved = plain_table("Net displacement; psi, theta, phi are yaw, pitch, roll")
+    for name, unit in (*((axis, "mm") for axis in "xyz"), *((angle, "deg") for angle in ("psi", "theta", "phi"))):
+        moved.add_column(f"{name} [{unit}]", justify="right")
+    values = (
+        *(1e3 * v for v in (d["x_m"], d["y_m"], d["z_m"])),
+        *angles_deg(d["roll_rad"], d["pitch_rad"], d["yaw_rad"]),
+    )
+    moved.add_row(*(f"{v:.7g}" if abs(v) > _NOTHING else "0" for v in values))
     console.print(moved)
     cross = document["cross_talk"]
     told = "" if cross is None else f"cross-talk {cross:.1e} (L, rad), "
@@ -136,14 +142,16 @@ def show_gait(console: Console, document: GaitDocument) -> None:
 
 
 def show_gait_list(console: Console, document: GaitListDocument) -> None:
-    """Show one line on each gait."""
-    from rich.table import Table
-
-    table = Table(title="Stored gaits", title_justify="left")
-    for heading in ("name", "also", "amplitude is", "default [rad]", "what it does"):
-        table.add_column(heading, overflow="fold")
+    """Show some lines on each gait, by what fits: its amplitude in columns of its own, or below what it does."""
+    table = plain_table("Stored gaits; psi, theta, phi are yaw, pitch, roll")
+    roomy = console.width >= _ROOMY
+    for heading in ("name", "also"):
+        table.add_column(heading, no_wrap=True)
+    for heading in ("amplitude is", "default [rad]") if roomy else ():
+        table.add_column(heading)
+    table.add_column("what it does")
     for g in document["gaits"]:
-        table.add_row(
-            g["name"], ", ".join(g["also"]), g["amplitude_means"], f"{g['default_amplitude_rad']:g}", g["summary"]
-        )
+        means, default = g["amplitude_means"], f"{g['default_amplitude_rad']:g}"
+        told = (means, default, g["summary"]) if roomy else (f"{g['summary']}\namplitude {default} rad: {means}",)
+        table.add_row(g["name"], ", ".join(g["also"]), *told)
     console.print(table)

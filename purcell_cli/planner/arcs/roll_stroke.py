@@ -5,6 +5,7 @@ A table on the flow gives the roll of each amplitude, since the gait's free angl
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 
@@ -16,11 +17,15 @@ from purcell_cli.geometry.reproducible import arctan2
 from purcell_cli.geometry.rotations import Array, wrapped
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements
+from purcell_cli.motion.limb_circles import LimbCircles
 
 _LARGEST_RAD = 1.6
 """The largest roll of one roll stroke [rad]; larger rolls take several strokes."""
+_APART = 12
+"""Up to so many roll strokes in a row may change one by one; of more, those between the first and last repeat one."""
 _SLIGHT_RAD = 1e-4
 """Rolls by less than this make no stroke: the exact arrival makes up for them [rad]."""
 _KNOTS_RAD = np.array(
@@ -43,7 +48,8 @@ class RollStroke:
     def __init__(self, gait: Gait, swimmer: Swimmer) -> None:
         self._gait, self.swimmer = gait, swimmer
         once = [self._once(float(a)) for a in _KNOTS_RAD]
-        moves = block_displacements(swimmer, once, COLLINEAR, SEARCHING)
+        kept = max(int(np.argmax([*(_bend(block) > swimmer.max_bend_rad for block in once), True])), 1)
+        moves = block_displacements(swimmer, once[:kept], COLLINEAR, SEARCHING)
         rolled = arctan2(moves[:, 2, 1], moves[:, 1, 1])
         some = slice(int(np.argmax(rolled)) + 1)  # thick limbs roll less by more
         self._rolled = np.append(0.0, rolled[some])
@@ -64,10 +70,18 @@ class RollStroke:
             return []
         count = math.ceil(abs(angle) / self._largest)
         amplitude = np.interp(abs(angle) / count, self._rolled, self._amplitude)
-        return [self._once(math.copysign(float(amplitude), angle))] * count
+        once = self._once(math.copysign(float(amplitude), angle))
+        if count <= _APART:
+            return [once] * count
+        return [once, dataclasses.replace(once, cycles=count - 2), once]
 
     def _once(self, amplitude: float) -> Block:
         return Block(2, self._gait.name, guessed(self._gait, self.swimmer, amplitude).cycle, 1, amplitude)
+
+
+def _bend(block: Block) -> float:
+    """Return how far a stroke bends the limbs [rad]."""
+    return float(np.max(LimbCircles.of(Pieces.of(block.sequence)).largest_bends()[0], initial=0.0))
 
 
 @functools.lru_cache(maxsize=64)

@@ -13,6 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.geometry.linear_systems import solve
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import SEARCHING
@@ -39,6 +40,10 @@ _MARGINS_RAD = (3e-6, 1e-6)
 room with the first [rad]."""
 _PATIENCE = 2
 """Rounds without a halved residual before the best is taken; rounding to the clock differs in each."""
+_DAMPING = 1e-12
+"""Damping of the Gram matrix where angles are rounded one by one, as a part of its trace."""
+_INSIDE = 1e-10
+"""How far inside its limit a bend is brought that was a little beyond, in its cosine."""
 _REACH_RAD = 0.25
 """The largest change of an angle in one Newton step [rad]."""
 _TELLING_RAD = 1e-8
@@ -118,6 +123,8 @@ def arrive(
         enough[:6] += _SPOILT * np.max(np.abs(matmul(rough.derivative[:6], begun - equations.angles)))
     every = np.arange(len(begun))
     angle, missing = _rounds(equations, begun, missing, rough, max_bend_rad - _MARGINS_RAD[0], rounded, every, enough)
+    if np.any(np.abs(missing) > _ENOUGH_LAST):
+        angle, missing = _one_by_one(equations, angle, missing, rough.derivative, rounded)
     best = float(np.max(np.abs(missing)))
     here = equations.of(equations.with_angles(angle))
     if best <= _ENOUGH_LAST or not here.repeats:
@@ -134,6 +141,8 @@ def arrive(
     few = _independent(np.concatenate([rough.derivative, slope[room < _TIGHT]]))
     enough = np.full(len(missing), _ENOUGH_LAST)
     angle, left = _rounds(last, last.angles, missing, rough, bend, rounded, few, enough)
+    if np.any(np.abs(left) > enough):
+        angle, left = _one_by_one(last, angle, left, rough.derivative, rounded)
     closer = float(np.max(np.abs(np.append(left, missing[6:known]))))
     if closer >= best:
         return here, best
@@ -181,6 +190,64 @@ def _rounds(
         if size < best[0]:
             best, kept = (size, missing), angle
     return kept, best[1]
+
+
+def _one_by_one(
+    equations: Equations, angle: Array, missing: Array, derivative: Array, rounded: Callable[[Array], Array]
+) -> tuple[Array, Array]:
+    """Return angles on the clock that come nearer than those which are rounded all at once.
+
+    The angle that counts most is rounded first, and those after it take up what that leaves (Babai's nearest plane:
+    Combinatorica 6, 1986, 1), until what is left is a rounding error of the angles that count least.
+
+    Args:
+        equations: The equations.
+        angle: Angles on the clock, almost there [rad]. Shape (n,).
+        missing: What is missing there [L, rad]. Shape (m,).
+        derivative: Its derivative, roughly. Shape (m, n).
+        rounded: Rounds angles to what the clock can tell [rad].
+    """
+    best, kept = missing, angle
+    size = np.sqrt(np.add.reduce(derivative * derivative, axis=0))
+    order = np.argsort(-size, kind="stable")
+    order = order[size[order] > 0.0]
+    for _ in range(_PATIENCE):
+        left, there = best.copy(), kept.copy()
+        for k in range(len(order)):
+            rest, j = order[k:], order[k]
+            columns = derivative[:, rest]
+            gram = matmul(columns, columns.T)
+            gram[np.diag_indices(len(gram))] += _DAMPING * np.trace(gram) + 1e-300
+            step = -float(matmul(columns[:, 0], solve(gram, left)))
+            there[j] = rounded(there[j : j + 1] + step)[0]
+            left = left + columns[:, 0] * (there[j] - kept[j])
+        found = equations.residual(there)
+        if np.max(np.abs(found)) >= np.max(np.abs(best)):
+            break
+        best, kept = found, there
+    return kept, best
+
+
+def bent_less(equations: Equations, max_bend_rad: float, rounded: Callable[[Array], Array]) -> tuple[Equations, float]:
+    """Return a motion that arrives, but bends a limb a little too far, with its angles changed to do neither.
+
+    Args:
+        equations: The equations of the motion, its angles on the clock.
+        max_bend_rad: How far a limb may bend in phase 2 [rad].
+        rounded: Rounds angles to what the clock can tell [rad].
+
+    Returns:
+        The motion, and the largest residual left [L, rad].
+    """
+    values = equations.at(equations.angles)
+    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad - _MARGINS_RAD[1])
+    room, slope = bend_rows(equations, values.sequence, values.shapes, least + _INSIDE)
+    step = bounded_step(values.derivative, values.residual, room, slope, _REACH_RAD)
+    angle = rounded(equations.angles + step)
+    missing = equations.residual(angle)
+    if np.any(np.abs(missing) > _ENOUGH_LAST):
+        angle, missing = _one_by_one(equations, angle, missing, values.derivative, rounded)
+    return equations.of(equations.with_angles(angle)), float(np.max(np.abs(missing)))
 
 
 def _independent(columns: Array) -> NDArray[np.int64]:

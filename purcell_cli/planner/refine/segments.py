@@ -17,6 +17,9 @@ from purcell_cli.motion.blocks import Block
 
 Rows = NDArray[np.int64]
 
+_MOST_APART = 6_000
+"""Up to so many primitives the cycles of a stroke are played one by one."""
+
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Segment:
@@ -27,17 +30,19 @@ class Segment:
         strokes: The strokes it consists of, in order: name, amplitude [rad] and number of primitives.
         sequence: Its primitives.
         cycles: How often it is played.
+        fixed: Whether its angles stay as they are though it does not repeat.
     """
 
     phase: int
     strokes: tuple[tuple[str, float, int], ...]
     sequence: PrimitiveSequence
     cycles: int = 1
+    fixed: bool = False
 
     @property
     def free(self) -> bool:
         """Whether every angle may change by itself."""
-        return self.cycles == 1
+        return self.cycles == 1 and not self.fixed
 
     @property
     def rectangle(self) -> bool:
@@ -72,7 +77,11 @@ class Segment:
 
 
 def segments_of(blocks: Sequence[Block]) -> list[Segment]:
-    """Return blocks of primitives as segments: neighbours in one phase that do not repeat are joined."""
+    """Return blocks of primitives as segments: neighbours in one phase that do not repeat are joined.
+
+    A repeated stroke that turns a limb about several axes closes to rounding only, and a thousand cycles of it add up;
+    its cycles are played one by one.
+    """
     out: list[Segment] = []
     for block in blocks:
         stroke = (block.gait, block.amplitude_rad, len(block.sequence))
@@ -81,9 +90,17 @@ def segments_of(blocks: Sequence[Block]) -> list[Segment]:
         if last is not None and last.free and block.cycles == 1 and last.phase == block.phase:
             strokes = (*last.strokes, stroke)
             out[-1] = dataclasses.replace(last, strokes=strokes, sequence=last.sequence + sequence)
+        elif block.cycles > 1 and block.cycles * len(sequence) <= _MOST_APART and not _closes_exactly(sequence):
+            every = joined([sequence] * block.cycles)
+            out.append(Segment(block.phase, (stroke,) * block.cycles, every, fixed=True))
         else:
             out.append(Segment(block.phase, (stroke,), sequence, block.cycles))
     return out
+
+
+def _closes_exactly(sequence: PrimitiveSequence) -> bool:
+    """Return whether a stroke turns each limb about one axis only, so that it closes to the last bit or not at all."""
+    return all(len(np.unique(sequence.control[sequence.control // 3 == limb])) < 2 for limb in (0, 1))
 
 
 def phase_ends(phase: Rows, goal: Array) -> list[tuple[int, Array]]:
