@@ -90,7 +90,9 @@ class KernelBuildHook(BuildHookInterface):  # type: ignore[type-arg]
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{platform}"
         if version == "editable":
-            shutil.copyfile(made, Path(self.root, KERNEL, name))
+            place = Path(self.root, KERNEL, name)
+            shutil.copyfile(made, place.with_suffix(".new"))
+            place.with_suffix(".new").replace(place)  # a process that uses the old one keeps it
         else:
             build_data["force_include"][str(made)] = (KERNEL / name).as_posix()
 

@@ -12,10 +12,12 @@ import numpy as np
 import pytest
 from helpers import random_sequence, random_shapes, random_swimmer
 from reference import base_velocity, lift, lift_derivatives
+from scipy.optimize import linprog
 
 from purcell_cli.kernel import library, linear, poses, sources
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
 from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_the_digits
+from purcell_cli.kernel.program import penalised
 from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.mechanics.base_velocity import kernel_numbers
 from purcell_cli.mechanics.collocation import Accuracy, flow_of
@@ -26,7 +28,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 
 SWIMMER = Swimmer().scaled()
 FOLDER = library.HERE
-MODULES = ("elementary", "flow", "linear", "poses", "shapes")
+MODULES = ("elementary", "flow", "linear", "poses", "program", "shapes")
 """The modules of the kernel that call it."""
 
 
@@ -115,6 +117,52 @@ def test_runs_are_products_of_their_pieces() -> None:
     assert np.array_equal(poses[0, 0], np.eye(4))
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_penalised_programs_are_those_of_highs(seed: int) -> None:
+    """The same least sum to rounding; a small step away from the solution, the foil, is worse."""
+    rng = np.random.default_rng(seed)
+    n, m, k = int(rng.integers(1, 80)), int(rng.integers(0, 19)), int(rng.integers(0, 30))
+    cost, matrix, wanted, _, price, low, high, _ = given = program(rng, n, m, k)
+    found, total = penalised(*given)
+    # x = p - q, and what is missed as further unknowns.
+    missed = np.concatenate([-np.eye(m + k), np.eye(m + k)[:, :m]], axis=1)
+    columns = np.concatenate([matrix, -matrix, missed], axis=1)
+    within = np.concatenate([np.eye(n), -np.eye(n), np.zeros((n, 2 * m + k))], axis=1)
+    solved = linprog(
+        np.concatenate([cost, cost, np.full(2 * m + k, price)]),
+        A_eq=columns[:m] if m else None,
+        b_eq=wanted[:m] if m else None,
+        A_ub=np.concatenate([columns[m:], within, -within]),
+        b_ub=np.concatenate([wanted[m:], high, -low]),
+    )
+    assert abs(total - solved.fun) <= 1e-9 * max(1.0, abs(solved.fun))
+    assert np.all((low <= found) & (found <= high))
+
+    def paid(x: np.ndarray) -> float:
+        off = matrix @ x - wanted
+        return cost @ np.abs(x) + price * (np.sum(np.abs(off[:m])) + np.sum(np.maximum(off[m:], 0.0)))
+
+    assert abs(paid(found) - total) <= 1e-9 * max(1.0, total)
+    for _ in range(20):
+        assert paid(np.clip(found + 1e-3 * rng.normal(size=n), low, high)) > total - 1e-9
+
+
+def test_segments_are_nearest_where_a_search_finds_them() -> None:
+    rng = np.random.default_rng(8)
+    gap, first, second = rng.normal(size=(3, 100, 3))
+    first[0], second[1] = 0.0, 0.0
+    second[2] = -2.0 * first[2]
+    found = linear.nearest_on_segments(gap, first, second)
+    places = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, 41)] * 2, indexing="ij"), axis=-1).reshape(-1, 1, 2)
+    between = gap + places[..., :1] * first - places[..., 1:] * second
+    searched = np.linalg.norm(between, axis=-1).min(axis=0)
+    at = gap + found[:, :1] * first - found[:, 1:2] * second
+    assert np.allclose(np.linalg.norm(at, axis=-1), found[:, 2], atol=1e-14)
+    assert np.all(found[:, 2] <= searched + 1e-14)
+    assert np.all(searched < found[:, 2] + 0.1)
+    assert np.all((found[:, :2] >= 0.0) & (found[:, :2] <= 1.0))
+
+
 # --- The same bits whoever compiles it ----------------------------------------------------------------------------
 
 
@@ -136,6 +184,22 @@ def built(folder: Path, command: list[str], *flags: str) -> Path:
     return out
 
 
+def program(rng: np.random.Generator, columns: int, equal: int, less: int) -> tuple[object, ...]:
+    """Return a random linear program, as `penalised` takes it, that begins near its equations."""
+    matrix = rng.normal(size=(equal + less, columns)) * 10.0 ** rng.uniform(-1.0, 1.0, (equal + less, 1))
+    begun = np.where(rng.random(columns) < 0.7, 0.0, rng.normal(size=columns))
+    off = np.concatenate([1e-2 * rng.normal(size=equal), rng.uniform(-0.02, 0.3, less)])
+    reach, price = rng.uniform(0.01, 0.5, columns), 10.0 ** rng.uniform(0.0, 3.0)
+    cost = rng.uniform(0.0, 2.0, columns)
+    return cost, matrix, matrix @ begun + off, equal, price, begun - reach, begun + reach, begun
+
+
+def bounded(rng: np.random.Generator, *shape: int) -> list[np.ndarray]:
+    """Return where steps begin, how loosely they keep to it, and their bounds."""
+    begun = rng.normal(size=shape)
+    return [begun, rng.uniform(0.1, 1.0, shape), begun - rng.uniform(0.1, 2.0, shape), np.full(shape, np.inf)]
+
+
 def everything(seed: int) -> bytes:
     """Return what all functions of the kernel in use find for random input."""
     rng = np.random.default_rng(seed)
@@ -155,6 +219,10 @@ def everything(seed: int) -> bytes:
         poses.orthonormalised(shapes + 1e-9),
         linear.products(pieces[1], pieces[1].T),
         linear.products(shapes[:, 0], shapes[:, 1]),
+        linear.inner(pieces[1], pieces[1][::-1]),
+        linear.cross(pieces[1][:, :3], pieces[1][:, 3:]),
+        linear.nearest_on_segments(pieces[1][:, :3], shapes[:, 0, 0], shapes[:, 1, 0]),
+        linear.least_steps(rng.normal(size=(5, 6, 9)), rng.normal(size=(5, 6)), *bounded(rng, 5, 9)),
         linear.solve(shapes[:, 0] + 0.1, pieces[1].reshape(30, 3, 2)),
         *linear.orthogonal_rows(pieces[1], 1e-9),
         *linear.orthogonal_by_rotations(pieces[1].T),
@@ -166,6 +234,7 @@ def everything(seed: int) -> bytes:
         *flow.with_derivatives(primitives.shapes(shapes[0]), primitives.control, primitives.angle, [(2, 5, 7)]),
         *flow.with_derivatives(shapes_along(shapes[0], None, turns), None, turns, [(2, 5, 7)]),
         played(with_twice_the_digits(np.eye(4)), flow.pieces(*pieces), 5),
+        *penalised(*program(rng, 40, 6, 10)),
     ]
     return b"".join(np.ascontiguousarray(part).tobytes() for part in found)
 
@@ -253,6 +322,12 @@ GOOD = {
     "moves": np.tile(np.eye(4), (3, 1, 1)),
     "matrices": np.array([[[3.0, 1.0], [0.5, -2.0]], [[1.0, 0.2], [0.4, 1.0]]]),
     "sides": np.array([[[1.0], [0.5]], [[0.3], [0.2]]]),
+    "columns": np.random.default_rng(1).normal(size=(3, 6, 8)),
+    "wanted": np.full((3, 6), 0.1),
+    "begun": np.full((3, 8), 0.05),
+    "loose": np.ones((3, 8)),
+    "low": np.full((3, 8), -1.0),
+    "high": np.ones((3, 8)),
     "rows": np.arange(6.0).reshape(2, 3) ** 2,
 }
 CALLS = {
@@ -269,6 +344,10 @@ CALLS = {
     linear.solve: ("matrices", "sides"),
     (lambda rows: linear.orthogonal_rows(rows, 1e-9)): ("rows",),
     linear.orthogonal_by_rotations: ("rows",),
+    linear.inner: ("rates", "rates"),
+    linear.cross: ("speeds", "speeds"),
+    linear.nearest_on_segments: ("speeds", "speeds", "speeds"),
+    linear.least_steps: ("columns", "wanted", "begun", "loose", "low", "high"),
     poses.exp: ("rates",),
     poses.rotation: ("axes",),
     **dict.fromkeys((poses.log, poses.inverse, poses.adjoint, poses.orthonormalised), ("moves",)),
@@ -326,7 +405,7 @@ def test_wrong_arrays_are_errors_and_never_a_crash(call) -> None:
         if name in WHOLE:
             bad += [good.astype(float) + 0.5, good - 9, good.astype(float) * np.nan]
             bad += [good + 1000] if name != "cycles" else []
-        if len(names) > 1 and call is not arctan2:
+        if len(names) > 1 and call not in (arctan2, linear.inner, linear.cross):
             bad += [good[None], good.ravel()[:1], np.empty(0), np.float64(1.0)]
             bad += [good[:-1], np.concatenate([good, good])] if "start" not in names or len(names) > 2 else []
             bad = [part for part in bad if call not in BROADCAST or np.shape(part)[-2:] != good.shape[-2:]]
@@ -383,3 +462,21 @@ def test_a_rule_must_be_one() -> None:
     ):
         with pytest.raises(ValueError, match="wanted"):
             Rule(nodes, weights, rule.to_node, step, 1e-9)
+
+
+def test_a_program_must_be_one() -> None:
+    good = program(np.random.default_rng(3), 5, 2, 3)
+    assert penalised(*good) is not None
+    assert penalised([], np.empty((0, 0)), [], 0, 1.0, [], [], [])[1] == 0.0
+    assert penalised([1.0], np.empty((0, 1)), [], 0, 1.0, [-1.0], [1.0], [0.5])[0] == [0.0]
+    for k, bad in (
+        *((k, np.full_like(good[k], number)) for k in (0, 1, 2, 5, 6, 7) for number in (np.nan, np.inf)),
+        *((k, good[k][:-1]) for k in (0, 1, 2, 5, 6, 7)),
+        *((k, good[k].astype(complex)) for k in (0, 1, 2, 5, 6, 7)),
+        *((4, price) for price in (0.0, -1.0, np.nan)),
+        *((3, equal) for equal in (-1, 6)),
+        (0, -good[0]),
+        (5, good[6] + 1.0),
+    ):
+        with pytest.raises((ValueError, TypeError)):
+            penalised(*(bad if j == k else part for j, part in enumerate(good)))

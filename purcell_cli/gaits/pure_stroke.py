@@ -101,6 +101,8 @@ class _Purity:
             left, singular, right = singular_values(derivative * scale)
             strong = int(np.sum(singular > _STRONG * singular[0]))
             rank = max(rank, strong)
+            if not np.all(singular[: max(rank, 1)] > 0.0):
+                return None  # unknowns that moved equations move none any more
             step = matmul(right[:rank].T, matmul(left.T[:rank], -value) / singular[:rank])
             longest = float(np.max(np.abs(step)))
             if longest < _SETTLED:

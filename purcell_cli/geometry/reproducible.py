@@ -16,14 +16,12 @@ from numpy.typing import ArrayLike
 
 from purcell_cli.kernel.arrays import Array
 from purcell_cli.kernel.elementary import arctan2, arctan2_of, exp_coefficients, sin_cos, sin_cos_of
-from purcell_cli.kernel.linear import products
+from purcell_cli.kernel.linear import inner, products
 
-__all__ = ["Array", "arctan2", "arctan2_of", "exp_coefficients", "sin_cos", "sin_cos_of"]
+__all__ = ["Array", "arctan2", "arctan2_of", "exp_coefficients", "inner", "sin_cos", "sin_cos_of"]
 
 _LN2 = 0.69314718055994530942
 """The natural logarithm of 2, to all digits of a double."""
-_LONG = 8
-"""Sums of more terms than this are left to numpy, which adds them pairwise."""
 
 
 def matmul(first: ArrayLike, second: ArrayLike) -> Array:
@@ -40,18 +38,6 @@ def matmul(first: ArrayLike, second: ArrayLike) -> Array:
     if b.ndim == 1:
         return inner(a, b)
     return products(a[None], b)[..., 0, :] if a.ndim == 1 else products(a, b)
-
-
-def inner(first: ArrayLike, second: ArrayLike) -> Array:
-    """Return inner products over the last axis. Shapes (..., n) to (...)."""
-    a, b = np.asarray(first), np.asarray(second)
-    count = max(a.shape[-1], b.shape[-1])
-    if count > _LONG or count == 0:
-        return np.asarray(np.add.reduce(np.ascontiguousarray(a * b), axis=-1))
-    out = a[..., 0] * b[..., 0]
-    for k in range(1, count):
-        out = out + a[..., k] * b[..., k]
-    return np.asarray(out)
 
 
 def apply(matrix: ArrayLike, vector: ArrayLike) -> Array:

@@ -41,6 +41,9 @@ void purcell_exp_of(double angle_squared, double out[3]);
 void purcell_rotation_of(const double vector[3], double out[9]);
 void purcell_orthonormalise_of(double rotation[9]);
 
+/* linear.c: see there. */
+API void purcell_solve(SIZE count, SIZE k, SIZE m, double *a, double *x);
+
 /* The swimmer's numbers, scaled to a length of 1 and a lateral drag per length of 1. */
 struct limb {
     double side;     /* 1 where it hangs at the base's +x end, -1 at the other */

@@ -28,6 +28,11 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "products": (None, [*[_SIZE] * 4, _ARRAY, _SIZE, _ARRAY, _SIZE, _ARRAY]),
     "solve": (None, [*[_SIZE] * 3, *[_ARRAY] * 2]),
     "orthogonal_rows": (_SIZE, [*[_SIZE] * 2, _ARRAY, _NUMBER, *[_ARRAY] * 2]),
+    "inner": (None, [_SIZE, _SIZE, *[_ARRAY] * 3]),
+    "cross": (None, [_SIZE, *[_ARRAY] * 3]),
+    "least_steps": (None, [_SIZE, _SIZE, *[_ARRAY] * 8]),
+    "segments": (None, [_SIZE, *[_ARRAY] * 4]),
+    "program": (_SIZE, [*[_SIZE] * 3, _NUMBER, *[_ARRAY] * 8]),
     "orthogonal_by_rotations": (None, [*[_SIZE] * 2, _ARRAY]),
     **{
         name: (None, [_SIZE, *[_ARRAY] * 2])

@@ -126,3 +126,62 @@ API void purcell_orthogonal_by_rotations(SIZE k, SIZE n, double *both) {
             }
     }
 }
+
+/* Inner products of n pairs of vectors (n, k). */
+API void purcell_inner(SIZE n, SIZE k, const double *a, const double *b, double *out) {
+    for (SIZE i = 0; i < n; i++) out[i] = inner(k, a + i * k, b + i * k);
+}
+
+/* Cross products of n pairs of vectors (n, 3). */
+API void purcell_cross(SIZE n, const double *a, const double *b, double *out) {
+    for (SIZE i = 0; i < 3 * n; i += 3) CROSS(out + i, a + i, b + i);
+}
+
+static double clipped(double x, double low, double high) { return x < low ? low : x > high ? high : x; }
+
+#define EQUATIONS 6
+#define ROUNDS 6       /* Newton steps on the multipliers */
+#define MET 1e-4       /* a problem ends when no equation misses by more than this */
+#define DAMPING 1e-8   /* of the multipliers' equations, as a part of the trace */
+
+/* The steps nearest to others, between bounds, that meet six equations as far as they can, of n problems of k unknowns:
+ * Newton's method on the multipliers of the equations (Hintermueller, Ito and Kunisch 2002, SIAM J. Optim. 13, 865).
+ *
+ * columns: the equations, (n, 6, k). wanted: (n, 6). begun, loose, low, high: (n, k); loose is the inverse of how much
+ * an unknown's change counts. room: (2, k). out: (n, k). */
+API void purcell_least_steps(SIZE n, SIZE k, const double *columns, const double *wanted, const double *begun,
+                             const double *loose, const double *low, const double *high, double *room, double *out) {
+    double *const step = room, *const free = room + k;
+    for (SIZE p = 0; p < n; p++, columns += EQUATIONS * k, wanted += EQUATIONS, begun += k, loose += k, low += k, high += k,
+              out += k) {
+        double lead[EQUATIONS] = {0.0}, least = 0.0;
+        for (SIZE j = 0; j < k; j++) out[j] = step[j] = clipped(begun[j], low[j], high[j]);
+        for (int round = 0; round < ROUNDS; round++) {
+            double missing[EQUATIONS], system[EQUATIONS * EQUATIONS], size = 0.0, trace = 0.0;
+            for (int i = 0; i < EQUATIONS; i++) {
+                missing[i] = wanted[i] - inner(k, columns + i * k, step);
+                size = fabs(missing[i]) > size ? fabs(missing[i]) : size;
+            }
+            if (round == 0 || size < least) {
+                least = size;
+                for (SIZE j = 0; j < k; j++) out[j] = step[j];
+            }
+            if (size < MET) break;
+            for (int i = 0; i < EQUATIONS; i++) {
+                for (SIZE j = 0; j < k; j++)
+                    free[j] = step[j] > low[j] && step[j] < high[j] ? loose[j] * columns[i * k + j] : 0.0;
+                for (int l = 0; l < EQUATIONS; l++) system[EQUATIONS * i + l] = inner(k, free, columns + l * k);
+                trace += system[(EQUATIONS + 1) * i];
+            }
+            /* Damped slightly, since the free unknowns may be too few for all equations. */
+            for (int i = 0; i < EQUATIONS; i++) system[(EQUATIONS + 1) * i] += DAMPING * trace + 1e-30;
+            purcell_solve(1, EQUATIONS, 1, system, missing);
+            for (int i = 0; i < EQUATIONS; i++) lead[i] += missing[i];
+            for (SIZE j = 0; j < k; j++) {
+                double sum = lead[0] * columns[j];
+                for (int i = 1; i < EQUATIONS; i++) sum += lead[i] * columns[i * k + j];
+                step[j] = clipped(begun[j] + loose[j] * sum, low[j], high[j]);
+            }
+        }
+    }
+}

@@ -102,3 +102,83 @@ def orthogonal_by_rotations(matrix: ArrayLike) -> tuple[Array, Array]:
     if both.size:
         KERNEL.purcell_orthogonal_by_rotations(k, n, address(both))
     return both[:, :n], both[:, n:]
+
+
+def _pairs(first: ArrayLike, second: ArrayLike) -> tuple[Array, Array]:
+    """Return arrays of vectors made as many as each other."""
+    a, b = doubles(first, "first"), doubles(second, "second")
+    if a.ndim < 1 or b.ndim < 1 or a.shape[-1] != b.shape[-1]:
+        raise ValueError(f"vectors (..., n) are wanted, found {a.shape} and {b.shape}")
+    if a.shape != b.shape:
+        whole = np.broadcast_shapes(a.shape, b.shape)
+        a, b = (x if x.shape == whole else np.array(np.broadcast_to(x, whole), order="C") for x in (a, b))
+    return a, b
+
+
+def inner(first: ArrayLike, second: ArrayLike) -> Array:
+    """Return inner products over the last axis. Shapes (..., n), broadcast, to (...)."""
+    a, b = _pairs(first, second)
+    out = np.zeros(a.shape[:-1])
+    if a.size:
+        KERNEL.purcell_inner(out.size, a.shape[-1], address(a), address(b), address(out))
+    return out
+
+
+def cross(first: ArrayLike, second: ArrayLike) -> Array:
+    """Return cross products over the last axis. Shapes (..., 3), broadcast."""
+    a, b = _pairs(first, second)
+    if a.shape[-1] != 3:
+        raise ValueError(f"vectors (..., 3) are wanted, found {a.shape}")
+    out = np.empty(a.shape)
+    if a.size:
+        KERNEL.purcell_cross(a.size // 3, address(a), address(b), address(out))
+    return out
+
+
+def nearest_on_segments(gap: ArrayLike, first: ArrayLike, second: ArrayLike) -> Array:
+    """Return s, t and the distance where segments p + s first and q + t second, s and t from 0 to 1, are nearest.
+
+    Args:
+        gap: Vectors p - q between the beginnings. Shape (..., 3).
+        first: The first segments; they may be points. Shape (..., 3).
+        second: The second segments. Shape (..., 3).
+
+    Returns:
+        Shape (..., 3).
+    """
+    between = doubles(gap, "gap")
+    if between.ndim < 1 or between.shape[-1] != 3:
+        raise ValueError(f"gap: vectors (..., 3) are wanted, found {between.shape}")
+    one, two = doubles(first, "first", between.shape), doubles(second, "second", between.shape)
+    out = np.empty(between.shape)
+    if out.size:
+        KERNEL.purcell_segments(out.size // 3, address(between), address(one), address(two), address(out))
+    return out
+
+
+def least_steps(
+    columns: ArrayLike, wanted: ArrayLike, begun: ArrayLike, loose: ArrayLike, low: ArrayLike, high: ArrayLike
+) -> Array:
+    """Return the steps nearest to others, between bounds, that meet six equations as far as they can.
+
+    Args:
+        columns: The equations' matrices. Shape (n, 6, k).
+        wanted: Their right sides. Shape (n, 6).
+        begun: The other steps. Shape (n, k).
+        loose: How loosely each unknown keeps to them, the inverse weights. Shape (n, k).
+        low: The least values. Shape (n, k).
+        high: The greatest values. Shape (n, k).
+
+    Returns:
+        Shape (n, k).
+    """
+    matrix = doubles(columns, "columns", (-1, 6, -1))
+    n, _, k = matrix.shape
+    right = doubles(wanted, "wanted", (n, 6))
+    names = ("begun", "loose", "low", "high")
+    rest = [doubles(part, name, (n, k)) for part, name in zip((begun, loose, low, high), names, strict=True)]
+    out, room = np.empty((n, k)), np.empty((2, k))
+    if out.size:
+        places = (address(part) for part in (matrix, right, *rest, room, out))
+        KERNEL.purcell_least_steps(n, k, *places)
+    return out

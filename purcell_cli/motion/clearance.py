@@ -19,8 +19,9 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.geometry.reproducible import arccos, inner
-from purcell_cli.geometry.rotations import Array, cross
+from purcell_cli.geometry.reproducible import arccos
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.linear import nearest_on_segments
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import LimbCircles
@@ -78,46 +79,12 @@ def apart_bend_rad(swimmer: Swimmer, clearance_m: float = 0.0) -> float:
 def segment_distance(gap: Array, first: Array, second: Array) -> Array:
     """Return the distance between segments p + s first and q + t second, s and t from 0 to 1.
 
-    The squared distance is a convex parabola in (s, t). Its least value in the square is on one of
-    the four sides, or inside where the lines pass each other. Parallel segments have it on a side.
-
     Args:
         gap: Vectors p - q between the beginnings. Shape (..., 3).
         first: The first segments; they may be points. Shape (..., 3).
         second: The second segments. Shape (..., 3).
     """
-    between = [gap + s[..., None] * first - t[..., None] * second for s, t in _places(gap, first, second)]
-    return np.asarray(np.sqrt(np.min([_dot(d, d) for d in between], axis=0)))
-
-
-def _places(gap: Array, first: Array, second: Array) -> list[tuple[Array, Array]]:
-    """Return the (s, t) at one of which segments are nearest to each other."""
-    uu, vv, uv = _dot(first, first), _dot(second, second), _dot(first, second)
-    ru, rv = _dot(gap, first), _dot(gap, second)
-    normal = cross(first, second)
-    nn = _dot(normal, normal)
-    zero, one = np.zeros_like(uu), np.ones_like(uu)
-    # The line parameters from cross products: 1 - cos^2 would lose all digits for nearly parallel segments.
-    s, t = -_share(_dot(cross(gap, second), normal), nn), -_share(_dot(cross(gap, first), normal), nn)
-    return [
-        (_clip(-_share(ru, uu)), zero),
-        (_clip(_share(uv - ru, uu)), one),
-        (zero, _clip(_share(rv, vv))),
-        (one, _clip(_share(rv + uv, vv))),
-        (_clip(s), _clip(t)),
-    ]
-
-
-def _dot(a: Array, b: Array) -> Array:
-    return np.asarray(inner(a, b))
-
-
-def _share(part: Array, whole: Array) -> Array:
-    return np.asarray(part / np.where(whole > 0.0, whole, 1.0))
-
-
-def _clip(share: Array) -> Array:
-    return np.clip(share, 0.0, 1.0)
+    return np.asarray(nearest_on_segments(gap, first, second)[..., 2])
 
 
 def limb_distance(swimmer: Swimmer, axes: Array) -> Array:
@@ -142,14 +109,10 @@ def distance_slope(swimmer: Swimmer, axes: Array) -> Array:
         Shape (..., 2, 3).
     """
     gap, first, second = _segments(swimmer, axes)
-    s, t = (np.stack(part) for part in zip(*_places(gap, first, second), strict=True))
-    between = gap + s[..., None] * first - t[..., None] * second
-    nearest = np.argmin(_dot(between, between), axis=0)[None]
-    s, t = (np.take_along_axis(part, nearest, axis=0)[0] for part in (s, t))
-    between = gap + s[..., None] * first - t[..., None] * second
-    size = np.sqrt(_dot(between, between))[..., None]
-    along = between / np.where(size > 0.0, size, 1.0)
-    return np.asarray(2.0 * swimmer.limb_half_length_m * np.stack([s, t], axis=-1)[..., None] * along[..., None, :])
+    found = nearest_on_segments(gap, first, second)
+    s, t, size = (found[..., k, None] for k in range(3))
+    along = (gap + s * first - t * second) / np.where(size > 0.0, size, 1.0)
+    return np.asarray(2.0 * swimmer.limb_half_length_m * found[..., :2, None] * along[..., None, :])
 
 
 def _segments(swimmer: Swimmer, axes: Array) -> tuple[Array, Array, Array]:

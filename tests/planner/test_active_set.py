@@ -10,7 +10,8 @@ from helpers import assert_close, is_close
 from scipy.optimize import lsq_linear
 
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.planner.refine.active_set import bounded_step, least_steps, loose
+from purcell_cli.kernel.linear import least_steps
+from purcell_cli.planner.refine.active_set import bounded_step, loose
 
 FAR = 1e9
 """A reach that cuts no step [rad]."""

@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import apply, arctan2, hypot, inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, about_axis, wrapped
+from purcell_cli.kernel.linear import least_steps
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.arcs.loop_family import Fan
 from purcell_cli.planner.arcs.loop_fit import LONGEST_STEP_RAD, fitted
 from purcell_cli.planner.arcs.loops import NAME, stroke
 from purcell_cli.planner.arcs.roll_stroke import RollStroke
-from purcell_cli.planner.refine.active_set import least_steps
 
 _SMALL = 1e-6
 """The step of the difference quotients by bend, aside and roll [rad]."""

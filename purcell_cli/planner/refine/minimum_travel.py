@@ -18,6 +18,7 @@ import numpy as np
 
 from purcell_cli.geometry.reproducible import matmul, normal_numbers
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.program import penalised
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.planner.refine.active_set import bounded_step, loose
@@ -93,41 +94,13 @@ class _Search:
         return _Point(angle, values, room, slope, violation, merit)
 
     def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
-        """Return the angles that minimise the linearised merit within reach, and that merit.
-
-        An angle that cannot change sign within reach is one variable; another is split into what
-        it turns the one way and the other. The reach then only bounds variables.
-        """
-        from scipy.optimize import linprog
-
-        angle, m, k = here.angle, len(here.values.residual), len(here.room)
-        sign = np.where(angle < 0, -1.0, 1.0)
+        """Return the angles that minimise the linearised merit within reach, and that merit."""
+        angle, residual = here.angle, here.values.residual
         within = reach * loose(here.values.derivative)
-        split = np.flatnonzero(np.abs(angle) < within)
         slope = np.concatenate([here.values.derivative, -here.room_derivative])
-        ones = np.eye(m + k)
-        columns = np.concatenate([slope * sign, -slope[:, split] * sign[split], -ones, ones[:, :m]], axis=1)
-        wanted = matmul(slope, angle) - np.concatenate([here.values.residual, -here.room])
-        size = np.abs(angle)
-        low = np.concatenate([np.maximum(size - within, 0.0), np.zeros(len(split) + 2 * m + k)])
-        high = np.concatenate([size + within, (within - size)[split], np.full(2 * m + k, np.inf)])
-        weight = self.equations.weight
-        cost = np.concatenate([weight, weight[split], np.full(2 * m + k, self.price)])
-        solved = linprog(
-            cost,
-            A_eq=columns[:m],
-            b_eq=wanted[:m],
-            A_ub=columns[m:] if k else None,
-            b_ub=wanted[m:] if k else None,
-            bounds=np.stack([low, high], axis=1),
-            method="highs-ds",
-            options={"presolve": False},  # takes longer than the program itself
-        )
-        if solved.x is None:
-            return None
-        turned = solved.x[: len(angle)]
-        turned[split] -= solved.x[len(angle) : len(angle) + len(split)]
-        return sign * turned, float(solved.fun)
+        wanted = matmul(slope, angle) - np.concatenate([residual, -here.room])
+        bounds = angle - within, angle + within
+        return penalised(self.equations.weight, slope, wanted, len(residual), self.price, *bounds, angle)
 
     def restored(self, here: _Point, reach: float) -> _Point:
         """Return a point moved back to the arrival and within the bend limit by the angles in use."""

@@ -103,10 +103,13 @@ class Equations:
                 weight += [2.0 * s.cycles] * 2 if s.rectangle else []
         self.weight = np.array(weight)
         self._index, self._sign = np.array(index, dtype=np.int64), np.array(sign)
+        self._all_free = all(s.free for s in self.segments)
         self._own, self._opposite = np.flatnonzero(self._sign > 0), np.flatnonzero(self._sign < 0)
 
     def by_free_angles(self, columns: Array) -> Array:
         """Return derivatives by the free angles, of those by every primitive's angle. Shape (m, k) to (m, n)."""
+        if self._all_free:
+            return columns
         out = np.empty((len(columns), len(self.weight)))
         out[:, self._index[self._own]] = columns[:, self._own]
         out[:, self._index[self._opposite]] -= columns[:, self._opposite]
@@ -189,9 +192,9 @@ class Equations:
         shapes = sequence.shapes(self.start)
         g, twists = flow_and_jacobian(self.swimmer, sequence, self.start, self.accuracy, self.repeats)
         residual = [se3.log(se3.normalised(matmul(self._wanted_inverse, g)))]
-        derivative = [twists]
-        for stop, shape in self.targets:
-            gap, slope = shape_gap(sequence[:stop], shapes[: stop + 1], shape)
+        derivative = np.zeros((6 + 6 * len(self.targets), len(sequence)))
+        derivative[:6] = twists
+        for k, (stop, shape) in enumerate(self.targets, 1):
+            gap, derivative[6 * k : 6 * k + 6, :stop] = shape_gap(sequence[:stop], shapes[: stop + 1], shape)
             residual.append(gap)
-            derivative.append(np.pad(slope, ((0, 0), (0, len(sequence) - stop))))
-        return Values(np.concatenate(residual), self.by_free_angles(np.concatenate(derivative)), sequence, shapes)
+        return Values(np.concatenate(residual), self.by_free_angles(derivative), sequence, shapes)

@@ -1,0 +1,171 @@
+/* Linear programs with an exact penalty: the least sum of c_j |x_j| and of the price of what equations and inequalities
+ * miss, between bounds.
+ *
+ * Primal simplex on convex costs of two straight pieces (Fourer 1985, Math. Program. 33, 204): a variable out of the
+ * basis rests on a bend of its cost, and a step goes on past bends of the others until the cost rises. Rows miss what
+ * they may at a price, so any point is a beginning. */
+#include <math.h>
+
+#include "kernel.h"
+
+#define TINY 1e-11       /* a pivot, or a gain per unit, below this is none, in units of the largest */
+#define NO_BOUND 1e300
+#define ROUNDS_A_COLUMN 40
+
+/* A cost: `slope[0]` from `edge[0]` to `edge[1]`, and `slope[1]` on to `edge[2]`. */
+struct cost {
+    double slope[2], edge[3], scale;
+};
+
+struct program {
+    SIZE rows, columns;
+    double *table;          /* how the basis changes with the rest: (rows, columns) */
+    struct cost *costs;     /* of the columns' variables, then of the rows' */
+    double *value;          /* of all variables, in that order */
+    int64_t *piece, *basic, *resting;
+};
+
+/* The piece that a resting variable enters when it goes up (1) or down (-1): 0 or 1; or -1 or 2, a wall. */
+static int piece_towards(const struct cost *c, double value, int direction) {
+    if (direction > 0) return value >= c->edge[2] ? 2 : value >= c->edge[1] ? 1 : 0;
+    return value <= c->edge[0] ? -1 : value <= c->edge[1] ? 0 : 1;
+}
+
+/* How far a variable in a piece may go before the piece ends. */
+static double way_left(const struct cost *c, double value, int64_t piece, double speed) {
+    const double end = speed > 0.0 ? c->edge[piece + 1] : c->edge[piece], way = (end - value) / speed;
+    return way > 0.0 ? way : 0.0;
+}
+
+/* The best column to move, how it moves and at what gain per unit; -1 where none gains. */
+static SIZE chosen(const struct program *p, double *gains, double least, int *direction, double *gain) {
+    SIZE best = -1;
+    double most = 0.0;
+    for (SIZE j = 0; j < p->columns; j++) gains[j] = 0.0;
+    for (SIZE i = 0; i < p->rows; i++) {
+        const SIZE variable = p->basic[i];
+        const double slope = p->costs[variable].slope[p->piece[variable]];
+        const double *row = p->table + i * p->columns;
+        if (slope != 0.0)
+            for (SIZE j = 0; j < p->columns; j++) gains[j] += slope * row[j];
+    }
+    for (SIZE j = 0; j < p->columns; j++) {
+        const SIZE variable = p->resting[j];
+        const struct cost *c = p->costs + variable;
+        for (int d = -1; d <= 1; d += 2) {
+            const int piece = piece_towards(c, p->value[variable], d);
+            if (piece < 0 || piece > 1) continue;
+            const double found = -d * (c->slope[piece] + gains[j]);
+            if (found > least && found * c->scale > most) {
+                most = found * c->scale;
+                best = j;
+                *direction = d;
+                *gain = found;
+            }
+        }
+    }
+    return best;
+}
+
+/* Exchanges the variables of a row and a column. */
+static void exchange(struct program *p, SIZE row, SIZE column) {
+    const SIZE n = p->columns;
+    double *pivot = p->table + row * n;
+    const double by = 1.0 / pivot[column];
+    for (SIZE j = 0; j < n; j++) pivot[j] *= -by;
+    pivot[column] = by;
+    for (SIZE i = 0; i < p->rows; i++) {
+        double *other = p->table + i * n;
+        const double factor = other[column];
+        if (i == row || factor == 0.0) continue;
+        other[column] = 0.0;
+        for (SIZE j = 0; j < n; j++) other[j] += factor * pivot[j];
+    }
+    const SIZE variable = p->basic[row];
+    p->basic[row] = p->resting[column];
+    p->resting[column] = variable;
+}
+
+/* Moves a column's variable as far as the cost falls, and exchanges it with what stops it, if that is another. */
+static void move(struct program *p, SIZE column, int direction, double gain) {
+    const SIZE n = p->columns, mover = p->resting[column];
+    double way = 0.0;
+    SIZE stopped = -1;
+    p->piece[mover] = piece_towards(p->costs + mover, p->value[mover], direction);
+    for (;;) {
+        double least = way_left(p->costs + mover, p->value[mover], p->piece[mover], direction);
+        SIZE first = -1;
+        for (SIZE i = 0; i < p->rows; i++) {
+            const double speed = direction * p->table[i * n + column];
+            const SIZE variable = p->basic[i];
+            if (!(fabs(speed) * p->costs[mover].scale > TINY * p->costs[variable].scale)) continue;
+            const double found = way_left(p->costs + variable, p->value[variable], p->piece[variable], speed);
+            if (found < least) {
+                least = found;
+                first = i;
+            }
+        }
+        way = least > way ? least : way;
+        const SIZE variable = first < 0 ? mover : p->basic[first];
+        const double speed = first < 0 ? direction : direction * p->table[first * n + column];
+        const int64_t next = p->piece[variable] + (speed > 0.0 ? 1 : -1);
+        stopped = first;
+        if (next < 0 || next > 1) break; /* a wall */
+        gain -= fabs(speed) * (p->costs[variable].slope[1] - p->costs[variable].slope[0]);
+        if (!(gain > 0.0)) break;
+        p->piece[variable] = next;
+    }
+    for (SIZE i = 0; i < p->rows; i++) p->value[p->basic[i]] += direction * p->table[i * n + column] * way;
+    p->value[mover] += direction * way;
+    const SIZE variable = stopped < 0 ? mover : p->basic[stopped];
+    const double speed = stopped < 0 ? direction : direction * p->table[stopped * n + column];
+    p->value[variable] = p->costs[variable].edge[p->piece[variable] + (speed > 0.0 ? 1 : 0)];
+    if (stopped >= 0) exchange(p, stopped, column);
+}
+
+/* The x between bounds of the least sum of cost |x| + price (|m_1| + ... + max(m_(equal + 1), 0) + ...), m being what
+ * matrix x - wanted misses: equations first, then inequalities.
+ *
+ * matrix: (rows, columns), spoilt. x: where to begin, becomes the solution, (columns,). room: 7 (rows + columns) and
+ * whole: 2 (rows + columns) numbers to work in. Returns how many steps were taken, or -1 if too many. */
+API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, double *matrix, const double *wanted,
+                         const double *cost, const double *low, const double *high, double *x, double *room,
+                         int64_t *whole) {
+    const SIZE all = rows + columns;
+    struct program p = {.rows = rows, .columns = columns, .table = matrix, .costs = (struct cost *)room};
+    double *const gains = room + 7 * all;
+    double largest = price;
+    p.value = room + 6 * all;
+    p.piece = whole;
+    p.basic = whole + all;
+    p.resting = p.basic + rows;
+    for (SIZE j = 0; j < columns; j++) {
+        const double bend = low[j] > 0.0 ? low[j] : high[j] < 0.0 ? high[j] : 0.0;
+        p.costs[j] = (struct cost){{-cost[j], cost[j]}, {low[j], bend, high[j]}, high[j] - low[j]};
+        p.value[j] = x[j] < low[j] ? low[j] : x[j] > high[j] ? high[j] : x[j];
+        p.resting[j] = j;
+        largest = cost[j] > largest ? cost[j] : largest;
+    }
+    for (SIZE i = 0; i < rows; i++) {
+        double missing = -wanted[i], scale = 1e-300;
+        for (SIZE j = 0; j < columns; j++) {
+            const double reach = fabs(matrix[i * columns + j]) * p.costs[j].scale;
+            missing += matrix[i * columns + j] * p.value[j];
+            scale = reach > scale ? reach : scale;
+        }
+        p.costs[columns + i] = (struct cost){{i < equal ? -price : 0.0, price}, {-NO_BOUND, 0.0, NO_BOUND}, scale};
+        p.value[columns + i] = missing;
+        p.piece[columns + i] = missing < 0.0 ? 0 : 1;
+        p.basic[i] = columns + i;
+    }
+    SIZE steps = 0, column = 0;
+    for (; steps < ROUNDS_A_COLUMN * all; steps++) {
+        int direction = 0;
+        double gain = 0.0;
+        column = chosen(&p, gains, TINY * largest, &direction, &gain);
+        if (column < 0) break;
+        move(&p, column, direction, gain);
+    }
+    for (SIZE j = 0; j < columns; j++) x[j] = p.value[j] < low[j] ? low[j] : p.value[j] > high[j] ? high[j] : p.value[j];
+    return column < 0 || all == 0 ? steps : -1;
+}
