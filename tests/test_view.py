@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import functools
 import json
 import re
@@ -231,3 +232,15 @@ def test_50000_rows_open_in_three_seconds(browser: webdriver.Chrome, tmp_path: P
 def test_an_error_of_a_page_is_seen_in_the_console(browser: webdriver.Chrome) -> None:
     browser.get("data:text/html,<script>nonsense()</script>")
     assert any("nonsense is not defined" in entry["message"] for entry in browser.get_log("browser"))
+
+
+def test_a_motion_far_from_the_worlds_origin_is_seen_whole() -> None:
+    near = motion()
+    shift = np.array([5e6, -4e6, 3.0])
+    far = dataclasses.replace(near, position_m=near.position_m + shift)
+    data = told(page(far, SWIMMER, "t"))
+    frames = unpacked(data, "frames", "<f4").reshape(len(near.time_s), 15)
+    np.testing.assert_allclose(frames[:, :3], near.position_m - near.position_m[0], atol=2e-8)
+    assert data["title"] == "t, from (5000000.2, -3999999.9, 3.3) m"
+    assert told(page(near, SWIMMER, "t"))["title"] == "t"
+    assert not np.any(dataclasses.replace(near, position_m=np.tile(shift, (len(near.time_s), 1))).origin_m)

@@ -8,6 +8,9 @@ import numpy as np
 
 from purcell_cli.geometry.rotations import Array
 
+_FAR = 1e4
+"""A first row farther from the origin than this many times the motion's extent is far: pictures have 24 bits."""
+
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Table:
@@ -33,5 +36,9 @@ class Table:
     euler_rad: Array
     rate_rad_s: Array
 
-    def __repr__(self) -> str:
-        return f"<Table: {len(self.time_s)} rows, {self.time_s[-1]:.6g} s>"
+    @property
+    def origin_m(self) -> Array:
+        """Where pictures measure positions from [m]: the world's origin, or, where that is far, the first row."""
+        first, extent = self.position_m[0], float(np.max(np.ptp(self.position_m, axis=0)))
+        far = float(np.max(np.abs(first))) > _FAR * extent > 0.0
+        return first if far else np.zeros(3)

@@ -58,12 +58,13 @@ def page(table: Table, swimmer: Swimmer, title: str) -> str:
         title: What it is.
     """
     rows = shown_rows(table)
-    frames = np.concatenate([table.position_m, table.base, table.limbs[:, 0], table.limbs[:, 1]], axis=1)[rows]
+    place = table.position_m - table.origin_m
+    frames = np.concatenate([place, table.base, table.limbs[:, 0], table.limbs[:, 1]], axis=1)[rows]
     names, gait = np.unique(table.gait[rows], return_inverse=True)
-    size = float(max(np.max(np.abs(table.position_m)), swimmer.length_m))
+    size = float(max(np.max(np.abs(place)), swimmer.length_m))
     unit, unit_name = length_unit(size)
     data = {
-        "title": title,
+        "title": f"{title}{origin_told(table)}",
         "time": _packed(table.time_s[rows], "<f8"),
         "frames": _packed(frames, "<f4"),
         "phase": _packed(np.clip(table.phase[rows], 0, 255), "u1"),
@@ -80,6 +81,12 @@ def page(table: Table, swimmer: Swimmer, title: str) -> str:
     text = json.dumps(data, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
     template = (resources.files("purcell_cli.pictures") / "view.html").read_text(encoding="utf-8")
     return template.replace("@DATA@", text)
+
+
+def origin_told(table: Table) -> str:
+    """Return where positions are measured from, in words, where that is not the world's origin."""
+    x, y, z = table.origin_m.tolist()
+    return f", from ({x:.12g}, {y:.12g}, {z:.12g}) m" if np.any(table.origin_m) else ""
 
 
 def write_page(table: Table, swimmer: Swimmer, title: str, path: Path) -> int:

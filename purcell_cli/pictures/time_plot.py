@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import PHASES
 from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.pictures.html_view import origin_told
 from purcell_cli.pictures.style import BLUE, GREEN, GREY, ORANGE, styled
 from purcell_cli.wording import length_unit
 
@@ -30,12 +31,13 @@ def time_figure(table: Table, title: str) -> Figure:
         table: The motion.
         title: What it is.
     """
-    scale, unit = length_unit(float(np.max(np.abs(table.position_m))))
+    place = table.position_m - table.origin_m
+    scale, unit = length_unit(float(np.max(np.abs(place))))
     degrees = np.degrees(table.euler_rad)
     panels = [
         ("limb 1 [°]", degrees[:, 1], ("yaw", "pitch", "roll")),
         ("limb 2 [°]", degrees[:, 2], ("yaw", "pitch", "roll")),
-        (f"base position [{unit}]", table.position_m * scale, ("x", "y", "z")),
+        (f"base position [{unit}]", place * scale, ("x", "y", "z")),
         ("base angles [°]", degrees[:, 0], ("yaw ψ", "pitch θ", "roll φ")),
     ]
     phases = _stretches(table.time_s, table.phase)
@@ -56,7 +58,7 @@ def time_figure(table: Table, title: str) -> Figure:
         _name_phases(rows[0], phases)
         rows[-1].set_xlabel("time [s]")
         rows[-1].set_xlim(float(table.time_s[0]), float(max(table.time_s[-1], table.time_s[0] + 1e-9)))
-        figure.suptitle(title, fontsize=11)
+        figure.suptitle(f"{title}{origin_told(table)}", fontsize=11)
         figure.align_ylabels(rows)
     return figure
 
