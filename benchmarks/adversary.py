@@ -1,0 +1,185 @@
+"""Attacks on the program, with random numbers: what must never happen is counted.
+
+    python benchmarks/adversary.py --count 300
+
+Plans: random swimmers over the whole stated space, and random queries for them. A plan called reached is written,
+read back and replayed in extended precision, by the integrator that the planner does not have; a plan that is not
+reached is counted by its verdict. Trajectories: a number of a good file is changed, and verify must find it. Signals:
+a command is interrupted, terminated or killed at a random moment, and neither a half file nor a process may be left.
+Names: outputs with names that are hard for shells, patterns and markup.
+
+Exit code 1 if anything is called what it is not, or is lost. `--seed` begins elsewhere.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import math
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from purcell_cli import Configuration, PlanOptions, Swimmer, plan, read_csv, write_csv
+from purcell_cli.errors import PurcellError
+from purcell_cli.geometry.rotations import from_euler
+from purcell_cli.mechanics.configuration import Deviation
+from purcell_cli.motion.clearance import limb_distance
+from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.verification.replay import replay
+from purcell_cli.verification.verify import verify
+
+PURCELL = (sys.executable, "-P", "-m", "purcell_cli")
+NAMES = ("run[1].csv", "a b.csv", "[red]x.csv", "*.csv", "~.csv", "-x.csv", "%20.csv", "ü漢.csv", "x" * 200 + ".csv")
+"""Names of files that are hard for patterns, markup, shells and other programs."""
+
+
+def between(rng: np.random.Generator, low: float, high: float) -> float:
+    """Return a number between two, evenly in the logarithm."""
+    return float(np.exp(rng.uniform(math.log(low), math.log(high))))
+
+
+def query(seed: int) -> tuple[Swimmer, Configuration, Configuration]:
+    """Return a swimmer of the stated space, a start and a goal."""
+    rng = np.random.default_rng(seed)
+    base = between(rng, 1e-4, 1.0)
+    swimmer = Swimmer(
+        base_half_length_m=base,
+        limb_half_length_m=base * between(rng, 0.05, 20.0),
+        slenderness=between(rng, 1e-4, 0.15),
+        viscosity_pa_s=between(rng, 1e-3, 10.0),
+        drag_ratio=float(rng.choice([1.05, 1.3, 1.6, 2.0, 3.0, 4.0])),
+        max_bend_rad=between(rng, 0.05, 3.1),
+        joint_rate_rad_s=between(rng, 1e-3, 1e3),
+    )
+
+    def limb() -> tuple[float, ...]:
+        spread = np.degrees(min(swimmer.max_bend_rad, 1.0))
+        kinds = [(0.0, 0.0, 0.0), tuple(rng.uniform(-spread, spread, 3)), (0.0, 0.0, float(rng.uniform(-180.0, 180.0)))]
+        return tuple([*kinds, tuple(rng.uniform(-90.0, 90.0, 3))][int(rng.integers(4))])
+
+    while True:
+        here = Configuration.from_angles((0.0, 0.0, 0.0), tuple(rng.uniform(-180.0, 180.0, 3)), limb(), limb())
+        there = Configuration.from_angles((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), limb(), limb())
+        if min(float(limb_distance(swimmer, c.shape[..., 0])) for c in (here, there)) > 0.0:
+            break
+    way, turn = np.eye(4), rng.uniform(-1.0, 1.0, 3) * float(rng.choice([0.0, 0.1, 1.0, 3.0]))
+    along = rng.normal(size=3)
+    way[:3, :3] = from_euler(turn)
+    way[:3, 3] = along / np.linalg.norm(along) * between(rng, 1e-3, 8.0) * swimmer.length_m
+    return swimmer, here, Configuration(here.pose @ way, there.shape)
+
+
+def planned(seed: int, folder: Path) -> str:
+    """Return how a random plan ends, or what is wrong with it."""
+    swimmer, start, goal = query(seed)
+    try:
+        found = plan(start, goal, swimmer=swimmer, options=PlanOptions(effort="quick", dt_s=1e12))
+    except PurcellError as error:
+        return f"refused: {str(error).partition(':')[0]}"
+    if found.verdict != "reached":
+        return str(found.verdict)
+    write_csv(found.trajectory, folder / "plan.csv")
+    table = read_csv(folder / "plan.csv")
+    end = replay(swimmer, start, table.time_s, table.rate_rad_s, tolerance_l=1e-12, tolerance_rad=1e-12).end
+    off = Deviation.between(end, goal)
+    if not off.within(1e-9 * swimmer.length_m, 1e-9):
+        return f"WRONG: reached, but {off} away"
+    if told := verify([table], start, goal, swimmer, 1e-9, 1e-9).faults:
+        return f"WRONG: reached, but verify says {told[0]}"
+    return "reached"
+
+
+def tampered(table: Table, rng: np.random.Generator) -> Table:
+    """Return rows of which one number is another."""
+    name = str(rng.choice(["position_m", "base", "limbs", "rate_rad_s", "time_s"]))
+    values = getattr(table, name).copy()
+    place = (int(rng.integers(1, len(values) - 1)), *(int(rng.integers(n)) for n in values.shape[1:]))
+    values[place] += between(rng, 1e-6, 1e-2) * (1.0 if name == "time_s" else float(rng.choice([-1.0, 1.0])))
+    if name in {"base", "limbs"}:
+        values /= np.linalg.norm(values, axis=-1, keepdims=True)
+    return dataclasses.replace(table, **{name: values})
+
+
+def tampering(count: int, seed: int) -> Iterator[str]:
+    """Return whether verify finds changed numbers in a good file."""
+    start, goal = Configuration(), Configuration.from_angles((0.02, 0.01, 0.0), (20.0, 0.0, 0.0))
+    rows = plan(start, goal, options=PlanOptions(effort="quick")).trajectory
+    with tempfile.TemporaryDirectory() as folder:
+        write_csv(rows, Path(folder) / "good.csv")
+        good = read_csv(Path(folder) / "good.csv")
+    asked = (start, goal, Swimmer(), 1e-9, 1e-9)
+    if verify([good], *asked).faults:
+        yield "WRONG: a good file is refused"
+    for k in range(count):
+        found = verify([tampered(good, np.random.default_rng(seed + k))], *asked).faults
+        yield "found" if found else f"WRONG: changed file {seed + k} is passed"
+
+
+def signalled(seed: int) -> str:
+    """Return what a command leaves that gets a signal at a random moment."""
+    rng = np.random.default_rng(seed)
+    by = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)[int(rng.integers(3))]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "swim.csv").write_text("before")
+        command = [*PURCELL, "plan", "along-x", "--dt", "2e-4", "--out", "swim.csv"]
+        with subprocess.Popen(  # noqa: S603  # this very program
+            command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+        ) as process:
+            time.sleep(float(rng.uniform(0.0, 3.0)))
+            process.send_signal(by)
+            process.wait(60)
+        left = {path.name for path in folder.iterdir()}
+        whole = (folder / "swim.csv").read_text().count("\n") != 1 or (folder / "swim.csv").read_text() == "before"
+    if by == signal.SIGKILL:  # nothing can be tidied up then
+        return f"{by.name}: the old file or the new one" if whole else f"WRONG: {by.name} left half a file"
+    return f"{by.name}: nothing left" if left == {"swim.csv"} and whole else f"WRONG: {by.name} left {sorted(left)}"
+
+
+def named(name: str) -> str:
+    """Return whether a file of a name is written, drawn and checked under just that name."""
+    with tempfile.TemporaryDirectory() as folder:
+        for command in (["gait", "x-motion", f"--out=./{name}"], ["view", f"./{name}", "--out=page.html"]):
+            done = subprocess.run(  # noqa: S603  # this very program
+                [*PURCELL, *command], cwd=folder, capture_output=True, text=True, check=False
+            )
+            if done.returncode or "Traceback" in done.stderr:
+                return f"WRONG: {name!r}: {command[0]} ends with {done.returncode}: {done.stderr[-200:]}"
+        left = sorted(path.name for path in Path(folder).iterdir())
+    return "as named" if left == sorted([name, "page.html"]) else f"WRONG: {name!r} became {left}"
+
+
+def main() -> int:
+    """Attack, print what was found, and return the exit code."""
+    options = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    options.add_argument("--count", type=int, default=300, help="random plans; of the other attacks a part of that")
+    options.add_argument("--seed", type=int, default=0, help="the number of the first")
+    asked = options.parse_args()
+    few, seeds = max(asked.count // 5, 10), range(asked.seed, asked.seed + asked.count)
+    wrong = 0
+    with tempfile.TemporaryDirectory() as folder:
+        attacks = {
+            "plans": (planned(seed, Path(folder)) for seed in seeds),
+            "tampered trajectories": tampering(2 * few, asked.seed),
+            "signals": (signalled(seed) for seed in range(asked.seed, asked.seed + few)),
+            "names": (named(name) for name in NAMES),
+        }
+        for attack, found in attacks.items():
+            begun, told = time.perf_counter(), Counter(found)
+            print(f"{attack}: {told.total()} in {time.perf_counter() - begun:.0f} s")
+            for text, count in told.most_common():
+                print(f"  {count:5d}  {text}", flush=True)
+            wrong += sum(count for text, count in told.items() if text.startswith("WRONG"))
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
