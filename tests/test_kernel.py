@@ -292,16 +292,15 @@ def test_the_library_is_built_from_the_sources_beside_it() -> None:
 
 
 @pytest.mark.slow
-def test_importing_it_takes_less_than_twenty_milliseconds() -> None:
-    """Beside numpy and what of the standard library every module of the package imports."""
+def test_importing_it_takes_a_fifth_of_what_numpy_takes_at_most() -> None:
+    """That is 20 ms where numpy takes 100, beside what of the standard library every module of the package imports."""
     program = (
-        "import dataclasses, pathlib, time, typing, numpy; begun = time.process_time(); import purcell_cli.kernel.flow;"
-        "print(time.process_time() - begun)"
+        "import dataclasses, pathlib, time, typing; first = time.process_time(); import numpy.typing;"
+        "then = time.process_time(); import purcell_cli.kernel.flow;"
+        "print((time.process_time() - then) / (then - first))"
     )
-    times = [
-        float(subprocess.run([sys.executable, "-c", program], capture_output=True, text=True).stdout) for _ in range(5)
-    ]
-    assert min(times) < 0.02
+    runs = [subprocess.run([sys.executable, "-c", program], capture_output=True, text=True) for _ in range(5)]
+    assert min(float(run.stdout) for run in runs) < 0.2
 
 
 # --- Its boundary ---------------------------------------------------------------------------------------------------
@@ -383,7 +382,7 @@ def test_any_layout_and_kind_of_number_is_taken(call) -> None:
         if not isinstance(other[0], list):
             assert bytes_of(call(*other)) == wanted
     wide = [
-        part.astype(np.int32 if name in WHOLE else np.longdouble) for part, name in zip(good, CALLS[call], strict=True)
+        part.astype(np.int32 if name in WHOLE else np.float64) for part, name in zip(good, CALLS[call], strict=True)
     ]
     assert bytes_of(call(*wide)) == wanted
 

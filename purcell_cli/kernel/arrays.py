@@ -27,12 +27,12 @@ def doubles(value: ArrayLike, what: str, shape: tuple[int, ...] | None = None) -
         shape: The shape wanted, -1 for any length; None for any shape.
 
     Raises:
-        TypeError: Something that is no real number.
+        TypeError: Something that is no real number, or has more digits than a double.
         ValueError: Another shape.
     """
     found = np.asarray(value)
-    if found.dtype is not _DOUBLE and found.dtype.kind not in "fiu":
-        raise TypeError(f"{what}: real numbers are wanted, found {found.dtype}")
+    if found.dtype is not _DOUBLE and (found.dtype.kind not in "fiu" or found.dtype.itemsize > _DOUBLE.itemsize):
+        raise TypeError(f"{what}: real numbers no wider than doubles are wanted, found {found.dtype}")
     return _of_shape(np.asarray(found, dtype=_DOUBLE, order="C"), what, shape)
 
 
