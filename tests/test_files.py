@@ -821,7 +821,7 @@ def test_a_goal_and_a_scenario_may_have_a_workspace(tmp_path: Path) -> None:
     ("text", "key", "part"),
     [
         ("workspace_m: 3", "workspace_m", "a mapping with some of the keys min, max"),
-        ("workspace_m: {min: [~, null, null]}", "workspace_m.max", "a box with one wall or more"),
+        ("workspace_m: {min: [~, null, null]}", "workspace_m", "a box with one wall or more"),
         ("workspace_m: {min: [0, '', 0]}", "workspace_m.min[1]", "a finite number"),
         ("workspace_m: {min: [0, 0], max: [1, 1, 1]}", "workspace_m.min", "a list of 3"),
         ("workspace_m: {min: [0, 0, 0], max: [1, .inf, 1]}", "workspace_m.max[1]", "a finite number"),

@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 from helpers import calls, mostly_slow
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
 from purcell_cli.cli.app import _run
@@ -30,8 +30,8 @@ MOST_CALLS, MOST_BYTES = 2_000_000, 300 << 20
 """The work and the memory that a refusal may take."""
 COUNTED = 10
 """The work of one document in so many is counted."""
-FUZZ = {"truncated": 400, "replaced": 700, "unknown": 350, "garbage": 350, "unprintable": 400, "nested": 60}
-"""How many different documents are generated of each kind: 2,260 in all, a fiftieth of them in the quick subset."""
+FUZZ = {"truncated": 200, "replaced": 500, "unknown": 200, "garbage": 200, "unprintable": 200, "nested": 50}
+"""How many different documents are generated of each kind: 1,350 in all, a fiftieth of them in the quick subset."""
 
 # Good documents, each with the command that reads it --------------------------------------------------------------
 
@@ -139,8 +139,9 @@ def replaced(draw: st.DrawFn) -> tuple[str, bytes]:
     """A document in which one value, however deep, is of a wrong type or no value at all."""
     kind = draw(kinds)
     document = DOCUMENTS[kind][0]
-    path, bad = draw(st.sampled_from(list(places(document)))), Raw(draw(st.sampled_from(BAD_VALUES)))
-    return kind, yaml_of(with_value(document, path, lambda _: bad)).encode()
+    path, bad = draw(st.sampled_from(list(places(document)))), draw(st.sampled_from(BAD_VALUES))
+    assume(not ("workspace_m" in path and bad in {"null", "~", ""}))  # a box may be open to some sides
+    return kind, yaml_of(with_value(document, path, lambda _: Raw(bad))).encode()
 
 
 @st.composite

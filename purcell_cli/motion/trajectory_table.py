@@ -42,3 +42,6 @@ class Table:
         first, extent = self.position_m[0], float(np.max(np.ptp(self.position_m, axis=0)))
         far = float(np.max(np.abs(first))) > _FAR * extent > 0.0
         return first if far else np.zeros(3)
+
+    def __repr__(self) -> str:
+        return f"<Table: {len(self.time_s)} rows, {self.time_s[-1]:.6g} s>"
