@@ -11,12 +11,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.geometry.reproducible import arctan2, cos, inner, sin
+from purcell_cli.geometry.reproducible import cos, inner, sin
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.clearance import clearances, distance_slope, limb_distance
-from purcell_cli.motion.limb_circles import LimbCircles
+from purcell_cli.motion.limb_circles import LimbCircles, lowest
 from purcell_cli.planner.refine.shooting import Equations
 
 _ACTIVE = 0.35
@@ -60,10 +60,10 @@ def bend_rows(equations: Equations, sequence: PrimitiveSequence, shapes: Array, 
     row, limb, axis = np.arange(len(sequence)), sequence.control // 3, sequence.control % 3
     begin, place = shapes[row, limb, :, 0], shapes[row + 1, limb, :, 0].copy()
     about = shapes[row, limb, :, axis]
-    across = cross(about, begin)
-    far = arctan2(-across[:, 0], -begin[:, 0])
+    across = np.where(sequence.angle < 0.0, -1.0, 1.0)[:, None] * cross(about, begin)
+    far = lowest(begin[:, 0], across[:, 0])
     # A primitive passes the far side if its rotation reaches it before the end.
-    passed = (np.sign(sequence.angle) * far % (2.0 * np.pi) < sequence.duration) & (axis != 0)
+    passed = (far < sequence.duration) & (axis != 0)
     place[passed] = (cos(far)[:, None] * begin + sin(far)[:, None] * across)[passed]
     room = place[:, 0] - least[row, limb]
     active = np.flatnonzero((room < _ACTIVE) & (axis != 0))

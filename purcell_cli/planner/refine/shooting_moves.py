@@ -19,12 +19,13 @@ import numpy as np
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.linear_systems import least_squares
-from purcell_cli.geometry.reproducible import apply, arctan2, inner, matmul, norm
+from purcell_cli.geometry.reproducible import apply, inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, as_vector
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian_of_moves
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.limb_circles import lowest
 from purcell_cli.planner.refine.inequalities import least_cosines
 from purcell_cli.planner.refine.segments import phase_ends
 
@@ -245,7 +246,7 @@ def most_bent(axes: Array, turn: Array) -> tuple[Array, Array]:
     along = inner(about, axes)
     cosine = axes[..., 0] - along * about[..., 0]
     sine = about[..., 1] * axes[..., 2] - about[..., 2] * axes[..., 1]
-    lowest = np.mod(arctan2(sine, cosine) + np.pi, 2.0 * np.pi)
-    inside = (lowest > 0.0) & (lowest < angle)
-    part = np.where(inside, lowest / np.where(inside, angle, 1.0), 1.0)
+    far = lowest(cosine, sine)
+    inside = (far > 0.0) & (far < angle)
+    part = np.where(inside, far / np.where(inside, angle, 1.0), 1.0)
     return part, (matmul(se3.rotation(part[..., None] * turn), axes[..., None]))[..., 0]
