@@ -37,6 +37,8 @@ from purcell_cli.verification.replay import replay
 from purcell_cli.verification.verify import verify
 
 PURCELL = (sys.executable, "-P", "-m", "purcell_cli")
+_SIMULTANEOUS = 10
+"""Of so many plans one turns all joints at once."""
 NAMES = ("run[1].csv", "a b.csv", "[red]x.csv", "*.csv", "~.csv", "-x.csv", "%20.csv", "ü漢.csv", "x" * 200 + ".csv")
 """Names of files that are hard for patterns, markup, shells and other programs."""
 
@@ -80,8 +82,9 @@ def query(seed: int) -> tuple[Swimmer, Configuration, Configuration]:
 def planned(seed: int, folder: Path) -> str:
     """Return how a random plan ends, or what is wrong with it."""
     swimmer, start, goal = query(seed)
+    controls = "primitive" if seed % _SIMULTANEOUS else "simultaneous"
     try:
-        found = plan(start, goal, swimmer=swimmer, options=PlanOptions(effort="quick", dt_s=1e12))
+        found = plan(start, goal, swimmer=swimmer, options=PlanOptions(effort="quick", controls=controls, dt_s=1e12))
     except PurcellError as error:
         return f"refused: {str(error).partition(':')[0]}"
     if found.verdict != "reached":
