@@ -54,8 +54,8 @@ def bend_rows(equations: Equations, sequence: PrimitiveSequence, shapes: Array, 
         least: Least cosine of the bend of each limb on each primitive. Shape (k, 2).
 
     Returns:
-        cos(bend) - least at the ends or far sides of primitives near the limit, shape (j,), and its
-        derivative by the free angles, shape (j, n).
+        cos(bend) - least at the ends or far sides of primitives near the limit that may change, shape (j,), and
+        its derivative by the free angles, shape (j, n).
     """
     row, limb, axis = np.arange(len(sequence)), sequence.control // 3, sequence.control % 3
     begin, place = shapes[row, limb, :, 0], shapes[row + 1, limb, :, 0].copy()
@@ -66,7 +66,7 @@ def bend_rows(equations: Equations, sequence: PrimitiveSequence, shapes: Array, 
     passed = (far < sequence.duration) & (axis != 0)
     place[passed] = (cos(far)[:, None] * begin + sin(far)[:, None] * across)[passed]
     room = place[:, 0] - least[row, limb]
-    active = np.flatnonzero((room < _ACTIVE) & (axis != 0))
+    active = np.flatnonzero((room < _ACTIVE) & (axis != 0) & ~equations.fixed)
     lever = about[None, :, 1] * place[active, None, 2] - about[None, :, 2] * place[active, None, 1]
     acts = (limb[None, :] == limb[active, None]) & (row[None, :] <= (row - passed)[active, None])
     return room[active], equations.by_free_angles(np.where(acts, lever, 0.0))

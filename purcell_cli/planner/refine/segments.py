@@ -17,7 +17,7 @@ from purcell_cli.motion.blocks import Block
 
 Rows = NDArray[np.int64]
 
-_MOST_APART = 6_000
+_MOST_APART = 20_000
 """Up to so many primitives the cycles of a stroke are played one by one."""
 
 

@@ -83,6 +83,7 @@ class Equations:
             if not s.free
         ]
         self.phase = np.repeat(np.array([s.phase for s in self.segments], dtype=np.int64), counts)
+        self.fixed = np.repeat(np.array([s.fixed for s in self.segments], dtype=bool), counts)
         self._free_index()
         self.targets = phase_ends(self.phase, goal)
 
