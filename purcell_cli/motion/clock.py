@@ -17,7 +17,7 @@ def clock_step(duration_s: float) -> float:
     It is a power of two, the spacing of floating-point numbers at the motion's end, so that every
     time and every difference of times is exact, and the written times replay the motion exactly.
     """
-    return math.ldexp(1.0, math.frexp(max(duration_s, 1.0))[1] - 53)
+    return math.ldexp(1.0, math.frexp(duration_s)[1] - 53)
 
 
 def rounded(angle: Array, rate_rad_s: float, step: float) -> Array:
