@@ -176,7 +176,10 @@ def main() -> int:
             "names": (named(name) for name in NAMES),
         }
         for attack, found in attacks.items():
-            begun, told = time.perf_counter(), Counter(found)
+            begun, told = time.perf_counter(), Counter[str]()
+            for text in found:
+                told[text] += 1
+                print(f"{attack}: {told.total()}, {text}", file=sys.stderr, flush=True)
             print(f"{attack}: {told.total()} in {time.perf_counter() - begun:.0f} s")
             for text, count in told.most_common():
                 print(f"  {count:5d}  {text}", flush=True)

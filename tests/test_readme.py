@@ -117,7 +117,7 @@ def test_programs_print_what_their_comments_say(page: str, program: str, tmp_pat
 def test_set_up_is_one_line_each() -> None:
     run, test = only("README.md", "setup", "run"), only("README.md", "setup", "test")
     assert run == "python -m pip install . && purcell plan nearby\n"
-    assert test == "python -m pip install -e '.[test]' && python -m pytest\n"
+    assert test == "python -m pip install -e '.[test]' && python -m pytest -n auto\n"
     assert "nearby" in builtin.stored_scenarios()
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert "purcell" in project["scripts"]
