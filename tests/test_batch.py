@@ -238,6 +238,7 @@ def test_the_folder_of_results_may_have_any_name(run: Run, tmp_path: Path) -> No
             assert pl.read_parquet(stream)["name"].to_list() == ["a"]
 
 
+@pytest.mark.slow
 def test_a_measured_orientation_is_warned_of_once(run: Run, tmp_path: Path) -> None:
     rough = "{limb1: {quaternion_wxyz: [0.707, 0, 0, 0.707]}}"
     written(tmp_path / "s", [f"name: n{k}\nstart: part.yaml\ngoal: {rough}" for k in range(2)])

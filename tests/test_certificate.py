@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from helpers import dop853_rates, mostly_slow
 
 from purcell_cli import Configuration, PlanOptions, Swimmer, plan
 from purcell_cli.geometry.rotations import Array
@@ -14,7 +15,6 @@ from purcell_cli.verification import extrapolation
 from purcell_cli.verification import replay as replaying
 from purcell_cli.verification.certificate import judged
 from purcell_cli.verification.replay import Replay, replay
-from tests.helpers import dop853_rates
 
 THIN = Swimmer(base_half_length_m=0.1, limb_half_length_m=0.25, slenderness=1e-3, drag_ratio=3.5)
 STOUT = Swimmer(base_half_length_m=0.05, limb_half_length_m=0.02, slenderness=0.05, drag_ratio=1.5)
@@ -48,7 +48,7 @@ def apart(first: Array, second: Array, length_m: float) -> float:
 
 
 @pytest.mark.parametrize("swimmer", [Swimmer(), THIN, STOUT], ids=["paper", "thin", "stout"])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", mostly_slow(range(3), 1))
 def test_a_replay_ends_where_dop853_does(swimmer: Swimmer, seed: int) -> None:
     times, rates = controls(seed)
     start = Configuration.from_angles((0.1, -0.2, 0.3), (20.0, -30.0, 40.0), (10.0, 40.0, 0.0), (-15.0, 5.0, 60.0))
@@ -85,6 +85,7 @@ def test_thousands_of_cycles_go_over_to_extended_precision() -> None:
     assert len(found.moves.fine) == 4
 
 
+@pytest.mark.slow
 def test_what_a_little_difference_of_shape_makes_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     times, rates = squares(150, 0.0625, 2.0**-40)
     monkeypatch.setattr(replaying, "_CARES", ((np.longdouble, 1.0),))

@@ -30,8 +30,8 @@ MOST_CALLS, MOST_BYTES = 2_000_000, 300 << 20
 """The work and the memory that a refusal may take."""
 COUNTED = 10
 """The work of one document in so many is counted."""
-FUZZ = {"truncated": 200, "replaced": 500, "unknown": 200, "garbage": 200, "unprintable": 200, "nested": 25}
-"""How many different documents are generated of each kind: 1,325 in all, a fiftieth of them in the quick subset."""
+FUZZ = {"truncated": 200, "replaced": 500, "unknown": 200, "garbage": 200, "unprintable": 200, "nested": 50}
+"""How many different documents are generated of each kind: 1,350 in all, a fiftieth of them in the quick subset."""
 
 # Good documents, each with the command that reads it --------------------------------------------------------------
 

@@ -222,6 +222,7 @@ def _printed(arguments: list[str]) -> dict[str, Any]:
     return document
 
 
+@pytest.mark.slow
 def test_every_document_is_looked_at(documents: dict[str, dict[str, Any]]) -> None:
     good = {d["schema"] for d in documents.values() if d["verdict"] != "error"}
     assert good == set(DOCUMENTS)
@@ -234,11 +235,13 @@ def test_every_document_is_looked_at(documents: dict[str, dict[str, Any]]) -> No
     assert documents["batch"]["failures"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*COMMANDS, "batch summary"])
 def test_a_document_is_what_its_type_says(documents: dict[str, dict[str, Any]], name: str) -> None:
     assert wrong(documents[name]) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*COMMANDS, "batch summary"])
 def test_a_document_with_any_key_gone_renamed_or_of_another_type_is_found_out(
     documents: dict[str, dict[str, Any]], name: str

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 import typer
-from helpers import Run, runner
+from helpers import Run, mostly_slow, runner
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -136,7 +136,7 @@ def test_a_solution_knows_what_was_asked() -> None:
 # --- The command line ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("command", PLANNING)
+@pytest.mark.parametrize("command", mostly_slow(PLANNING, 1))
 @pytest.mark.parametrize("name", list(FLAGGED))
 def test_a_command_shows_an_option_as_it_is_declared(command: str, name: str) -> None:
     option, found = FLAGGED[name], shown(command)[FLAGGED[name].flag]
@@ -147,7 +147,7 @@ def test_a_command_shows_an_option_as_it_is_declared(command: str, name: str) ->
     assert found.metavar == values
 
 
-@pytest.mark.parametrize("command", PLANNING)
+@pytest.mark.parametrize("command", mostly_slow(PLANNING, 1))
 @pytest.mark.parametrize("name", list(NAMED))
 def test_a_command_takes_the_members_and_nothing_else(command: str, name: str, run: Run) -> None:
     option = NAMED[name]

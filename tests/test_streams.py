@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from helpers import Run, runner
+from helpers import Run, mostly_slow, runner
 
 from purcell_cli.cli.terminal import show
 from purcell_cli.cli.warnings import warnings_on_stderr
@@ -133,7 +133,7 @@ NAMES = [
 
 
 @pytest.mark.skipif(os.name != "posix", reason="other systems do not take such names")
-@pytest.mark.parametrize("name", [*NAMES, "é" * 120 + ".csv", "-x.csv"])
+@pytest.mark.parametrize("name", mostly_slow([*NAMES, "é" * 120 + ".csv", "-x.csv"], 2))
 def test_a_file_may_have_any_name(run: Run, tmp_path: Path, name: str) -> None:
     """It is written, read, drawn and shown under it."""
     path = tmp_path / name

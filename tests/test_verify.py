@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers import Run, runner
 
 from purcell_cli import Configuration, PlanOptions, PrimitiveSequence, Swimmer, Workspace, plan
 from purcell_cli.files import trajectory_reader
@@ -21,7 +22,6 @@ from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.solution import Solution
 from purcell_cli.verification.limits_kept import NOTHING_MORE, Wanted
 from purcell_cli.verification.verify import misfit, verify
-from tests.helpers import Run, runner
 
 START = Configuration()
 PAPER = Swimmer()

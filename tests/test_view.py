@@ -159,6 +159,7 @@ def drawn(browser: webdriver.Chrome) -> list[str]:
     return [browser.execute_script(f"return document.getElementById('{k}').toDataURL()") for k in ("scene", "trace")]
 
 
+@pytest.mark.slow
 def test_the_page_opens_plays_pauses_and_scrubs(browser: webdriver.Chrome, tmp_path: Path) -> None:
     opened(browser, tmp_path, motion("y-motion"), "</script> & <b>swim")
     assert browser.find_element(By.ID, "title").text == "</script> & <b>swim"
@@ -187,6 +188,7 @@ def test_the_page_opens_plays_pauses_and_scrubs(browser: webdriver.Chrome, tmp_p
     assert browser.get_log("browser") == []
 
 
+@pytest.mark.slow
 def test_the_links_stand_where_the_motion_says(browser: webdriver.Chrome, tmp_path: Path) -> None:
     """At rows, and half-way between two: limbs turned half-way. Limbs exchanged are the foil."""
     table = motion()
@@ -205,6 +207,7 @@ def test_the_links_stand_where_the_motion_says(browser: webdriver.Chrome, tmp_pa
     assert_close(np.array(found), ends(table.position_m[20:22].mean(axis=0), middle[0], middle[1:]), 1e-6)
 
 
+@pytest.mark.slow
 def test_every_control_draws_without_an_error(browser: webdriver.Chrome, tmp_path: Path) -> None:
     opened(browser, tmp_path, motion("y-motion"), "swim")
     for name in ("speed", "signal", "window"):
@@ -223,6 +226,7 @@ def test_every_control_draws_without_an_error(browser: webdriver.Chrome, tmp_pat
     assert browser.get_log("browser") == []
 
 
+@pytest.mark.slow
 def test_50000_rows_open_in_three_seconds(browser: webdriver.Chrome, tmp_path: Path) -> None:
     took = [opened(browser, tmp_path, long_motion(), "long") for _ in range(3)]
     assert min(took) < 3.0, took
