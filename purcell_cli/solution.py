@@ -104,10 +104,7 @@ class Solution:
         if not self.limits.kept:
             return Verdict.NOT_WITHIN_LIMITS
         found = self.certificate
-        kept = self.rows_off.within(
-            found.tolerance_m - found.bound.position_m, found.tolerance_rad - found.bound.base_rad
-        )
-        return Verdict.REACHED if found.reached and kept else Verdict.NOT_REACHED
+        return Verdict.REACHED if found.reached and found.allows(self.rows_off) else Verdict.NOT_REACHED
 
     @property
     def joint_travel_rad(self) -> float:

@@ -16,6 +16,9 @@ from purcell_cli.geometry.reproducible import apply, arctan2, cos, hypot, inner,
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.mechanics.pieces import Pieces
 
+BEND_SLACK_RAD = 1e-9
+"""A bend above its limit by no more than this is rounding."""
+
 
 def bends(axes: Array) -> Array:
     """Return the angles of limb axes with the base's axis [rad]. Shape (..., 3) to (...)."""

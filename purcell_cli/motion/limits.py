@@ -24,15 +24,13 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, BlockPieces
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
 from purcell_cli.motion.clearance import Clearance, least_clearance, limb_distance
-from purcell_cli.motion.limb_circles import LimbCircles, bends
+from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
 from purcell_cli.motion.options import OPTIONS, PlanOptions
 from purcell_cli.motion.workspace import ENDS, WALLS, Excess, Workspace, excess_of, largest_excess
 from purcell_cli.motion.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
 
 _FINE = Accuracy(stages=4, step=0.4)
 """How the base's motion within a piece is computed: to some 1e-8 L, a thousandth of what workspaces are held to."""
-BEND_SLACK_RAD = 1e-9
-"""A bend above its limit by no more than this is rounding."""
 
 BEND_MARGIN_RAD = 2e-4
 """Loops are planned to bend this much less than the limit, which is left to the exact arrival [rad].

@@ -16,6 +16,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from purcell_cli.errors import ParameterError, UnknownNameError
+from purcell_cli.motion.memory import DEFAULT_GB
 from purcell_cli.wording import nearest_hint
 
 if TYPE_CHECKING:
@@ -188,7 +189,7 @@ class PlanOptions:
         always=True,
     )
     max_memory_gb: float = _option(
-        4.0,
+        DEFAULT_GB,
         "the memory that a plan may take; default: 4, or half of what is free if that is less",
         flag="--max-memory",
         key="max_memory_gb",

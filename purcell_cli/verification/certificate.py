@@ -18,7 +18,6 @@ class Certificate:
     """What the re-integration of a motion found.
 
     Attributes:
-        reached: Whether the goal is met within the tolerances, even if the re-integration errs by its bound.
         deviation: How far the replayed end is from the goal.
         bound: By how much the re-integration may be wrong: what its last extrapolation still changed at the end.
         tolerance_m: Position tolerance [m].
@@ -27,13 +26,21 @@ class Certificate:
         integrated: How many of them had to be integrated; the rest repeat those.
     """
 
-    reached: bool
     deviation: Deviation
     bound: Deviation
     tolerance_m: float
     tolerance_rad: float
     segments: int
     integrated: int
+
+    @property
+    def reached(self) -> bool:
+        """Whether the goal is met within the tolerances, even if the re-integration errs by its bound."""
+        return self.allows(self.deviation)
+
+    def allows(self, off: Deviation) -> bool:
+        """Return whether a distance from the re-integration's end or rows is within the tolerances less its bound."""
+        return off.within(self.tolerance_m - self.bound.position_m, self.tolerance_rad - self.bound.base_rad)
 
     def __repr__(self) -> str:
         off, told = self.deviation, "reached" if self.reached else "not reached"
@@ -67,6 +74,6 @@ def certify(
 
 def judged(found: Replay, goal: Configuration, tolerance_m: float, tolerance_rad: float) -> Certificate:
     """Return whether a replayed motion ends at a goal, within tolerances [m] and [rad] less the replay's bound."""
-    deviation, bound = Deviation.between(found.end, goal), found.bound
-    reached = deviation.within(tolerance_m - bound.position_m, tolerance_rad - bound.base_rad)
-    return Certificate(reached, deviation, bound, tolerance_m, tolerance_rad, len(found.row) - 1, len(found.moves.fine))
+    deviation = Deviation.between(found.end, goal)
+    counts = len(found.which), len(found.moves.fine)
+    return Certificate(deviation, found.bound, tolerance_m, tolerance_rad, *counts)

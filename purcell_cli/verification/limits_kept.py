@@ -12,13 +12,10 @@ from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
 from purcell_cli.motion.clearance import Clearance, least_clearance
-from purcell_cli.motion.limb_circles import LimbCircles, bends
+from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
 from purcell_cli.motion.workspace import ENDS, WALLS, Workspace, largest_excess
 from purcell_cli.motion.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
 from purcell_cli.verification.extrapolation import Rows, segment_displacements
-
-_BEND_SLACK_RAD = 1e-9
-"""A bend above its limit by no more than this is rounding."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -98,7 +95,7 @@ class LimitsKept:
                 self.largest_bend_rad = max(self.largest_bend_rad or 0.0, float(np.max(bend[mine])))
             n, limb = np.unravel_index(int(np.argmax(bend[mine] - most)), (len(mine), 2))
             found, piece = float(bend[mine[n], limb]), int(mine[n])
-            if found > most[limb] + _BEND_SLACK_RAD:
+            if found > most[limb] + BEND_SLACK_RAD:
                 place = f"{_line(row + piece)} (t = {time_s[piece] + when[piece, limb]:.6g} s)"
                 what = f"limb {limb + 1} bends by {found:.6g} rad in phase {k}, more than {most[limb]:.6g} rad"
                 self.faults.setdefault("bend", f"{place}: {what}")

@@ -138,9 +138,7 @@ def _certificate(
     end = found.end
     position = sum(b.position_m + b.base_rad * np.linalg.norm(end.pose[:3, 3] - p[:3, 3]) for p, b in ends)
     bound = Deviation(float(position), sum(b.base_rad for _, b in ends), 0.0, 0.0)
-    deviation = Deviation.between(end, goal)
-    reached = deviation.within(limit_m - bound.position_m, limit_rad - bound.base_rad)
-    return Certificate(reached, deviation, bound, limit_m, limit_rad, segments, integrated)
+    return Certificate(Deviation.between(end, goal), bound, limit_m, limit_rad, segments, integrated)
 
 
 def misfit(table: Table, swimmer: Swimmer) -> float:

@@ -3,47 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 
 import numpy as np
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.component_first import cross_rows, dot_rows
-from purcell_cli.geometry.linear_systems import solve
-from purcell_cli.geometry.reproducible import apply, exp_coefficients, gauss_legendre, matmul
+from purcell_cli.geometry.reproducible import apply, exp_coefficients, matmul
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.collocation import Accuracy, _collocation
 from reference.base_velocity import TwistModel
 
 _SPIN_SHARE = 0.25
 """What a spin of a limb about its own axis counts in the length of steps, as a share of a turn across that axis."""
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Accuracy:
-    """How finely the lift is computed.
-
-    Attributes:
-        stages: Collocation nodes in a step; the order is twice that.
-        step: Largest step, as a fraction of the distance from the collinear shape.
-        settled: The iteration for the orientations ends with a change by less; what is left is far less.
-    """
-
-    stages: int = 8
-    step: float = 0.4
-    settled: float = 1e-14
-
-
-@functools.cache
-def _collocation(stages: int) -> tuple[Array, Array, Array]:
-    """Return nodes on [0, 1], weights, and weights of the integral from 0 to each node."""
-    x, w = gauss_legendre(stages)
-    values = np.polynomial.legendre.legvander(x, stages - 1)
-    integrals = np.stack(
-        [np.polynomial.legendre.legval(x, np.polynomial.legendre.legint(row, lbnd=-1)) for row in np.eye(stages)],
-        axis=-1,
-    )
-    to_node = 0.5 * np.asarray(solve(values.T, integrals.T).T, dtype=np.float64)
-    return (x + 1) / 2, w / 2, to_node
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift_derivatives import Repeat
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -30,21 +31,6 @@ from reference.collocation import (
 )
 
 EXACT = Accuracy()
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Repeat:
-    """A part of a sequence that is played more than once; each cycle brings the limbs back to where they were.
-
-    Attributes:
-        first: Its first primitive.
-        stop: The primitive after its last.
-        cycles: How often it is played.
-    """
-
-    first: int
-    stop: int
-    cycles: int
 
 
 def _power_sums(poses: Array, cycles: NDArrayInt) -> Array:
@@ -157,27 +143,7 @@ def flow_and_jacobian(
     accuracy: Accuracy = EXACT,
     repeats: Sequence[Repeat] = (),
 ) -> tuple[Array, Array]:
-    """Return the displacement along a sequence and its derivative by every angle.
-
-    Lengthening primitive k turns the limb's whole later path by a constant rotation in the base
-    frame, about the axis n_k the limb turned on. So one pass that carries six such rotations back
-    from the end gives all derivatives at once, whatever the number of primitives.
-
-    A part that is repeated costs one cycle: the others are conjugate to it by powers of its
-    displacement. Its own angles may only change together, so that it still closes; what they do
-    within a cycle is then all they do.
-
-    Args:
-        swimmer: The swimmer.
-        sequence: The controls; a zero angle is taken as turning the positive way.
-        start: Shape before the first primitive. Shape (2, 3, 3).
-        accuracy: Order and step of the method.
-        repeats: Parts that are played more than once, in order.
-
-    Returns:
-        The displacement g [m], shape (4, 4), and the body twists g^-1 dg/d(angle_k) [m/rad,
-        rad/rad], shape (6, n).
-    """
+    """Return the displacement along a sequence and its derivative by every angle: see the package's."""
     model = twist_model(swimmer)
     shapes = sequence.shapes(start)
     base_rates = _base_rates(shapes[:-1], sequence.rates())
@@ -201,25 +167,7 @@ def flow_and_jacobian_of_moves(
     accuracy: Accuracy = EXACT,
     repeats: Sequence[Repeat] = (),
 ) -> tuple[Array, Array]:
-    """Return the displacement along moves and its derivative by every component of every turn.
-
-    The path depends on a move only through its turn v = rate times duration; so the derivative by
-    a rate is the duration times the one by the turn, and the derivative by the duration is the one
-    by the turn along the rate. Changing v by dv turns the limb, a part s into the move, by
-    J(s u) s A dv in the base frame, J being `se3.left_jacobian` and u = A v, and adds the turned
-    A dv to its rate; the limb's whole later path turns by J(u) A dv.
-
-    Args:
-        swimmer: The swimmer.
-        moves: The controls.
-        start: Shape before the first move. Shape (2, 3, 3).
-        accuracy: Order and step of the method.
-        repeats: Parts that are played more than once, in order; see `flow_and_jacobian`.
-
-    Returns:
-        The displacement g [m], shape (4, 4), and the body twists g^-1 dg/d(turn) [m/rad, rad/rad],
-        shape (6, n, 6).
-    """
+    """Return the displacement along moves and its derivative by every component of every turn: see the package\'s."""
     model = twist_model(swimmer)
     shapes = moves.shapes(start)
     n = len(moves)

@@ -23,8 +23,8 @@ from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
-from purcell_cli.motion.limb_circles import LimbCircles, bends
-from purcell_cli.planner.limbs.straightening import BEND_SLACK_RAD, ROUGH, Straightenings
+from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
+from purcell_cli.planner.limbs.straightening import ROUGH, Straightenings
 
 _SIDES_RAD = (-1.6, -0.8, 0.8, 1.6)
 """Angles of the squares' sides, for either limb [rad]."""

@@ -25,13 +25,11 @@ from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
-from purcell_cli.motion.limb_circles import LimbCircles, bends
+from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
 from purcell_cli.planner.limbs.limb_rotations import Ways, rotations_to
 
 ROUGH = Accuracy(stages=3, step=1.2, settled=1e-7)
 """Accuracy of the flow by which ways are compared: errors of 1e-4 (L, rad), which the exact arrival removes."""
-BEND_SLACK_RAD = 1e-9
-"""How far a limb may bend beyond its bend at the start, or the limit: room for rounding [rad]."""
 MOST_LOOPS = 3
 """The most shape loops before one straightening."""
 _LONGER_RAD = 7.0
