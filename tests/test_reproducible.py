@@ -12,6 +12,7 @@ import pytest
 
 from purcell_cli.geometry import linear_systems as systems
 from purcell_cli.geometry import reproducible as r
+from purcell_cli.kernel.linear import orthogonal_rows
 
 RNG = np.random.default_rng(7)
 ANGLES = np.concatenate(
@@ -114,7 +115,7 @@ def test_equations_that_depend_on_others_are_left_out() -> None:
     a, b = RNG.normal(size=(8, 30)), RNG.normal(size=8)
     a[5] = a[3] + a[2]
     assert np.allclose(systems.least_squares(a, b, 1e-9), np.linalg.lstsq(a, b, rcond=1e-9)[0], rtol=0.0, atol=1e-12)
-    assert systems.orthogonal_columns(a.T, 1e-9)[0].shape == (30, 7)
+    assert orthogonal_rows(a, 1e-9)[0].T.shape == (30, 7)
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 8])

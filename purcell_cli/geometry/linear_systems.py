@@ -31,20 +31,6 @@ def inverse(matrix: ArrayLike) -> Array:
     return solve(matrix, np.eye(np.shape(matrix)[-1]))
 
 
-def orthogonal_columns(matrix: ArrayLike, weakest: float = 0.0) -> tuple[Array, Array]:
-    """Return Q and R of a matrix, by modified Gram and Schmidt with the longest column left taken next.
-
-    Args:
-        matrix: Shape (n, k).
-        weakest: Columns of which less than this part of the longest column is left depend on those before.
-
-    Returns:
-        Orthonormal columns, as many as are independent, shape (n, r), and what they make the matrix of, shape (r, k).
-    """
-    basis, made = linear.orthogonal_rows(np.asarray(matrix, dtype=np.float64).T, weakest)
-    return basis.T, made
-
-
 def least_squares(matrix: ArrayLike, wanted: ArrayLike, weakest: float = 1e-15) -> Array:
     """Return the least x for which matrix x comes nearest to a vector, by a complete orthogonal factorisation.
 
