@@ -27,7 +27,7 @@ from purcell_cli.planner import candidates as candidates_module
 from purcell_cli.planner import reconfiguration
 from purcell_cli.planner.arcs.steered import steered_arcs
 from purcell_cli.planner.candidate import Candidate
-from purcell_cli.planner.candidates import GENERATORS, GENERATORS_FOR_SHORT_WAYS, Generator, generate, ranked
+from purcell_cli.planner.candidates import GENERATORS, Generator, generate, ranked
 from purcell_cli.planner.effort import EFFORTS, Breadth, Stage
 from purcell_cli.planner.exploration import Exploration
 from purcell_cli.planner.gait_sequence import gait_sequences
@@ -171,14 +171,11 @@ def test_another_objective_is_ranked_by_what_the_strokes_spend_of_it() -> None:
 # Generators
 
 
-EVERY: tuple[Generator, ...] = (*GENERATORS, *GENERATORS_FOR_SHORT_WAYS)
-
-
 def test_all_generators_are_listed() -> None:
-    assert (steered_arcs, gait_sequences, library_plans) == EVERY
+    assert (library_plans, gait_sequences, steered_arcs) == GENERATORS
 
 
-@pytest.mark.parametrize("generator", EVERY)
+@pytest.mark.parametrize("generator", GENERATORS)
 def test_what_a_generator_makes_almost_arrives(generator: Generator) -> None:
     """Within a few per cent of what is wanted; the displacement seen from the world, g_3 g_2^-1, would not be."""
     query = problem()
@@ -209,33 +206,48 @@ def test_library_plans_are_made_only_if_they_promise_to_be_shorter_than_what_is_
     assert list(library_plans(query, SMALL, [Candidate("short", 0.1, tuple, astray=True)]))
 
 
-def test_without_gaits_there_are_no_arcs_and_gait_sequences_are_refused_unless_something_else_is_known() -> None:
+def test_without_gaits_there_are_no_arcs_and_gait_sequences_are_refused_but_library_plans_are_found() -> None:
     query = dataclasses.replace(problem(), gaits={})
     assert list(steered_arcs(query, SMALL, ())) == []
     with pytest.raises(GaitError):
         gait_sequences(query, SMALL, ())
+    assert {c.words for c in generate(query, SMALL)} == {"a library plan"}
     with pytest.raises(GaitError):
-        generate(query, SMALL)
+        generate(query, dataclasses.replace(SMALL, library_plans=0))
 
 
-@pytest.mark.parametrize(("estimate", "short"), [([], True), ([59.0], True), ([61.0], False), ([61.0, 59.0], True)])
-def test_the_generators_for_short_ways_are_asked_only_where_the_way_is_short(
-    estimate: list[float], short: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_every_generator_is_asked_and_told_what_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where one lacks a stored gait; only if nothing at all is found that is an error."""
     asked: list[int] = []
 
-    def some(_problem: Problem, _breadth: Breadth, _known: object) -> list[Candidate]:
-        return [Candidate("arcs", e, tuple) for e in estimate]
-
-    def others(_problem: Problem, _breadth: Breadth, known: list[Candidate]) -> list[Candidate]:
+    def some(_problem: Problem, _breadth: Breadth, known: list[Candidate]) -> list[Candidate]:
         asked.append(len(known))
-        return [Candidate("others", 1.0, tuple)]
+        return [Candidate("some", 61.0, tuple)]
 
-    monkeypatch.setattr(candidates_module, "GENERATORS", (some,))
-    monkeypatch.setattr(candidates_module, "GENERATORS_FOR_SHORT_WAYS", (others, others))
-    found = generate(problem(), SMALL)
-    assert asked == ([len(estimate), len(estimate) + 1] if short else [])
-    assert len(found) == len(estimate) + len(asked)
+    def lacking(_problem: Problem, _breadth: Breadth, known: list[Candidate]) -> list[Candidate]:
+        asked.append(len(known))
+        raise GaitError("none rolls")
+
+    monkeypatch.setattr(candidates_module, "GENERATORS", (lacking, some, lacking, some))
+    assert len(generate(problem(), SMALL)) == 2
+    assert asked == [0, 0, 1, 1]
+    monkeypatch.setattr(candidates_module, "GENERATORS", (lacking,))
+    with pytest.raises(GaitError, match="none rolls"):
+        generate(problem(), SMALL)
+
+
+def test_what_seems_dear_is_priced_and_made_only_when_it_is_asked_for() -> None:
+    """Beside a candidate of little travel, gaits and arcs are prices; beside a dear one, or none, they are made."""
+    query = problem()
+    cheap, dear = (Candidate("known", travel, tuple) for travel in (1e-3, 1e3))
+    for generator in (gait_sequences, steered_arcs):
+        later, made = generator(query, SMALL, [cheap]), generator(query, SMALL, [dear])
+        assert 1 <= len(later) <= len(made)
+        travel = sum(b.joint_travel_rad for b in later[0].make())
+        assert travel == pytest.approx(sum(b.joint_travel_rad for b in made[0].make()), rel=0.3)
+        assert 0.3 < later[0].estimate_rad / travel < 1.2
+        assert later[0].estimate_rad != travel
+        assert generator(query, SMALL, [dataclasses.replace(cheap, astray=True)])[0].words == made[0].words
 
 
 def test_limb_ways_are_worked_out_once_for_a_breadth() -> None:

@@ -1,9 +1,10 @@
 """Candidates: sequences of strokes that may take the swimmer to its goal at little cost.
 
 Phases 1 and 3 move the base, so they decide which displacement is left for phase 2. Needle steering
-chooses arcs and rolls for it, and a chain of loops makes them. For small displacements a sequence of
-stored gaits or a plan of the motion library may be shorter. Candidates miss their goal by a few per
-cent; refinement removes that.
+chooses arcs and rolls for it, and a chain of loops makes them. A sequence of stored gaits or a plan of
+the motion library, repeated, may be shorter. All are priced; what is dear is made only where its price
+is not far above the best that is known, or where that does not arrive. Candidates miss their goal by a
+few per cent; refinement removes that.
 
 Conventions: `rotations`; lengths in units of L.
 """
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
+from purcell_cli.errors import GaitError
 from purcell_cli.planner.arcs.steered import steered_arcs
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.effort import Breadth
@@ -23,12 +25,8 @@ from purcell_cli.planner.problem import Problem
 Generator = Callable[[Problem, Breadth, Sequence[Candidate]], Iterable[Candidate]]
 """Makes candidates for a problem, as widely as asked; it is told those that are known already."""
 
-GENERATORS: tuple[Generator, ...] = (steered_arcs,)
-"""The generators that are always asked."""
-GENERATORS_FOR_SHORT_WAYS: tuple[Generator, ...] = (gait_sequences, library_plans)
-"""The generators that are asked too where joint travel is little, or no candidate is known."""
-_SHORT_RAD = 60.0
-"""Motions of less estimated joint travel than this are short, as are those without a candidate so far [rad]."""
+GENERATORS: tuple[Generator, ...] = (library_plans, gait_sequences, steered_arcs)
+"""The generators, in the order in which they are asked: the later ones leave to be made what does not promise more."""
 
 
 def generate(problem: Problem, breadth: Breadth) -> list[Candidate]:
@@ -39,14 +37,17 @@ def generate(problem: Problem, breadth: Breadth) -> list[Candidate]:
         breadth: How widely to search.
 
     Raises:
-        GaitError: No stored gait for a motion that is needed.
+        GaitError: No stored gait for a motion that is needed, and nothing else is found.
     """
     found: list[Candidate] = []
+    lacking: GaitError | None = None
     for generator in GENERATORS:
-        found += generator(problem, breadth, found)
-    if min((c.estimate_rad for c in found), default=0.0) < _SHORT_RAD:
-        for generator in GENERATORS_FOR_SHORT_WAYS:
+        try:
             found += generator(problem, breadth, found)
+        except GaitError as error:
+            lacking = error
+    if lacking is not None and not found:
+        raise lacking
     return ranked(problem, found)
 
 

@@ -20,7 +20,8 @@ class Breadth:
         chains: How many of the steered ways are settled as chains of loops.
         rounds: Rounds in which they settle.
         shorter: Rounds in which every chain tries to do with one cycle fewer of one of its loops.
-        library_plans: How many of the library's plans are tried for short ways.
+        arcs_from: Arcs are made at once where what is known takes more than this part of what they promise.
+        library_plans: How many of the library's plans are tried.
         pace: How long library plans that arrive are shortened.
     """
 
@@ -30,8 +31,9 @@ class Breadth:
     chains: int = 4
     rounds: int = 5
     shorter: int = 2
+    arcs_from: float = 0.7
     library_plans: int = 6
-    pace: Pace = Pace(rounds=2, steps=10)
+    pace: Pace = Pace(rounds=2, steps=10, longest=40)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -41,6 +43,7 @@ class Stage:
     Attributes:
         breadth: How widely candidates are looked for.
         candidates: How many of them are refined; more where none of these arrives within limits.
+        rivals: How many more are refined where they are short and seem hardly longer than the best plan.
         pace: How long the strokes of each are optimised together; None for not at all.
         finalists: How many of the shortest are optimised further.
         last: How long those are.
@@ -53,6 +56,7 @@ class Stage:
 
     breadth: Breadth = Breadth()
     candidates: int = 1
+    rivals: int = 0
     pace: Pace | None = None
     finalists: int = 0
     last: Pace = Pace(rounds=12, steps=60, price=300.0)
@@ -70,10 +74,20 @@ class Stage:
 
 _QUICK = Stage(Breadth(chains=1, rounds=4, shorter=0, library_plans=4, pace=Pace(1, 6)))
 """A quick search: one chain of loops, and nothing is optimised together."""
-_STANDARD = Stage(pace=Pace(rounds=3, steps=12), longest_rad=16.0, most_apart=24)
-"""A standard search: the best candidate, optimised if its joint travel is below 16 rad."""
+_STANDARD = Stage(rivals=1, pace=Pace(rounds=3, steps=12, longest=40), longest_rad=20.0, most_apart=24)
+"""A standard search: the best candidate, or two, optimised if their joint travel is below 20 rad."""
 _THOROUGH = Stage(
-    Breadth(orders=40, pairs=48, starts=1152, chains=24, rounds=24, shorter=8, library_plans=24, pace=Pace(3, 30)),
+    Breadth(
+        arcs_from=0.0,
+        orders=40,
+        pairs=48,
+        starts=1152,
+        chains=24,
+        rounds=24,
+        shorter=8,
+        library_plans=24,
+        pace=Pace(3, 30),
+    ),
     candidates=8,
     pace=Pace(rounds=3, steps=40, price=300.0),
     finalists=3,
@@ -83,7 +97,7 @@ _THOROUGH = Stage(
 )
 """The second stage of a thorough search: more candidates of each kind, each optimised for longer."""
 _WIDE = Stage(
-    Breadth(pairs=36, starts=432, chains=24, rounds=20, shorter=0, library_plans=24),
+    Breadth(arcs_from=0.0, pairs=36, starts=432, chains=24, rounds=20, shorter=0, library_plans=24),
     last_resort=True,
 )
 """The last resort of a quick or standard search: more starts, chains and rounds, so that something arrives."""

@@ -19,6 +19,8 @@ from purcell_cli.planner.structures import StructureRecord
 
 _RANDOM_PLAN_RAD = 25.0
 """Random plans are tried where phase 2 takes less joint travel than this [rad]."""
+_RIVAL = 1.35
+"""Candidates estimated at less than so many times the joint travel of the best plan rival it."""
 _ARRIVED = 1e-3
 """Random plans that miss the goal by less than this are optimised [L, rad]."""
 _PROMISING = 1.2
@@ -48,11 +50,13 @@ class Exploration:
         shorter: list[tuple[Equations, str]] = []
         done = 0
         for candidate in candidates:
-            if done >= stage.candidates and self.incumbent.good:
+            if done >= stage.candidates and self.incumbent.good and not self._rivals(stage, candidate, done):
                 break
             blocks = candidate.make()
+            if not blocks:
+                continue
             self.record.made(candidate, joint_travel_rad(blocks))
-            near = self.consider(self.query.of(segments_of(blocks)), candidate.words)
+            near = self.refinement.near(self.query.of(segments_of(blocks))).motion
             done += 1
             self._tell(stage, done)
             if stage.pace is not None and near.joint_travel_rad < stage.longest_rad:
@@ -61,12 +65,18 @@ class Exploration:
                     f"{candidate.words}, refined",
                 )
                 shorter.append((self.consider(self.refinement.shorter(apart, stage.pace), words), words))
+            self.consider(near, candidate.words)
         shorter.sort(key=lambda one: round(one[0].joint_travel_rad, 9))
         for motion, words in shorter[: stage.finalists]:
             self.consider(self.refinement.shorter(motion, stage.last), words)
             done += 1
             self._tell(stage, done)
         self._random_plans(stage)
+
+    def _rivals(self, stage: Stage, candidate: Candidate, done: int) -> bool:
+        """Return whether a candidate is refined too, since it is short and seems hardly longer than the best plan."""
+        most = min(_RIVAL * self.incumbent.joint_travel_rad, stage.longest_rad)
+        return done < stage.candidates + stage.rivals and candidate.estimate_rad < most
 
     def consider(self, motion: Equations, words: str) -> Equations:
         """Bring a motion to the goal, let it contend for the plan, and return it nearly there.

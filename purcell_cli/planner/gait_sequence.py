@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.effort import Breadth
+from purcell_cli.planner.limbs.pairs import LimbPairs
 from purcell_cli.planner.problem import Problem
 
 _BEND_MAX_RAD = 1.0
@@ -38,10 +39,15 @@ _BEND_SLACK = 1.0 + 1e-6
 """A stroke may bend so many times the bend limit: room for rounding."""
 _NEGLIGIBLE = 1e-13
 """Displacements below this are none, and sines below this are zero [L, rad]."""
-_GRID = 91
-"""How many yaws towards the goal are tried, from none to the whole bearing: at most 1 degree apart."""
+_GRIDS = (13, 7)
+"""How many yaws towards the goal are tried, from none to the whole bearing, and how many more beside the best of these
+but one: at most 2.5 degrees apart, and then 2."""
 _PAIRS = 2
 """How many of the most promising pairs of limbs' ways get a sequence of gaits."""
+_WORDS = "stored gaits one after the other"
+"""What such candidates are made of."""
+_DEAR = 1.2
+"""Sequences priced at more than so many times the best that is known are made only when they are asked for."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -187,21 +193,32 @@ def split(book: StrokeBook, displacement: Array) -> list[Motion]:
     p, r = displacement[:3, 3], displacement[:3, :3]
     aside = hypot_of(p[1], p[2])
     first_roll = arctan2_of(p[2], p[1]) if aside > _NEGLIGIBLE else 0.0
-    along = [Motion(axis, float(v)) for axis, v in zip("xyz", p, strict=True)]
-    ways = [[*along, *turns] for turns in _rotations(r)]
-    for sense in (1.0, -1.0):
+
+    def cheapest(ways: Iterable[list[Motion]]) -> tuple[float, list[Motion]]:
+        priced = [(round(sum(book.cost(m) for m in way), 9), way) for way in map(_merged, ways)]
+        return min(priced, key=lambda one: one[0])
+
+    def turned(sense: float, part: float) -> tuple[float, list[Motion]]:
         roll = math.remainder(first_roll + (0.0 if sense > 0 else math.pi), 2.0 * math.pi)
         y = sense * aside
-        bearing = math.remainder(arctan2_of(y, p[0]), math.pi)  # swims backwards rather than turning round
-        for part in np.linspace(0.0, 1.0, _GRID if aside > _NEGLIGIBLE else 1):
-            yaw = float(part) * bearing
-            s, c = sin_cos_of(yaw)
-            begun = [Motion("roll", roll), Motion("yaw", yaw)]
-            begun += [Motion("x", c * p[0] + s * y), Motion("y", c * y - s * p[0])]
-            done = matmul(about_axis(0, roll), about_axis(2, yaw))
-            ways += [[*begun, *turns] for turns in _rotations(matmul(done.T, r))]
-    priced = [_merged(way) for way in ways]
-    return min(priced, key=lambda way: round(sum(book.cost(m) for m in way), 9))
+        yaw = part * math.remainder(arctan2_of(y, p[0]), math.pi)  # swims backwards rather than turning round
+        s, c = sin_cos_of(yaw)
+        begun = [Motion("roll", roll), Motion("yaw", yaw)]
+        begun += [Motion("x", c * p[0] + s * y), Motion("y", c * y - s * p[0])]
+        done = matmul(about_axis(0, roll), about_axis(2, yaw))
+        return cheapest([*begun, *turns] for turns in _rotations(matmul(done.T, r)))
+
+    along = [Motion(axis, float(v)) for axis, v in zip("xyz", p, strict=True)]
+    best, few = cheapest([*along, *turns] for turns in _rotations(r)), _GRIDS[0] if aside > _NEGLIGIBLE else 1
+    for sense in (1.0, -1.0):
+        parts = np.linspace(0.0, 1.0, few).tolist()
+        found = [turned(sense, part) for part in parts]
+        near = parts[min(range(few), key=lambda k: found[k][0])]
+        if few > 1:
+            inner = np.linspace(near - 1.0 / few, near + 1.0 / few, _GRIDS[1]).tolist()
+            found += [turned(sense, part) for part in inner if 0.0 < part < 1.0]
+        best = min([best, *found], key=lambda one: one[0])
+    return best[1]
 
 
 def _rotations(rotation: Array) -> list[list[Motion]]:
@@ -258,7 +275,7 @@ def phase_two(book: StrokeBook, displacement: Array) -> list[Block]:
 
 
 def gait_sequences(problem: Problem, breadth: Breadth, known: Sequence[Candidate] = ()) -> list[Candidate]:
-    """Return motions by stored gaits one after the other.
+    """Return motions by stored gaits one after the other, those that seem dear not yet made.
 
     Args:
         problem: The problem.
@@ -269,13 +286,32 @@ def gait_sequences(problem: Problem, breadth: Breadth, known: Sequence[Candidate
         GaitError: No stored gait for a motion that is needed, and no other candidate.
     """
     book, pairs = stroke_book(tuple(problem.gaits.values()), problem.swimmer), problem.pairs(breadth)
+    least = min((c.estimate_rad for c in known if not c.astray), default=math.inf)
     found: list[Candidate] = []
     for k, displacement in enumerate(pairs.missing[:_PAIRS]):
+        motions = split(book, displacement)
+        price = float(pairs.joint_travel_rad[k]) + sum(book.cost(m) for m in motions)
+        later = functools.cache(functools.partial(_made, book, motions, pairs, k))
+        if price > _DEAR * least:
+            found.append(Candidate(_WORDS, price, functools.partial(_made_if_any, later)))
+            continue
         try:
-            inner = phase_two(book, displacement)
+            found.append(Candidate.of(_WORDS, later()))
         except GaitError:
             if known or found:
                 continue
             raise
-        found.append(Candidate.of("stored gaits one after the other", pairs.around(k, inner)))
     return found
+
+
+def _made(book: StrokeBook, motions: Sequence[Motion], pairs: LimbPairs, pair: int) -> tuple[Block, ...]:
+    """Return motions as stored gaits, with the ways of a pair in and out."""
+    return pairs.around(pair, [block for motion in motions for block in book.blocks(motion)])
+
+
+def _made_if_any(make: Callable[[], tuple[Block, ...]]) -> tuple[Block, ...]:
+    """Return strokes, or none where a gait does not go as far as is wanted."""
+    try:
+        return make()
+    except GaitError:
+        return ()

@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 
+from purcell_cli.geometry.reproducible import arccos, norm
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.planner.arcs.loop_family import Fan
 
@@ -41,3 +42,9 @@ class ArcPrice:
         """
         radii = np.minimum(aside * self.loops.tight / self.loops.straight, _FAR_ASIDE)
         return np.asarray(np.sqrt(turn**2 + _ASIDE * radii) / self.loops.tight + way / self.loops.straight)
+
+    def of(self, displacement: Array) -> Array:
+        """Return the costs of body displacements [rad]. Shape (n, 4, 4) to (n,)."""
+        position = displacement[:, :3, 3]
+        turn = arccos(np.clip(displacement[:, 0, 0], -1.0, 1.0))
+        return self(turn, norm(position), norm(position[:, 1:]))

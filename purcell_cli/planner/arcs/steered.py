@@ -12,7 +12,7 @@ import numpy as np
 from purcell_cli.geometry.reproducible import hypot, hypot_of
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import Block
-from purcell_cli.planner.arcs.arc_price import tightest
+from purcell_cli.planner.arcs.arc_price import ArcPrice, tightest
 from purcell_cli.planner.arcs.chain import Chains, linked
 from purcell_cli.planner.arcs.loop_family import Fan
 from purcell_cli.planner.arcs.needle_steering import steer
@@ -33,13 +33,32 @@ _FAR_OFF = 0.02
 """Chains that miss by more than this, measured by `chain.missed`, are astray [L, rad]."""
 
 
-def steered_arcs(problem: Problem, breadth: Breadth, _known: Sequence[Candidate] = ()) -> list[Candidate]:
+def steered_arcs(problem: Problem, breadth: Breadth, known: Sequence[Candidate] = ()) -> list[Candidate]:
     """Return motions by arcs with rolls between; none where no stored gait rolls by its amplitude.
+
+    Where what is known takes far less than arcs promise, they are one candidate that is not yet made.
 
     Args:
         problem: The problem.
         breadth: How widely to search.
+        known: The candidates that are known.
     """
+    if problem.objective == "travel" and known:
+        pairs = problem.pairs(breadth)
+        promised = float(np.min(ArcPrice(tightest(problem.fans)).of(pairs.missing) + pairs.joint_travel_rad))
+        if min((c.estimate_rad for c in known if not c.astray), default=math.inf) < breadth.arcs_from * promised:
+            return [Candidate("arcs with rolls between", promised, functools.partial(_steered_later, problem, breadth))]
+    return _steered(problem, breadth)
+
+
+def _steered_later(problem: Problem, breadth: Breadth) -> tuple[Block, ...]:
+    """Return the strokes of the best motion by arcs, or none."""
+    found = sorted(_steered(problem, breadth), key=lambda c: (c.astray, c.estimate_rad))
+    return found[0].make() if found else ()
+
+
+def _steered(problem: Problem, breadth: Breadth) -> list[Candidate]:
+    """Return motions by arcs with rolls between; none where no stored gait rolls by its amplitude."""
     rolling = [g for g in problem.gaits.values() if g.moves == "roll" and g.amplitude_is_displacement]
     if not rolling:
         return []

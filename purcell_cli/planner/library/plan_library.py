@@ -35,6 +35,10 @@ PRICES = np.array([204.0, 566.0, 566.0, 4.0, 374.0, 374.0])
 
 _SPARE = 0.1
 """A count of laps is rounded down if it exceeds a whole number by less than this: refinement takes up the rest."""
+_LONG_RAD = 9.0
+"""Plans of more joint travel than this are far from linear [rad]: what their displacement is apart by counts twice."""
+_UNEVEN = 0.25
+"""How much the scale of such a plan counts beside that, since displacements do not grow as areas do; from a few fits."""
 _FEW = 1e-12
 """The least size of a displacement in units of `PRICES`, so that none divides by zero [rad^2]."""
 _MOST_LAPS = 20
@@ -156,6 +160,7 @@ class MotionLibrary:
         apart = norm(asked / size[..., None] - self._does / self._size[:, None])
         scale = size / self._size
         laps = np.ceil(np.maximum(scale * (self._bend / self._limit) ** 2 - _SPARE, 1.0))
+        apart += np.where(self._travel > _LONG_RAD, apart + _UNEVEN * np.abs(scale / laps - laps / scale), 0.0)
         estimate = self._travel * np.sqrt(scale * laps) * (1.0 + apart)
         return np.where(laps > _MOST_LAPS, np.inf, estimate), laps, scale / laps
 

@@ -12,6 +12,8 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.effort import Breadth
@@ -23,8 +25,10 @@ from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD
 from purcell_cli.planner.refine.minimum_travel import NAME, Pace, minimise_travel, offered
 from purcell_cli.planner.refine.shooting import Equations
 
-_SHORTENED = 1.15
-"""Factor by which refinement is estimated to minimise_travel a library plan that arrives."""
+_TRIED = 4
+"""So many times the library plans that are wanted are tried; some do not arrive by their own primitives."""
+_SHORTENED = 1.05
+"""Factor by which refinement is estimated to shorten a library plan that arrives."""
 _ROTATION_PRICE = 374.0
 """Estimated square of the joint travel per small change of heading: the price of pitch and yaw in `PRICES` [rad^2 per
 rad]."""
@@ -44,24 +48,42 @@ def library_plans(problem: Problem, breadth: Breadth, known: Sequence[Candidate]
     least = min((c.estimate_rad for c in known if not c.astray), default=math.inf)
     pairs = best_pairs(problem.one_by_one, problem.wanted, _price, breadth.pairs)
     around = pairs.joint_travel_rad
-    out: list[Candidate] = []
-    for entry in library_for(swimmer).nearest(pairs.missing, around, breadth.library_plans):
-        if entry.estimate_rad > least:
-            break
-        each = se3.exp(se3.log(pairs.missing[entry.wanted]) / entry.laps)
-        lap = Equations(swimmer, [free_segment(offered(entry.lap, 1))], COLLINEAR, COLLINEAR, each, SEARCHING)
-        near, off = brought(lap, swimmer.max_bend_rad - MARGIN_RAD)
-        if off < CLOSE:
-            make = functools.partial(_shortened, near, entry.laps, breadth.pace, pairs, entry.wanted)
-            travel = float(around[entry.wanted]) + entry.laps * near.joint_travel_rad / _SHORTENED
-            out.append(Candidate("a library plan", travel, functools.cache(make)))  # it takes a while
-            least = min(least, travel)
-    return out
+    entries = library_for(swimmer).nearest(pairs.missing, around, _TRIED * breadth.library_plans)
+    entries = [e for e in entries if e.estimate_rad <= least]
+    for offering, tried in ((False, entries), (True, entries[: breadth.library_plans])):
+        out: list[Candidate] = []
+        for entry in tried:
+            if len(out) == breadth.library_plans or entry.estimate_rad > least:
+                break
+            each = se3.exp(se3.log(pairs.missing[entry.wanted]) / entry.laps)
+            near, off = _arrived(swimmer, entry.lap, each, offering)
+            if off < CLOSE:
+                make = functools.partial(_shortened, near, entry.laps, breadth.pace, pairs, entry.wanted)
+                travel = float(around[entry.wanted]) + entry.laps * near.joint_travel_rad / _SHORTENED
+                out.append(Candidate("a library plan", travel, functools.cache(make)))  # it takes a while
+                least = min(least, travel)
+        if out:
+            return out
+    return []
+
+
+def _arrived(swimmer: Swimmer, lap: PrimitiveSequence, each: Array, offering: bool) -> tuple[Equations, float]:
+    """Return a lap brought to a displacement, and what it misses by [L, rad].
+
+    Args:
+        swimmer: The swimmer, scaled to L = 1.
+        lap: The lap.
+        each: The displacement. Shape (4, 4).
+        offering: Whether by any primitives, not only its own.
+    """
+    empty, bend = Equations(swimmer, (), COLLINEAR, COLLINEAR, each, SEARCHING), swimmer.max_bend_rad - MARGIN_RAD
+    return brought(empty.of([free_segment(offered(lap, 1) if offering else lap)]), bend)
 
 
 def _shortened(lap: Equations, laps: int, pace: Pace, pairs: LimbPairs, pair: int) -> tuple[Block, ...]:
-    """Return the strokes of a plan that arrives, shortened, in as many laps."""
-    lap = minimise_travel(lap, lap.swimmer.max_bend_rad - MARGIN_RAD, pace)
+    """Return the strokes of a plan that arrives, in as many laps; where they are several, each is shortened."""
+    if laps > 1:  # a single one is shortened with all the rest
+        lap = minimise_travel(lap, lap.swimmer.max_bend_rad - MARGIN_RAD, pace)
     return pairs.around(pair, [Block(2, NAME, lap.sequence.times(laps))])
 
 

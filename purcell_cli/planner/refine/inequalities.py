@@ -103,6 +103,8 @@ def clearance_rows(
     """
     row, limb, axis = np.arange(len(sequence)), sequence.control // 3, sequence.control % 3
     active = np.flatnonzero(least > -np.inf)
+    if not len(active):
+        return np.zeros(0), np.zeros((0, len(equations.weight)))
     pieces = Pieces.between(sequence, shapes)[active]
     enough = float(np.max(least, initial=0.0)) + _NEAR_L
     apart, time = clearances(equations.swimmer, pieces, enough)

@@ -45,8 +45,6 @@ _ASTRAY = 0.02
 _UNEVEN = (0.02, 0.002, 0.0)
 """Standard deviations of the relative changes of the first angles, in turn until the motion can be moved back to the
 arrival; without any, a symmetric motion can be a saddle that no step leaves."""
-_LONGEST = 100
-"""Motions of more free primitives than this are offered no more controls."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -58,12 +56,14 @@ class Pace:
         steps: Linear programs in a round.
         split: Into how many parts each primitive is cut for new controls to enter.
         price: Cost of a violation [rad per L or rad].
+        longest: Motions of more free primitives than this are offered no more controls.
     """
 
     rounds: int
     steps: int
     split: int = 1
     price: float = 500.0
+    longest: int = 100
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -172,7 +172,7 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
     found, rng = equations.at_accuracy(SEARCHING), np.random.default_rng(0)
     for _ in range(pace.rounds):
         parts = found.segments
-        if sum(len(s.sequence) for s in parts if s.free) <= _LONGEST:
+        if sum(len(s.sequence) for s in parts if s.free) <= pace.longest:
             parts = tuple(s.renamed(NAME, offered(s.sequence, pace.split)) if s.free else s for s in parts)
         tried = found.of(parts)
         search = _Search(tried, max_bend_rad, clearance, pace.price)
