@@ -26,6 +26,7 @@ from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, check_spacing, sample, schedule
 from purcell_cli.motion.verdict import PlanVerdict, Verdict
 from purcell_cli.planner.gait_sequence import unfit_gaits
+from purcell_cli.planner.limbs.quarter_rolls import QuarterRolls
 from purcell_cli.planner.progress import Progress
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.simultaneous import quickened
@@ -170,10 +171,12 @@ def plan(
     left_out = unfit_gaits([gait for name, gait in stored.items() if packaged.get(name) is not gait], body)
     stored = {**stored, **{name: packaged[name] for name in left_out if name in packaged}}
     stored = {name: gait for name, gait in stored.items() if name not in left_out or name in packaged}
-    made = reconfigure(body, start, goal, stored, options.effort, options.objective, limits, progress)
+    rolls = QuarterRolls.least(start, goal)
+    seen = rolls.seen(start), rolls.seen(goal)
+    made = reconfigure(body, *seen, stored, options.effort, options.objective, limits, progress)
     made = dataclasses.replace(made, left_out=left_out)
     made = quickened(made, limits) if options.controls == Controls.SIMULTANEOUS else made
-    return carried_out(made, options)
+    return carried_out(rolls.played(made, start, goal), options)
 
 
 def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:

@@ -58,6 +58,8 @@ class Exploration:
             self.record.made(candidate, joint_travel_rad(blocks))
             near = self.refinement.near(self.query.of(segments_of(blocks))).motion
             done += 1
+            if stage.interrupt_keeps_best:
+                self.consider(near, candidate.words)
             self._tell(stage, done)
             if stage.pace is not None and near.joint_travel_rad < stage.longest_rad:
                 apart, words = (
@@ -65,7 +67,8 @@ class Exploration:
                     f"{candidate.words}, refined",
                 )
                 shorter.append((self.consider(self.refinement.shorter(apart, stage.pace), words), words))
-            self.consider(near, candidate.words)
+            if not stage.interrupt_keeps_best:
+                self.consider(near, candidate.words)
         shorter.sort(key=lambda one: round(one[0].joint_travel_rad, 9))
         for motion, words in shorter[: stage.finalists]:
             self.consider(self.refinement.shorter(motion, stage.last), words)

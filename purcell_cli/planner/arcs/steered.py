@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry.reproducible import hypot, hypot_of
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import Block
@@ -43,7 +44,7 @@ def steered_arcs(problem: Problem, breadth: Breadth, known: Sequence[Candidate] 
         breadth: How widely to search.
         known: The candidates that are known.
     """
-    if problem.objective == "travel" and known:
+    if problem.objective == "travel" and known and _rolling(problem):
         pairs = problem.pairs(breadth)
         promised = float(np.min(ArcPrice(tightest(problem.fans)).of(pairs.missing) + pairs.joint_travel_rad))
         if min((c.estimate_rad for c in known if not c.astray), default=math.inf) < breadth.arcs_from * promised:
@@ -59,8 +60,7 @@ def _steered_later(problem: Problem, breadth: Breadth) -> tuple[Block, ...]:
 
 def _steered(problem: Problem, breadth: Breadth) -> list[Candidate]:
     """Return motions by arcs with rolls between; none where no stored gait rolls by its amplitude."""
-    rolling = [g for g in problem.gaits.values() if g.moves == "roll" and g.amplitude_is_displacement]
-    if not rolling:
+    if not (rolling := _rolling(problem)):
         return []
     fans, steering, pairs = problem.fans, tightest(problem.fans), problem.pairs(breadth)
     way = steer(pairs.missing, steering, math.ceil(breadth.starts / len(pairs)))
@@ -85,6 +85,11 @@ def _steered(problem: Problem, breadth: Breadth) -> list[Candidate]:
             make = functools.partial(_played, chains, n, pairs, int(way.displacement[picked[n]]))
             out.append(Candidate(words, float(spent[n]), make, bool(off[n] > _FAR_OFF)))
     return out
+
+
+def _rolling(problem: Problem) -> list[Gait]:
+    """Return the stored gaits that roll by their amplitude."""
+    return [g for g in problem.gaits.values() if g.moves == "roll" and g.amplitude_is_displacement]
 
 
 def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> tuple[Chains, Array, Array]:

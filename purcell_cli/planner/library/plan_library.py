@@ -38,7 +38,7 @@ _SPARE = 0.1
 _LONG_RAD = 9.0
 """Plans of more joint travel than this are far from linear [rad]: what their displacement is apart by counts twice."""
 _UNEVEN = 0.25
-"""How much the scale of such a plan counts beside that, since displacements do not grow as areas do; from a few fits."""
+"""How much the scale of such a plan counts beside that: displacements do not grow as areas do; from a few fits."""
 _FEW = 1e-12
 """The least size of a displacement in units of `PRICES`, so that none divides by zero [rad^2]."""
 _MOST_LAPS = 20
