@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
-from purcell_cli.mechanics.moves import ControlSequence
+from purcell_cli.mechanics.moves import ControlSequence, MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.limbs.limb_rotations import rotations_to
@@ -67,9 +68,10 @@ class QuarterRolls:
         control, sign = self._axes()
         if isinstance(sequence, PrimitiveSequence):
             return PrimitiveSequence(control[sequence.control], sign[sequence.control] * sequence.angle)
-        rate = np.empty_like(sequence.rate)
-        rate[:, control] = sign * sequence.rate
-        return dataclasses.replace(sequence, rate=rate)
+        moves = cast(MoveSequence, sequence)
+        rate = np.empty_like(moves.rate)
+        rate[:, control] = sign * moves.rate
+        return MoveSequence(rate, moves.duration)
 
     def _axes(self) -> tuple[NDArray[np.int64], Array]:
         """Return which control each control is in the limbs' own frames, and with which sign. Shapes (6,)."""
