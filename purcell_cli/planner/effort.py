@@ -21,7 +21,8 @@ class Breadth:
         rounds: Rounds in which they settle.
         shorter: Rounds in which every chain tries to do with one cycle fewer of one of its loops.
         arcs_from: Arcs are made at once where what is known takes more than this part of what they promise.
-        library_plans: How many of the library's plans are tried.
+        library_below: Library plans are tried where they promise less than so many times what arcs promise.
+        library_plans: How many of them are tried.
         pace: How long library plans that arrive are shortened.
     """
 
@@ -32,6 +33,7 @@ class Breadth:
     rounds: int = 5
     shorter: int = 2
     arcs_from: float = 0.7
+    library_below: float = 1.25
     library_plans: int = 6
     pace: Pace = Pace(rounds=2, steps=10, longest=40)
 
@@ -97,7 +99,9 @@ _THOROUGH = Stage(
 )
 """The second stage of a thorough search: more candidates of each kind, each optimised for longer."""
 _WIDE = Stage(
-    Breadth(arcs_from=0.0, pairs=36, starts=432, chains=24, rounds=20, shorter=0, library_plans=24),
+    Breadth(
+        arcs_from=0.0, library_below=math.inf, pairs=36, starts=432, chains=24, rounds=20, shorter=0, library_plans=24
+    ),
     last_resort=True,
 )
 """The last resort of a quick or standard search: more starts, chains and rounds, so that something arrives."""

@@ -39,9 +39,9 @@ _BEND_SLACK = 1.0 + 1e-6
 """A stroke may bend so many times the bend limit: room for rounding."""
 _NEGLIGIBLE = 1e-13
 """Displacements below this are none, and sines below this are zero [L, rad]."""
-_GRIDS = (13, 7)
+_GRIDS = (9, 5)
 """How many yaws towards the goal are tried, from none to the whole bearing, and how many more beside the best of these
-but one: at most 2.5 degrees apart, and then 2."""
+but one: some 4 degrees apart, and then 1."""
 _PAIRS = 2
 """How many of the most promising pairs of limbs' ways get a sequence of gaits."""
 _WORDS = "stored gaits one after the other"

@@ -6,6 +6,8 @@ import dataclasses
 import functools
 from collections.abc import Mapping
 
+import numpy as np
+
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -60,6 +62,11 @@ class Problem:
         if breadth not in self._pairs:
             self._pairs[breadth] = self._steered_pairs(breadth)
         return self._pairs[breadth]
+
+    def promised(self, breadth: Breadth) -> float:
+        """Return about what the cheapest motion by arcs spends, before any arc is known."""
+        pairs = self.pairs(breadth)
+        return float(np.min(ArcPrice(tightest(self.fans)).of(pairs.missing) + pairs.joint_travel_rad))
 
     def _steered_pairs(self, breadth: Breadth) -> LimbPairs:
         price, shapes = ArcPrice(tightest(self.fans)), (self.start, self.goal)

@@ -1,4 +1,4 @@
-"""Joint travel grows smoothly with distance, in every direction, and less of it is never found for another objective."""
+"""Joint travel grows smoothly with distance, and less of it is not found for another objective."""
 
 from __future__ import annotations
 
@@ -58,4 +58,6 @@ def test_another_objective_finds_no_less_travel(objective: str) -> None:
     """Its candidates are the same, and the travel search refines those of least travel first."""
     goal = Configuration.from_angles((0.0, 0.02, 0.0))
     least = plan(Configuration(), goal).joint_travel_rad
-    assert plan(Configuration(), goal, options=PlanOptions(objective=objective)).joint_travel_rad >= least * (1.0 - 1e-9)
+    assert plan(Configuration(), goal, options=PlanOptions(objective=objective)).joint_travel_rad >= least * (
+        1.0 - 1e-9
+    )

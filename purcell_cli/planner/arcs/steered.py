@@ -13,7 +13,7 @@ from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry.reproducible import hypot, hypot_of
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import Block
-from purcell_cli.planner.arcs.arc_price import ArcPrice, tightest
+from purcell_cli.planner.arcs.arc_price import tightest
 from purcell_cli.planner.arcs.chain import Chains, linked
 from purcell_cli.planner.arcs.loop_family import Fan
 from purcell_cli.planner.arcs.needle_steering import steer
@@ -45,8 +45,7 @@ def steered_arcs(problem: Problem, breadth: Breadth, known: Sequence[Candidate] 
         known: The candidates that are known.
     """
     if problem.objective == "travel" and known and _rolling(problem):
-        pairs = problem.pairs(breadth)
-        promised = float(np.min(ArcPrice(tightest(problem.fans)).of(pairs.missing) + pairs.joint_travel_rad))
+        promised = problem.promised(breadth)
         if min((c.estimate_rad for c in known if not c.astray), default=math.inf) < breadth.arcs_from * promised:
             return [Candidate("arcs with rolls between", promised, functools.partial(_steered_later, problem, breadth))]
     return _steered(problem, breadth)

@@ -25,7 +25,7 @@ from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD
 from purcell_cli.planner.refine.minimum_travel import NAME, Pace, minimise_travel, offered
 from purcell_cli.planner.refine.shooting import Equations
 
-_TRIED = 4
+_TRIED = 3
 """So many times the library plans that are wanted are tried; some do not arrive by their own primitives."""
 _SHORTENED = 1.05
 """Factor by which refinement is estimated to shorten a library plan that arrives."""
@@ -46,6 +46,8 @@ def library_plans(problem: Problem, breadth: Breadth, known: Sequence[Candidate]
     """
     swimmer = problem.swimmer
     least = min((c.estimate_rad for c in known if not c.astray), default=math.inf)
+    if problem.objective == "travel":
+        least = min(least, breadth.library_below * problem.promised(breadth))
     pairs = best_pairs(problem.one_by_one, problem.wanted, _price, breadth.pairs)
     around = pairs.joint_travel_rad
     entries = library_for(swimmer).nearest(pairs.missing, around, _TRIED * breadth.library_plans)
