@@ -10,6 +10,7 @@ shortened, and freed of primitives that turn little. About a minute a direction.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import itertools
 import json
 from collections.abc import Iterable, Iterator
@@ -100,10 +101,8 @@ def grown(direction: np.ndarray) -> Iterator[PrimitiveSequence]:
             last = next(reversed(known.values()))
             starts = [last.with_angles(1.08 * last.angle), last, *starts[:1]]
         starts += [known[half].times(2) for half in list(known)[::-1] if half < 0.62 * amount][:1]
-        try:
+        with contextlib.suppress(GaitError):
             starts.append(joined([b.sequence.times(b.cycles) for b in phase_two(book, goal)]))
-        except GaitError:
-            pass
         if (found := best(goal, starts)) is not None:
             known[amount] = found
             yield found
