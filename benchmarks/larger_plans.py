@@ -3,8 +3,8 @@
     python -m benchmarks.larger_plans --directions 40 --write
 
 In every direction of a displacement, translations and rotations mixed, the search begins where plans take some 6 rad.
-It begins with library plans, the last plan found, twice the plan for half as much, and stored gaits; each is brought there,
-shortened, and freed of primitives that turn little. About a minute a direction.
+It begins with library plans, the last plan found, twice the plan for half as much, and stored gaits. Each is brought
+there, shortened, and freed of primitives that turn little. About a minute a direction.
 """
 
 from __future__ import annotations
