@@ -18,7 +18,7 @@ from purcell_cli.planner.arcs.steered import steered_arcs
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.effort import Breadth
 from purcell_cli.planner.gait_sequence import gait_sequences
-from purcell_cli.planner.library.recalled import library_plans
+from purcell_cli.planner.library.recalled import LIBRARY_PLAN, library_plans
 from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.problem import Problem
 
@@ -37,7 +37,7 @@ def generate(problem: Problem, breadth: Breadth) -> list[Candidate]:
         breadth: How widely to search.
 
     Raises:
-        GaitError: No stored gait for a motion that is needed, and nothing else is found.
+        GaitError: No stored gait for a motion that is needed, and no arcs are found.
     """
     found: list[Candidate] = []
     lacking: GaitError | None = None
@@ -46,7 +46,7 @@ def generate(problem: Problem, breadth: Breadth) -> list[Candidate]:
             found += generator(problem, breadth, found)
         except GaitError as error:
             lacking = error
-    if lacking is not None and not found:
+    if lacking is not None and all(c.words == LIBRARY_PLAN for c in found):
         raise lacking
     return ranked(problem, found)
 

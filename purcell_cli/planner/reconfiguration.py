@@ -14,8 +14,11 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 
+import numpy as np
+
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits.gait import Gait
+from purcell_cli.geometry import se3
 from purcell_cli.mechanics.configuration import Configuration, Deviation, displacement_between
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -34,6 +37,9 @@ from purcell_cli.planner.refinement import Refinement, played
 
 _THERE = 1e-14
 """A start within this of its goal needs no motion: rounding errors of equal configurations [L, rad]."""
+
+_DIGITS = 10
+"""Digits of the displacement that candidates are made for [L]; the refinement makes it exactly."""
 
 _SMALLER_BENDS = (0.6, 0.35, 0.2, 0.1)
 """Shares of the bend limit that are tried where no plan stays in the workspace; each takes some half of the room."""
@@ -108,7 +114,9 @@ def _searched(
     unit, wanted = careful.scaled(), displacement_between(start, goal, careful.length_m)
     query = Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING)
     clearance = kept_to.clearance_m / careful.length_m
-    problem = Problem(unit, start.shape, goal.shape, wanted, gaits, minimize, clearance)
+    # Linear programs make much of rounding errors, so candidates are looked for without them, wherever the start is.
+    sought = se3.normalised(np.round(wanted, _DIGITS))
+    problem = Problem(unit, start.shape, goal.shape, sought, gaits, minimize, clearance)
     # What travels least often spends least of anything else.
     problems = [problem.minimizing(objective) for objective in dict.fromkeys(("travel", minimize))]
     search = Exploration(query, Refinement(careful, start, kept_to, minimize), progress=progress)

@@ -25,6 +25,8 @@ from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD
 from purcell_cli.planner.refine.minimum_travel import NAME, Pace, minimise_travel, offered
 from purcell_cli.planner.refine.shooting import Equations
 
+LIBRARY_PLAN = "a library plan"
+"""What such candidates are made of."""
 _TRIED = 3
 """So many times the library plans that are wanted are tried; some do not arrive by their own primitives."""
 _SHORTENED = 1.05
@@ -62,7 +64,7 @@ def library_plans(problem: Problem, breadth: Breadth, known: Sequence[Candidate]
             if off < CLOSE:
                 make = functools.partial(_shortened, near, entry.laps, breadth.pace, pairs, entry.wanted)
                 travel = float(around[entry.wanted]) + entry.laps * near.joint_travel_rad / _SHORTENED
-                out.append(Candidate("a library plan", travel, functools.cache(make)))  # it takes a while
+                out.append(Candidate(LIBRARY_PLAN, travel, functools.cache(make)))  # it takes a while
                 least = min(least, travel)
         if out:
             return out
