@@ -23,8 +23,8 @@ from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.limbs.limb_rotations import rotations_to
 
-_GAIN_RAD = 1e-9
-"""Limbs are rolled where that saves more joint travel than this, so that rounding errors roll none [rad]."""
+_GAIN_RAD = 0.05
+"""Limbs are rolled where that saves more joint travel in phases 1 and 3 than this; phase 2 may lose less [rad]."""
 
 
 def quarter_turns(count: int) -> Array:
