@@ -78,7 +78,7 @@ def test_a_page_holds_every_row_of_a_short_motion() -> None:
     assert np.array_equal(frames, wanted.astype(np.float32))
     assert [data["gaits"][k] for k in unpacked(data, "gait", "<u4")] == table.gait.tolist()
     assert np.array_equal(unpacked(data, "phase", "u1"), table.phase)
-    assert (data["base_radius"], data["limb_radius"]) == (0.02 * 0.2, 0.02 * 0.14)
+    assert data["radii"] == [0.02 * 0.2, 0.02 * 0.14, 0.02 * 0.14]
 
 
 def test_a_long_motion_is_thinned_to_its_switches_and_even_times() -> None:

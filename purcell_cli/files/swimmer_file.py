@@ -4,32 +4,91 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
-from purcell_cli.files.containers import Field, Record
+from purcell_cli.files.containers import Either, Field, Record
 from purcell_cli.files.documents import Document, Made
+from purcell_cli.files.elements import Element
 from purcell_cli.files.place import Place
-from purcell_cli.files.scalars import Number
+from purcell_cli.files.scalars import Choice, Number
 from purcell_cli.files.yaml_source import load
-from purcell_cli.mechanics.swimmer import LIMITS, Swimmer
+from purcell_cli.mechanics.drag import LAWS, LINKS, LinkDrag, LinkDrags, LinkSize, LinkSizes
+from purcell_cli.mechanics.swimmer import LARGEST_BODY_RADIUS_M, LIMITS, Swimmer
 
 
-def _swimmer(value: dict[str, float], _: Place) -> Swimmer:
+def _swimmer(value: dict[str, Any], _: Place) -> Swimmer:
     return Swimmer(**value)
 
 
-SWIMMER = Document(
-    "A swimmer and its fluid",
-    Made(
-        Record(
-            {
-                field.name: Field(Number(above=above, at_most=at_most), default=field.default)
-                for field in dataclasses.fields(Swimmer)
-                for above, at_most in (LIMITS[field.name],)
-            }
-        ),
-        _swimmer,
-    ),
+def _each_link(number: type[LinkDrag | LinkSize], fields: dict[str, Field], all_links: type[Any]) -> Element[Any]:
+    """Return the element for a mapping of some links to some numbers of theirs."""
+    own = Made(Record(fields), lambda value, _: number(**value))
+    record = Record({link: Field(own, "of the base" if link == "base" else f"of limb {link[-1]}") for link in LINKS})
+    return Made(record, lambda value, _: all_links(**value))
+
+
+_DRAGS = _each_link(
+    LinkDrag,
+    {
+        "along_n_s_per_m": Field(Number(above=0.0, at_most=1e12), "force per speed along the axis [N s/m]"),
+        "across_n_s_per_m": Field(Number(above=0.0, at_most=1e12), "force per speed across it [N s/m]"),
+        "turn_n_m_s": Field(Number(above=0.0, at_most=1e12), "torque per rate of turning about the middle [N m s]"),
+        "spin_n_m_s": Field(Number(above=0.0, at_most=1e12), "torque per rate of spinning about the axis [N m s]"),
+    },
+    LinkDrags,
 )
+
+_SIZES = _each_link(
+    LinkSize,
+    {
+        name: Field(Number(above=LIMITS[like][0], at_most=LIMITS[like][1]), meaning)
+        for name, like, meaning in (
+            ("half_length_m", "limb_half_length_m", "half its length [m]"),
+            ("slenderness", "slenderness", "its radius over its full length"),
+        )
+    },
+    LinkSizes,
+)
+
+_FIELDS = {
+    **{
+        field.name: Field(Number(above=above, at_most=at_most), default=field.default)
+        for field in dataclasses.fields(Swimmer)
+        if field.name in LIMITS
+        for above, at_most in (LIMITS[field.name],)
+    },
+    "drag": Field(
+        Either(Choice(LAWS), _DRAGS),
+        "the law of a link's drag, or the whole drag of links in numbers; what is left out of them is as cox",
+        default="cox",
+    ),
+    "links": Field(_SIZES, "the sizes of links that differ from those of the three keys above"),
+    "body_radius_m": Field(
+        Number(at_least=0.0, at_most=LARGEST_BODY_RADIUS_M),
+        "radius of a sphere at the base's middle that drags too [m]",
+        default=0.0,
+    ),
+}
+
+SWIMMER = Document("A swimmer and its fluid", Made(Record(_FIELDS), _swimmer))
+
+
+def swimmer_keys(swimmer: Swimmer) -> dict[str, Any]:
+    """Return a swimmer as the keys of a file: its numbers, and what else it has that the paper's swimmer has not."""
+    out: dict[str, Any] = {}
+    for field in dataclasses.fields(swimmer):
+        value = getattr(swimmer, field.name)
+        if dataclasses.is_dataclass(value) and not isinstance(value, type):
+            value = _given(dataclasses.asdict(value))
+        if field.name in LIMITS or (value and value != field.default):
+            out[field.name] = value
+    return out
+
+
+def _given(value: dict[str, Any]) -> dict[str, Any]:
+    """Return a mapping without what is None or empty, all the way down."""
+    inner = {k: _given(v) if isinstance(v, dict) else v for k, v in value.items()}
+    return {k: v for k, v in inner.items() if v is not None and v != {}}
 
 
 def load_swimmer(path: Path | str) -> Swimmer:

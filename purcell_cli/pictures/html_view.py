@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import PHASES
-from purcell_cli.motion.clearance import radius_m
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.wording import length_unit
 
@@ -71,10 +70,9 @@ def page(table: Table, swimmer: Swimmer, title: str) -> str:
         "gait": _packed(gait, "<u4"),
         "gaits": names.tolist(),
         "phases": {str(phase): f"{phase} {name}" for phase, name in PHASES.items()},
-        "base_half": swimmer.base_half_length_m,
-        "limb_half": swimmer.limb_half_length_m,
-        "base_radius": radius_m(swimmer, swimmer.base_half_length_m),
-        "limb_radius": radius_m(swimmer, swimmer.limb_half_length_m),
+        "halves": swimmer.halves_m,
+        "radii": swimmer.radii_m,
+        "body_radius": swimmer.body_radius_m,
         "unit": unit,
         "unit_name": unit_name,
     }
