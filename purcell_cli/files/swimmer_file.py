@@ -12,7 +12,7 @@ from purcell_cli.files.elements import Element
 from purcell_cli.files.place import Place
 from purcell_cli.files.scalars import Choice, Number
 from purcell_cli.files.yaml_source import load
-from purcell_cli.mechanics.drag import LAWS, LINKS, LinkDrag, LinkDrags, LinkSize, LinkSizes
+from purcell_cli.mechanics.drag import COX, LAWS, LINKS, LinkDrag, LinkDrags, LinkSize, LinkSizes
 from purcell_cli.mechanics.swimmer import LARGEST_BODY_RADIUS_M, LIMITS, Swimmer
 
 
@@ -50,17 +50,11 @@ _SIZES = _each_link(
     LinkSizes,
 )
 
-_FIELDS = {
-    **{
-        field.name: Field(Number(above=above, at_most=at_most), default=field.default)
-        for field in dataclasses.fields(Swimmer)
-        if field.name in LIMITS
-        for above, at_most in (LIMITS[field.name],)
-    },
+_OWN = {
     "drag": Field(
         Either(Choice(LAWS), _DRAGS),
         "the law of a link's drag, or the whole drag of links in numbers; what is left out of them is as cox",
-        default="cox",
+        default=COX,
     ),
     "links": Field(_SIZES, "the sizes of links that differ from those of the three keys above"),
     "body_radius_m": Field(
@@ -69,20 +63,33 @@ _FIELDS = {
         default=0.0,
     ),
 }
+"""The keys of drag, sizes of links and body."""
 
-SWIMMER = Document("A swimmer and its fluid", Made(Record(_FIELDS), _swimmer))
+SWIMMER = Document(
+    "A swimmer and its fluid",
+    Made(
+        Record(
+            {
+                **{
+                    field.name: Field(Number(above=above, at_most=at_most), default=field.default)
+                    for field in dataclasses.fields(Swimmer)
+                    if field.name in LIMITS
+                    for above, at_most in (LIMITS[field.name],)
+                },
+                **_OWN,
+            }
+        ),
+        _swimmer,
+    ),
+)
 
 
-def swimmer_keys(swimmer: Swimmer) -> dict[str, Any]:
-    """Return a swimmer as the keys of a file: its numbers, and what else it has that the paper's swimmer has not."""
-    out: dict[str, Any] = {}
-    for field in dataclasses.fields(swimmer):
-        value = getattr(swimmer, field.name)
-        if dataclasses.is_dataclass(value) and not isinstance(value, type):
-            value = _given(dataclasses.asdict(value))
-        if field.name in LIMITS or (value and value != field.default):
-            out[field.name] = value
-    return out
+def swimmer_written(swimmer: Swimmer) -> dict[str, Any]:
+    """Return a swimmer as a document's values: its numbers, and its drag, sizes and body where they are its own."""
+    out: dict[str, Any] = {name: getattr(swimmer, name) for name in LIMITS}
+    drag = swimmer.drag if isinstance(swimmer.drag, str) else _given(dataclasses.asdict(swimmer.drag))
+    own = {"drag": drag, "links": _given(dataclasses.asdict(swimmer.links)), "body_radius_m": swimmer.body_radius_m}
+    return out | {name: value for name, value in own.items() if value and value != COX}
 
 
 def _given(value: dict[str, Any]) -> dict[str, Any]:

@@ -89,6 +89,11 @@ class Swimmer:
         self._known_drag()
         self._slim_body()
 
+    def __repr__(self) -> str:
+        fields = dataclasses.fields(self)
+        told = [f.name for f in fields if f.name in LIMITS or getattr(self, f.name) != f.default]
+        return f"Swimmer({', '.join(f'{name}={getattr(self, name)!r}' for name in told)})"
+
     def _own_sizes(self) -> None:
         """Check the links' own sizes, and leave out those that do not differ."""
         if self.links == LinkSizes():
