@@ -5,10 +5,11 @@
 Three parts, each a table; `--write` puts them into docs/explanation/planner.md.
 
 Random queries: half are for the paper's swimmer, half for random ones (limb 0.3 to 3 times the base,
-slenderness 0.002 to 0.05), of which a third have drags, links or a body of their own. Poses are 0.01 to 50 L apart, evenly in the logarithm; rotations and
-limb orientations are uniform on the rotation group, limbs that overlap drawn again, but for every
-fourth query, whose limbs are collinear. Times are those of library calls, re-integration included: the
-first one, which makes the tables of a random swimmer, and the same again, with all tables warm.
+slenderness 0.002 to 0.05), of which a third have drags, links or a body of their own. Poses are 0.01 to
+50 L apart, evenly in the logarithm; rotations and limb orientations are uniform on the rotation group,
+limbs that overlap drawn again, but for every fourth query, whose limbs are collinear. Times are those of
+library calls, re-integration included: the first one, which makes the tables of a random swimmer, and the
+same again, with all tables warm.
 
 Known displacements: joint travel, beside the best known.
 
