@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from purcell_cli.cli.options import Format
-from purcell_cli.cli.terminal import Json, busy, show, swimmer_of
+from purcell_cli.cli.terminal import Json, busy, ready, show, swimmer_of
 
 if TYPE_CHECKING:
     from purcell_cli.mechanics.swimmer import Swimmer
@@ -61,13 +61,13 @@ def simulate(
 
     disturbance = Noise.of(noise, seed)
     named = None if out is None else trajectory_file(out, form, "")
-    truth, (table, body) = swimmer_of(swimmer), _planned(trajectory, model)
+    truth, (table, body) = ready(swimmer_of(swimmer)), _planned(trajectory, model)
     with busy("integrating"):
         found = simulated(table, truth, disturbance)
     if named is not None:
         write_trajectory(found.trajectory, named[1], named[0], truth)
-    _show = show_simulate
-    show(simulate_document(found, str(trajectory), body, None if named is None else str(named[1])), json, _show)
+    written = None if named is None else str(named[1])
+    show(simulate_document(found, str(trajectory), body, written), json, show_simulate)
 
 
 def _planned(trajectory: Path, model: Path | None) -> tuple[Table, Swimmer | None]:

@@ -18,10 +18,12 @@ from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, as_euler, from_quaternion, wrapped
 from purcell_cli.kernel.flow import played, with_twice_the_digits
 from purcell_cli.kernel.shapes import shapes_along
+from purcell_cli.mechanics.bead_table import REACH_RAD
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles
 from purcell_cli.motion.trajectory import Trajectory
 from purcell_cli.motion.trajectory_table import Table
 
@@ -95,7 +97,7 @@ def simulate(table: Table, swimmer: Swimmer, noise: Noise = NO_NOISE) -> Simulat
         noise: What disturbs it.
 
     Raises:
-        ParameterError: Controls that still act in the last row.
+        ParameterError: Controls that still act in the last row, or bends that the swimmer's model does not know.
     """
     if np.any(table.rate_rad_s[-1] != 0.0):
         raise ParameterError("a last row without control is wanted, found one whose joints turn")
@@ -103,7 +105,10 @@ def simulate(table: Table, swimmer: Swimmer, noise: Noise = NO_NOISE) -> Simulat
     shape, rates, stream = noise.disturbed(first.shape, table.rate_rad_s)
     seconds = np.diff(table.time_s)
     shapes = shapes_along(shape, None, rates[:-1] * seconds[:, None])
-    moves = piece_displacements(swimmer, Pieces(shapes[:-1], rates[:-1], seconds))
+    pieces = Pieces(shapes[:-1], rates[:-1], seconds)
+    if swimmer.fluid == "beads":
+        _refuse_far_bends(pieces)
+    moves = piece_displacements(swimmer, pieces)
     here, poses = with_twice_the_digits(first.pose), np.empty((len(table.time_s), 4, 4))
     poses[:-1] = played(here, moves, 1)[0]
     poses[-1] = played(here, np.eye(4)[None], 1)[0, 0]
@@ -113,6 +118,15 @@ def simulate(table: Table, swimmer: Swimmer, noise: Noise = NO_NOISE) -> Simulat
     phase = table.phase.astype(np.int64)
     really = Trajectory(table.time_s.copy(), phase, gait, tuple(names.tolist()), poses, shapes, rates)
     return Simulation(swimmer, noise, last, really, _losses(table, poses))
+
+
+def _refuse_far_bends(pieces: Pieces) -> None:
+    """Refuse a motion on which a limb bends further than the table of links that feel each other reaches."""
+    bend = float(np.max(LimbCircles.of(pieces).largest_bends()[0], initial=0.0))
+    if bend > REACH_RAD + BEND_SLACK_RAD:
+        raise ParameterError(
+            f"limbs bent by at most {REACH_RAD:g} rad, for links that feel each other, are wanted, found {bend:.4g} rad"
+        )
 
 
 def off_by_coordinate(found: Configuration, wanted: Configuration) -> dict[str, list[float]]:

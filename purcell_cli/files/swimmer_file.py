@@ -13,7 +13,7 @@ from purcell_cli.files.place import Place
 from purcell_cli.files.scalars import Choice, Number
 from purcell_cli.files.yaml_source import load
 from purcell_cli.mechanics.drag import COX, LAWS, LINKS, LinkDrag, LinkDrags, LinkSize, LinkSizes
-from purcell_cli.mechanics.swimmer import LARGEST_BODY_RADIUS_M, LIMITS, Swimmer
+from purcell_cli.mechanics.swimmer import FLUIDS, LARGEST_BODY_RADIUS_M, LIMITS, Swimmer
 
 
 def _swimmer(value: dict[str, Any], _: Place) -> Swimmer:
@@ -51,6 +51,7 @@ _SIZES = _each_link(
 )
 
 _OWN = {
+    "fluid": Field(Choice(FLUIDS), "each link alone, or links that feel each other's flow", default="local"),
     "drag": Field(
         Either(Choice(LAWS), _DRAGS),
         "the law of a link's drag, or the whole drag of links in numbers; what is left out of them is as cox",
@@ -63,7 +64,7 @@ _OWN = {
         default=0.0,
     ),
 }
-"""The keys of drag, sizes of links and body."""
+"""The keys of the fluid, drag, sizes of links and body."""
 
 SWIMMER = Document(
     "A swimmer and its fluid",
@@ -85,11 +86,16 @@ SWIMMER = Document(
 
 
 def swimmer_written(swimmer: Swimmer) -> dict[str, Any]:
-    """Return a swimmer as a document's values: its numbers, and its drag, sizes and body where they are its own."""
+    """Return a swimmer as a document's values: its numbers, and what else it has that the paper's has not."""
     out: dict[str, Any] = {name: getattr(swimmer, name) for name in LIMITS}
     drag = swimmer.drag if isinstance(swimmer.drag, str) else _given(dataclasses.asdict(swimmer.drag))
-    own = {"drag": drag, "links": _given(dataclasses.asdict(swimmer.links)), "body_radius_m": swimmer.body_radius_m}
-    return out | {name: value for name, value in own.items() if value and value != COX}
+    own = {
+        "fluid": swimmer.fluid,
+        "drag": drag,
+        "links": _given(dataclasses.asdict(swimmer.links)),
+        "body_radius_m": swimmer.body_radius_m,
+    }
+    return out | {name: value for name, value in own.items() if value and value not in ("local", COX)}
 
 
 def _given(value: dict[str, Any]) -> dict[str, Any]:

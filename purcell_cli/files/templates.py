@@ -40,6 +40,7 @@ links: {}                            # a link's own size, where it differs:
 # links:
 #   limb2: {half_length_m: 0.08, slenderness: 0.02}
 body_radius_m: 0.0                   # a sphere at the middle of the base that drags too
+fluid: local                         # each link alone in the fluid; or beads: links that feel each other's flow
 """
 
 SCENARIO = """\

@@ -15,6 +15,7 @@ import numpy as np
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.flow import Connection, connection
+from purcell_cli.mechanics.bead_table import bead_table
 from purcell_cli.mechanics.swimmer import Swimmer
 
 
@@ -26,15 +27,15 @@ def kernel_numbers(swimmer: Swimmer) -> Array:
         Half the base's length, its diagonal drag, the distance from the collinear shape at which A(r) is sharp [rad],
         the spread of the links per squared bend, how fast the distance can change; and of each limb its side, half
         its length, its drag across, the part by which that along is less, its drags of turning and of spinning.
-        Shape (22,).
+        Shape (25,), with the table of links that feel each other after that.
     """
     unit = swimmer.scaled()
     # The kernel's distance counts all lengths alike, so that it is at most what it is by their drags.
     half, spread = max(unit.halves_m[1:]), unit.bend_spread() / unit.weights()[0]
     steepness = math.sqrt(4.0 * (2.0 / 3.0 * half * half * half) / spread)
     base = (unit.base_half_length_m, *np.diagonal(unit.drag_matrix(0)), unit.roll_sharpness(), spread, steepness)
-    limbs = [1.0, *_limb(unit, 1), -1.0, *_limb(unit, 2)]
-    out = np.array([*base, *limbs])
+    table = bead_table(swimmer) if swimmer.fluid == "beads" else np.zeros(3)
+    out = np.concatenate([[*base, 1.0, *_limb(unit, 1), -1.0, *_limb(unit, 2)], table])
     out.setflags(write=False)
     return out
 

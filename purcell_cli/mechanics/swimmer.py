@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from numbers import Real
 from types import MappingProxyType
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -44,6 +45,17 @@ LARGEST_BODY_RADIUS_M = 1e6
 """The largest radius of a body [m], that of the longest base."""
 
 
+BEADS: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {"slenderness": (1.0 / 300.0, 0.2), "max_bend_rad": (0.0, 1.6), "drag_ratio": (2.0, 2.0)}
+)
+"""What parameters of links that feel each other are between: 450 beads at most, and a table of bends that ends there;
+how they drag follows from their beads."""
+
+Fluid = Literal["local", "beads"]
+FLUIDS: tuple[Fluid, ...] = get_args(Fluid)
+"""The models of the fluid: each link alone, or links that feel each other's flow."""
+
+
 @dataclasses.dataclass(frozen=True, slots=True)
 class Swimmer:
     """Three slender links in a viscous fluid; the defaults are the paper's swimmer in glycerin.
@@ -60,6 +72,7 @@ class Swimmer:
         links: The sizes of links that differ from the first three. The base's half length is kept in
             `base_half_length_m`, and what does not differ is left out.
         body_radius_m: Radius of a sphere at the base's middle that drags too; 0 for none [m].
+        fluid: "local", each link alone in the fluid, or "beads", links that feel each other's flow (`beads`).
 
     Raises:
         ParameterError: A parameter that no swimmer can have.
@@ -75,6 +88,7 @@ class Swimmer:
     drag: str | LinkDrags = COX
     links: LinkSizes = LinkSizes()
     body_radius_m: float = 0.0
+    fluid: Fluid = "local"
 
     def __post_init__(self) -> None:
         self._own_sizes()
@@ -88,6 +102,28 @@ class Swimmer:
                 raise ParameterError(f"{name}: 0.01 to 100 times base_half_length_m is wanted, found {ratio:g} times")
         self._known_drag()
         self._slim_body()
+        self._of_beads()
+
+    def _of_beads(self) -> None:
+        """Refuse a fluid that is unknown, and what links that feel each other cannot have."""
+        if self.fluid not in FLUIDS:
+            raise ParameterError(f"fluid: one of {', '.join(FLUIDS)} is wanted, found {self.fluid!r}")
+        if self.fluid != "beads":
+            return
+        for name, (low, high) in BEADS.items():
+            if not low <= getattr(self, name) <= high:
+                wanted = f"{low:g} to {high:g} for links that feel each other"
+                raise ParameterError(f"{name}: {wanted} is wanted, found {getattr(self, name):g}")
+        low, high = BEADS["slenderness"]
+        for k, link in enumerate(LINKS):
+            if not low <= (own := self._slenderness(k)) <= high:
+                wanted = f"{low:g} to {high:g} for links that feel each other"
+                raise ParameterError(f"links.{link}.slenderness: {wanted} is wanted, found {own:g}")
+        for name, plain in (("drag", COX), ("body_radius_m", 0.0)):
+            if getattr(self, name) != plain:
+                raise ParameterError(
+                    f"{name}: {plain}, as links that feel each other have it, is wanted, found another"
+                )
 
     def __repr__(self) -> str:
         fields = dataclasses.fields(self)
@@ -171,7 +207,7 @@ class Swimmer:
         Its base moves along the same path in units of L; plans are made for it.
         """
         size = self.length_m
-        out = {
+        out: dict[str, Any] = {
             "base_half_length_m": self.base_half_length_m / size,
             "limb_half_length_m": self.limb_half_length_m / size,
             "viscosity_pa_s": log(1.0 / self.slenderness) / (4.0 * math.pi),

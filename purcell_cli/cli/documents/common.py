@@ -54,6 +54,7 @@ class SwimmerPart(TypedDict):
     drag_ratio: Annotated[float, "lateral over longitudinal drag"]
     max_bend_rad: Annotated[float, "how far a gait may bend a limb's axis from the base's axis [rad]"]
     joint_rate_rad_s: Annotated[float, "the rate at which one joint turns [rad/s]"]
+    fluid: NotRequired[Annotated[Literal["beads"], "where links feel each other's flow"]]
     drag: NotRequired[
         Annotated[
             Literal["cylinder", "spheroid"] | dict[str, LinkDragPart],
