@@ -274,7 +274,10 @@ def test_the_page_is_what_the_types_say() -> None:
 
 def test_every_key_has_a_meaning_and_every_number_of_a_quantity_its_unit() -> None:
     units = {
+        "_n_s_per_m": "[N s/m]",
+        "_n_m_s": "[N m s]",
         "_rad_s": "[rad/s]",
+        "_m_s": "[m/s]",
         "_pa_s": "[Pa s]",
         "_rad": "rad]",
         "_m": "[m]",
