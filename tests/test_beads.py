@@ -28,7 +28,7 @@ from purcell_cli import load_scenario, plan, stored_scenarios, user_cache
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis, as_euler, from_quaternion
-from purcell_cli.kernel.beads import bead_resistance, looked_up, swimmer_numbers
+from purcell_cli.kernel.beads import NUMBERS, bead_resistance, looked_up, swimmer_numbers
 from purcell_cli.mechanics import bead_table
 from purcell_cli.mechanics.base_velocity import kernel_numbers
 from purcell_cli.mechanics.beads import LOWER, Beads, grand_resistance, solved_anew
@@ -339,6 +339,16 @@ def test_links_of_their_own_sizes_have_beads_of_their_own() -> None:
     seen = -np.linalg.solve(*resistance_and_coupling(two, half_turn @ shape[::-1] @ half_turn)) @ swapped
     assert_close(seen, turn @ xi, 1e-12)
     assert not is_close(seen, xi, 1e-3)
+
+
+def test_the_table_of_unequal_limbs_is_sampled_whole() -> None:
+    """By the mirror of equal limbs, the foil, it would be another swimmer's."""
+    unit = Swimmer(fluid="beads", slenderness=0.1, links=LinkSizes(limb2=LinkSize(0.06, 0.125))).scaled()
+    table = np.concatenate([np.zeros(NUMBERS - 3), bead_table.made_table(unit)])
+    axes = np.stack([shape_from_angles((50, 20, 0), (-30, 9, 0)), shape_from_angles((-5, 70, 0), (80, 3, 0))])[..., 0]
+    found, wanted = looked_up(table, axes)[:, 0], solved_anew(unit, axes)
+    assert_close(found, wanted, 1e-9, float(np.abs(wanted).max()))
+    assert not is_close(looked_up(table, axes[:, ::-1])[:, 0], wanted, 1e-2)
 
 
 @pytest.mark.parametrize(
