@@ -37,6 +37,13 @@ SUMMARY += '"base_error_rad": 0, "limb1_error_rad": 0, "limb2_error_rad": 0}]}'
 
 INPUTS: dict[tuple[str, str], str] = {
     **{(command, "swimmer"): "swimmer" for command in ("gait", "plot", "view", "figures", "design", "controllability")},
+    ("simulate", "trajectory"): "trajectory",
+    ("simulate", "swimmer"): "swimmer",
+    ("simulate", "model"): "swimmer",
+    ("track", "start"): "start",
+    ("track", "goal"): "start",
+    ("track", "swimmer"): "swimmer",
+    ("track", "truth"): "swimmer",
     **{(command, "gaits"): "gaits" for command in ("plan", "gait", "plot", "batch")},
     ("plan", "start"): "start",
     ("plan", "goal"): "start",
@@ -50,7 +57,7 @@ INPUTS: dict[tuple[str, str], str] = {
 """The arguments that name what a command with outputs reads: what it is."""
 
 OUTPUTS: dict[tuple[str, str], str] = {
-    **{(command, "out"): "csv" for command in ("plan", "run", "gait")},
+    **{(command, "out"): "csv" for command in ("plan", "run", "gait", "simulate", "track")},
     ("plan", "plan_out"): "json",
     ("plot", "out"): "png",
     ("view", "out"): "html",
@@ -73,6 +80,8 @@ NEITHER = {
 
 POSITIONAL = {
     "plan": {"start": "start.yaml", "goal": "start.yaml"},
+    "simulate": {"trajectory": "trajectory.yaml"},
+    "track": {"start": "start.yaml", "goal": "start.yaml"},
     "run": {"document": "plan.yaml"},
     "gait": {"name": "x-motion"},
     "plot": {"what": "x-motion"},
@@ -80,6 +89,9 @@ POSITIONAL = {
     "batch": {"paths": "scenario.yaml"},
 }
 """What stands on a command's places where nothing else does."""
+
+REQUIRED = {"simulate": ("swimmer", "truth-of-it.yaml"), "track": ("truth", "truth-of-it.yaml")}
+"""Options that a command cannot do without, and a file for them."""
 
 FOLDERS = {"figures": "x-motion-stroke.svg", "batch": "a.json"}
 """Names of files that a command writes into its folder."""
@@ -111,6 +123,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     texts = {
         "start": STILL,
         "swimmer": "slenderness: 0.02\n",
+        "truth-of-it": "slenderness: 0.03\n",
         "gaits/own": GAIT,
         "scenario": SCENARIO,
         "summary": SUMMARY,
@@ -168,7 +181,9 @@ def words(command: str, name: str, value: str) -> list[str]:
     """Return a command with one of its inputs given, and its places filled."""
     places = {**POSITIONAL.get(command, {}), **({name: value} if name in POSITIONAL.get(command, {}) else {})}
     given = [] if name in places else option(command, name, value)
-    return [command, *places.values(), *(["--map"] if command == "controllability" else []), *given]
+    needed, file = REQUIRED.get(command, (name, ""))
+    must = [] if needed == name else option(command, needed, file)
+    return [command, *places.values(), *(["--map"] if command == "controllability" else []), *given, *must]
 
 
 def placed(kind: str, ending: str, command: str) -> tuple[Path, Path]:
