@@ -44,13 +44,17 @@ INPUTS: dict[tuple[str, str], str] = {
     ("run", "document"): "plan",
     ("plot", "what"): "trajectory",
     ("view", "trajectory"): "trajectory",
+    ("view", "beside"): "trajectory",
+    ("simulate", "trajectory"): "trajectory",
+    ("simulate", "swimmer"): "swimmer",
+    ("simulate", "model"): "swimmer",
     ("batch", "paths"): "scenario",
     ("batch", "baseline"): "summary",
 }
 """The arguments that name what a command with outputs reads: what it is."""
 
 OUTPUTS: dict[tuple[str, str], str] = {
-    **{(command, "out"): "csv" for command in ("plan", "run", "gait")},
+    **{(command, "out"): "csv" for command in ("plan", "run", "gait", "simulate")},
     ("plan", "plan_out"): "json",
     ("plot", "out"): "png",
     ("view", "out"): "html",
@@ -77,6 +81,7 @@ POSITIONAL = {
     "gait": {"name": "x-motion"},
     "plot": {"what": "x-motion"},
     "view": {"trajectory": "trajectory.yaml"},
+    "simulate": {"trajectory": "trajectory.yaml"},
     "batch": {"paths": "scenario.yaml"},
 }
 """What stands on a command's places where nothing else does."""
@@ -111,6 +116,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     texts = {
         "start": STILL,
         "swimmer": "slenderness: 0.02\n",
+        "truth": "slenderness: 0.03\n",
         "gaits/own": GAIT,
         "scenario": SCENARIO,
         "summary": SUMMARY,
@@ -168,7 +174,8 @@ def words(command: str, name: str, value: str) -> list[str]:
     """Return a command with one of its inputs given, and its places filled."""
     places = {**POSITIONAL.get(command, {}), **({name: value} if name in POSITIONAL.get(command, {}) else {})}
     given = [] if name in places else option(command, name, value)
-    return [command, *places.values(), *(["--map"] if command == "controllability" else []), *given]
+    more = {"controllability": ["--map"], "simulate": [] if name == "swimmer" else ["--swimmer", "truth.yaml"]}
+    return [command, *places.values(), *more.get(command, []), *given]
 
 
 def placed(kind: str, ending: str, command: str) -> tuple[Path, Path]:
