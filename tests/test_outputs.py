@@ -37,9 +37,6 @@ SUMMARY += '"base_error_rad": 0, "limb1_error_rad": 0, "limb2_error_rad": 0}]}'
 
 INPUTS: dict[tuple[str, str], str] = {
     **{(command, "swimmer"): "swimmer" for command in ("gait", "plot", "view", "figures", "design", "controllability")},
-    ("simulate", "trajectory"): "trajectory",
-    ("simulate", "swimmer"): "swimmer",
-    ("simulate", "model"): "swimmer",
     ("track", "start"): "start",
     ("track", "goal"): "start",
     ("track", "swimmer"): "swimmer",
@@ -51,6 +48,10 @@ INPUTS: dict[tuple[str, str], str] = {
     ("run", "document"): "plan",
     ("plot", "what"): "trajectory",
     ("view", "trajectory"): "trajectory",
+    ("view", "beside"): "trajectory",
+    ("simulate", "trajectory"): "trajectory",
+    ("simulate", "swimmer"): "swimmer",
+    ("simulate", "model"): "swimmer",
     ("batch", "paths"): "scenario",
     ("batch", "baseline"): "summary",
 }
@@ -90,9 +91,6 @@ POSITIONAL = {
 }
 """What stands on a command's places where nothing else does."""
 
-REQUIRED = {"simulate": ("swimmer", "truth-of-it.yaml"), "track": ("truth", "truth-of-it.yaml")}
-"""Options that a command cannot do without, and a file for them."""
-
 FOLDERS = {"figures": "x-motion-stroke.svg", "batch": "a.json"}
 """Names of files that a command writes into its folder."""
 
@@ -123,7 +121,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     texts = {
         "start": STILL,
         "swimmer": "slenderness: 0.02\n",
-        "truth-of-it": "slenderness: 0.03\n",
+        "truth": "slenderness: 0.03\n",
         "gaits/own": GAIT,
         "scenario": SCENARIO,
         "summary": SUMMARY,
@@ -181,9 +179,10 @@ def words(command: str, name: str, value: str) -> list[str]:
     """Return a command with one of its inputs given, and its places filled."""
     places = {**POSITIONAL.get(command, {}), **({name: value} if name in POSITIONAL.get(command, {}) else {})}
     given = [] if name in places else option(command, name, value)
-    needed, file = REQUIRED.get(command, (name, ""))
-    must = [] if needed == name else option(command, needed, file)
-    return [command, *places.values(), *(["--map"] if command == "controllability" else []), *given, *must]
+    needs = {"simulate": "swimmer", "track": "truth"}.get(command, name)
+    more = {"controllability": ["--map"]}.get(command, [])
+    more = more if needs == name else [*more, f"--{needs}", "truth.yaml"]
+    return [command, *places.values(), *more, *given]
 
 
 def placed(kind: str, ending: str, command: str) -> tuple[Path, Path]:
