@@ -13,13 +13,15 @@ import dataclasses
 
 import numpy as np
 
-from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import EXACT
 from purcell_cli.planner.refine.active_set import bounded_step
+from purcell_cli.planner.refine.move_program import MoveProgram, Weights
 from purcell_cli.planner.refine.shooting_moves import MoveShooting, Values
 from purcell_cli.planner.refine.trust_region import descended
 
+QUICKEST = Weights(time=1.0, travel=1e-3)
+"""Least time, and of motions that take as long the one of least joint travel."""
 _ROUNDS = 30
 """The most linear programs."""
 _LEAST_REACH = 1e-4
@@ -32,6 +34,8 @@ _WORTH = 3e-4
 """A linear program that promises less than this part of the merit is the last."""
 _NEWTON_REACH = 0.25
 """The largest component of a Newton step [rad]."""
+_NEAR = 3e-3
+"""Bends that have less room than this bound a Newton step from the first, in their cosine."""
 _APPROACHES = 40
 """The most damped Newton steps to the arrival from which the search begins."""
 _RESTORATIONS = 6
@@ -52,44 +56,20 @@ class _Point:
 
 
 class _Search:
-    def __init__(self, motion: MoveShooting) -> None:
-        self.motion = motion
+    def __init__(self, motion: MoveShooting, weights: Weights) -> None:
+        self.motion, self.weights, self.program = motion, weights, MoveProgram(motion, weights)
         self.price = max(_LEAST_PRICE, _PRICE * motion.duration)
 
     def point(self, unknown: Array) -> _Point:
         values = self.motion.at(unknown)
-        duration = float(matmul(self.motion.cycles, np.max(np.abs(values.turn), axis=1)))
+        cost = self.weights.cost(values.turn, self.motion.cycles)
         violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(values.room, 0.0)))
-        return _Point(unknown, values, duration + self.price * violation)
+        return _Point(unknown, values, cost + self.price * violation)
 
     def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
         """Return the unknowns that minimise the linearised merit within reach, and that merit."""
-        from scipy.optimize import linprog
-        from scipy.sparse import bmat, csr_matrix, eye_array, kron
-
-        v, sides = here.values, self.motion.tie
-        f, n, m, k = sides.shape[1], len(v.turn), len(v.residual), len(v.room)
-        lasts = kron(eye_array(n), np.ones((6, 1)))
-        equal = bmat([[v.derivative, csr_matrix((m, n)), -eye_array(m), eye_array(m), csr_matrix((m, k))]], "csr")
-        less = [[sides, -lasts, None, None, None], [-sides, -lasts, None, None, None]]
-        wanted = [-v.turn.ravel(), v.turn.ravel()]
-        if k:
-            less.append([-v.room_derivative, None, csr_matrix((k, m)), csr_matrix((k, m)), -eye_array(k)])
-            wanted.append(v.room)
-        else:
-            less[0][2:] = [csr_matrix((6 * n, m)), csr_matrix((6 * n, m)), csr_matrix((6 * n, 0))]
-        low = np.concatenate([np.full(f, -reach), np.zeros(n + 2 * m + k)])
-        high = np.concatenate([np.full(f, reach), np.full(n + 2 * m + k, np.inf)])
-        solved = linprog(
-            np.concatenate([np.zeros(f), self.motion.cycles, np.full(2 * m + k, self.price)]),
-            A_ub=bmat(less, "csr"),
-            b_ub=np.concatenate(wanted),
-            A_eq=equal,
-            b_eq=-v.residual,
-            bounds=np.stack([low, high], axis=1),
-            method="highs",
-        )
-        return None if solved.x is None else (here.unknown + solved.x[:f], float(solved.fun))
+        found = self.program.step(here.values, self.price, reach)
+        return None if found is None else (here.unknown + found[0], found[1])
 
     def begun(self, unknown: Array) -> _Point:
         """Return a point at the arrival to begin from, or as near to it as damped Newton steps come."""
@@ -136,14 +116,19 @@ def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) ->
         first: The first unknown that may change.
     """
     step = np.zeros(values.derivative.shape[1])
-    arrival, slope = values.derivative[:, first:], values.room_derivative[:, first:]
-    step[first:] = bounded_step(arrival, values.residual, values.room, slope, reach)
+    arrival, slope, near = values.derivative[:, first:], values.room_derivative[:, first:], values.room < _NEAR
+    for _ in range(2):
+        step[first:] = bounded_step(arrival, values.residual, values.room[near], slope[near], reach)
+        broken = values.room + (values.room_derivative * step).sum(axis=1) < 0.0
+        if not np.any(broken & ~near):
+            break
+        near = near | broken
     return step
 
 
 def minimise_time(motion: MoveShooting) -> MoveShooting:
     """Return a quicker motion that arrives almost exactly."""
-    return motion.of(motion.segments_at(_Search(motion).run(motion.unknown)))
+    return motion.of(motion.segments_at(_Search(motion, QUICKEST).run(motion.unknown)))
 
 
 def settled(motion: MoveShooting) -> tuple[MoveShooting, float]:

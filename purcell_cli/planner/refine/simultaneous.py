@@ -99,7 +99,9 @@ def _segment(block: Block) -> MoveSegment:
     turn = MoveSequence.of_controls(block.sequence).turn
     if block.cycles == 1:
         return _once(block.phase, block.gait, turn)
-    return MoveSegment(block.phase, block.gait, turn, block.cycles, np.empty((turn.size, 0)), block.amplitude_rad)
+    return MoveSegment(
+        block.phase, block.gait, turn, block.cycles, tie=np.empty((turn.size, 0)), amplitude_rad=block.amplitude_rad
+    )
 
 
 def _rounded(block: Block, shape: Array, swimmer: Swimmer) -> list[MoveSegment]:
@@ -124,7 +126,7 @@ def _rounded(block: Block, shape: Array, swimmer: Swimmer) -> list[MoveSegment]:
     if cycles <= _FEW_CYCLES:
         loop = _once(2, ROUNDED, np.tile(turn, (cycles, 1)))
     else:
-        loop = MoveSegment(2, ROUNDED, turn, cycles, _half_tie(turn))
+        loop = MoveSegment(2, ROUNDED, turn, cycles, tie=_half_tie(turn))
     return [_once(2, ROUNDED, way), loop, _once(2, ROUNDED, -way)]
 
 
@@ -134,8 +136,7 @@ def _once(phase: int, gait: str, turn: Array) -> MoveSegment:
     cut = np.repeat(turn / parts[:, None], parts, axis=0)
     used = set(np.flatnonzero(np.any(turn != 0.0, axis=0)).tolist())
     plane = next((p for p in ([2, 5], [1, 4]) if used <= set(p)), None)
-    tie = None if plane is None else np.asarray(np.kron(np.eye(len(cut)), np.eye(6)[:, plane]), dtype=np.float64)
-    return MoveSegment(phase, gait, cut, 1, tie)
+    return MoveSegment(phase, gait, cut, axes=None if plane is None else np.eye(6)[:, plane])
 
 
 def _half_tie(turn: Array) -> Array:
@@ -152,18 +153,20 @@ def _seen_rolled(segment: MoveSegment, across_rad: float) -> MoveSegment:
     """Return the segment that moves the limbs' axes alike when the limbs are rolled, by as much opposite ways [rad]."""
     back = np.stack([about_axis(0, -across_rad), about_axis(0, across_rad)])
 
-    def seen(turns: Array) -> Array:
+    def seen(turns: Array | None) -> Array | None:
         """Turn columns of limbs' vectors into the rolled limbs' frames. Shape (6 n, m)."""
+        if turns is None:
+            return None
         parts = turns.reshape(len(turns) // 6, 2, 3, turns.shape[1])
         return np.asarray(matmul(back, parts).reshape(turns.shape))
 
-    turn = seen(segment.turn.reshape(-1, 1)).reshape(-1, 6)
-    return dataclasses.replace(segment, turn=turn, tie=None if segment.tie is None else seen(segment.tie))
+    turn = np.asarray(seen(segment.turn.reshape(-1, 1))).reshape(-1, 6)
+    return dataclasses.replace(segment, turn=turn, axes=seen(segment.axes), tie=seen(segment.tie))
 
 
 def _freed(motion: MoveShooting) -> MoveShooting:
     """Return the motion with every turn that is made once free in all components."""
-    return motion.of([s if s.cycles > 1 else dataclasses.replace(s, tie=None) for s in motion.segments])
+    return motion.of([s if s.cycles > 1 else dataclasses.replace(s, axes=None) for s in motion.segments])
 
 
 def _without_idle(motion: MoveShooting) -> MoveShooting:
@@ -174,10 +177,7 @@ def _without_idle(motion: MoveShooting) -> MoveShooting:
         if segment.cycles > 1:
             segments.append(segment)
         elif np.any(used):
-            tie = segment.tie
-            if tie is not None:
-                tie = tie.reshape(len(used), 6, -1)[used].reshape(6 * int(used.sum()), -1)
-            segments.append(dataclasses.replace(segment, turn=segment.turn[used], tie=tie))
+            segments.append(dataclasses.replace(segment, turn=segment.turn[used]))
     return motion.of(segments) if segments else motion
 
 
