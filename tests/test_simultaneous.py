@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +20,8 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.limits import Limits, check
+from purcell_cli.motion.plan import Plan
+from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.simultaneous import quickened
 from purcell_cli.solution import Solution, carried_out
 from purcell_cli.verification.verify import verify
@@ -143,6 +146,54 @@ def test_a_quick_plan_that_breaks_a_limit_is_not_taken() -> None:
     made = solved("fast joints", "primitive").plan
     assert quickened(made, Limits(clearance_m=1.0)) is made
     assert solved("fast joints").plan.duration_s < made.duration_s
+
+
+@functools.cache
+def small(number: int, controls: str, objective: str | None = None) -> Solution:
+    """Return the plan of a random small displacement; planned once in a process."""
+    rng = np.random.default_rng(number)
+    goal = Configuration.from_angles(0.01 * rng.uniform(-1.0, 1.0, 3), rng.uniform(-8.0, 8.0, 3))
+    asked = PlanOptions(effort="quick", controls=controls, objective=objective)
+    return plan(Configuration(), goal, options=asked)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(4))
+def test_no_plan_is_worse_than_the_one_by_primitives(number: int) -> None:
+    """Neither in time nor, where that is minimised, in joint travel; one of least time (the foil) travels further."""
+    plain, quick, short = (
+        small(number, "primitive"),
+        small(number, "simultaneous"),
+        small(number, "simultaneous", "travel"),
+    )
+    assert {plain.verdict, quick.verdict, short.verdict} == {"reached"}
+    assert quick.duration_s <= plain.duration_s
+    assert (quick.duration_s, quick.joint_travel_rad) < (plain.duration_s, plain.joint_travel_rad)
+    assert short.joint_travel_rad <= plain.joint_travel_rad
+    assert short.duration_s <= plain.duration_s
+    assert quick.duration_s < short.duration_s
+    assert short.joint_travel_rad < quick.joint_travel_rad
+
+
+def test_a_thorough_plan_is_never_worse_than_a_standard_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the thorough search ends worse, here since it may not make its plan quicker, the standard one stays."""
+    start, goal = Configuration(), Configuration.from_angles((0.004, 0.002, 0.0))
+    efforts: list[str] = []
+
+    def hindered(made: Plan, limits: Limits, objective: str, effort: str) -> Plan:
+        efforts.append(effort)
+        return quickened(made, limits, objective, "quick") if effort == "standard" else made
+
+    def quick(*given: Any) -> Plan:
+        return reconfigure(*given[:4], "quick", *given[5:])
+
+    monkeypatch.setattr("purcell_cli.solution.quickened", hindered)
+    monkeypatch.setattr("purcell_cli.solution.reconfigure", quick)
+    found = plan(start, goal, options=PlanOptions(controls="simultaneous", effort="thorough"))
+    plain = plan(start, goal, options=PlanOptions(effort="quick"))
+    assert efforts == ["standard", "thorough"]
+    assert found.verdict == "reached"
+    assert found.duration_s < plain.duration_s
 
 
 def test_unknown_controls_are_refused() -> None:

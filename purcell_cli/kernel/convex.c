@@ -92,11 +92,23 @@ static void eliminate(struct block *b, double *schur, SIZE rows) {
         }
         const double by = 1.0 / lower[i];
         for (SIZE c = 0; c < rows; c++) row[c] *= by;
+    }
+    SIZE i = 0;
+    for (; i + 2 < b->linked; i += 3) { /* three at a time: `schur` is read and written less often */
+        const double *u = b->carried + i * rows, *v = u + rows, *w = v + rows;
         for (SIZE r = 0; r < rows; r++) {
-            const double factor = row[r];
+            const double p = u[r], q = v[r], s = w[r];
             double *out = schur + r * rows;
-            if (factor != 0.0)
-                for (SIZE c = 0; c <= r; c++) out[c] += factor * row[c];
+            if (p != 0.0 || q != 0.0 || s != 0.0)
+                for (SIZE c = 0; c <= r; c++) out[c] += p * u[c] + q * v[c] + s * w[c];
+        }
+    }
+    for (; i < b->linked; i++) {
+        const double *u = b->carried + i * rows;
+        for (SIZE r = 0; r < rows; r++) {
+            const double p = u[r];
+            double *out = schur + r * rows;
+            for (SIZE c = 0; c <= r; c++) out[c] += p * u[c];
         }
     }
 }

@@ -22,8 +22,8 @@ from purcell_cli.planner.refine.trust_region import descended
 
 QUICKEST = Weights(time=1.0, travel=1e-3)
 """Least time, and of motions that take as long the one of least joint travel."""
-_ROUNDS = 30
-"""The most linear programs."""
+SHORTEST = Weights(time=1e-3, travel=1.0)
+"""Least joint travel, and of motions that travel as much the one of least time."""
 _LEAST_REACH = 1e-4
 """Damped Newton steps to the arrival end when their reach is below this [rad]."""
 _LEAST_PRICE = 200.0
@@ -35,7 +35,7 @@ _WORTH = 3e-4
 _NEWTON_REACH = 0.25
 """The largest component of a Newton step [rad]."""
 _NEAR = 3e-3
-"""Bends that have less room than this bound a Newton step from the first, in their cosine."""
+"""Bends that have less room than this bound a Newton step from the first, as a part of the most there is."""
 _APPROACHES = 40
 """The most damped Newton steps to the arrival from which the search begins."""
 _RESTORATIONS = 6
@@ -97,14 +97,14 @@ class _Search:
                 break
         return there
 
-    def run(self, unknown: Array) -> Array:
+    def run(self, unknown: Array, rounds: int) -> _Point:
         return descended(
             self.begun(unknown),
             self.step,
             lambda _, found, *__: self.restored(self.point(found)),
-            _ROUNDS,
+            rounds,
             lambda here: _WORTH * here.merit,
-        ).unknown
+        )
 
 
 def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) -> Array:
@@ -116,7 +116,11 @@ def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) ->
         first: The first unknown that may change.
     """
     step = np.zeros(values.derivative.shape[1])
-    arrival, slope, near = values.derivative[:, first:], values.room_derivative[:, first:], values.room < _NEAR
+    arrival, slope, near = (
+        values.derivative[:, first:],
+        values.room_derivative[:, first:],
+        values.room < _NEAR * np.max(values.room, initial=0.0),
+    )
     for _ in range(2):
         step[first:] = bounded_step(arrival, values.residual, values.room[near], slope[near], reach)
         broken = values.room + (values.room_derivative * step).sum(axis=1) < 0.0
@@ -126,9 +130,16 @@ def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) ->
     return step
 
 
-def minimise_time(motion: MoveShooting) -> MoveShooting:
-    """Return a quicker motion that arrives almost exactly."""
-    return motion.of(motion.segments_at(_Search(motion, QUICKEST).run(motion.unknown)))
+def minimised(motion: MoveShooting, weights: Weights, rounds: int) -> tuple[MoveShooting, float]:
+    """Return a motion that costs less and arrives almost exactly, and its merit: cost and a price for what it misses.
+
+    Args:
+        motion: The motion to begin with.
+        weights: What a motion costs.
+        rounds: The most programs.
+    """
+    found = _Search(motion, weights).run(motion.unknown, rounds)
+    return motion.of(motion.segments_at(found.unknown)), found.merit
 
 
 def settled(motion: MoveShooting) -> tuple[MoveShooting, float]:

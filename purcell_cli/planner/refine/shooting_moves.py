@@ -18,7 +18,7 @@ import numpy as np
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.linear_systems import least_squares
-from purcell_cli.geometry.reproducible import apply, inner, matmul, norm
+from purcell_cli.geometry.reproducible import apply, cos, inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, as_vector
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian_of_moves
@@ -28,8 +28,8 @@ from purcell_cli.motion.limb_circles import lowest
 from purcell_cli.planner.refine.inequalities import least_cosines
 from purcell_cli.planner.refine.segments import phase_ends
 
-_ACTIVE = 0.25
-"""Limbs within this of the bend limit on a move are constraints, in the cosine of the bend."""
+_ACTIVE = 0.5
+"""Limbs within this of the bend limit on a move are constraints: in the cosine, as a part of what is left at the limit."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -238,7 +238,7 @@ class MoveShooting:
         n = len(turn)
         part, axes = most_bent(shapes[..., 0], turn)
         room = axes[..., 0] - self._least_cosine
-        move, limb = np.nonzero(room < _ACTIVE)
+        move, limb = np.nonzero(room < _ACTIVE * (1.0 - cos(self.swimmer.max_bend_rad)))
         lever = np.stack([0.0 * axes[..., 0], axes[..., 2], -axes[..., 1]], axis=-1)[move, limb]
         k = len(move)
         slope = np.zeros((k, n, 2, 3))

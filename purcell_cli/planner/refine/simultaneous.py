@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -31,7 +30,8 @@ from purcell_cli.motion.blocks import Block, starting_shapes
 from purcell_cli.motion.clock import clock_step
 from purcell_cli.motion.limits import Limits, check
 from purcell_cli.motion.plan import Plan
-from purcell_cli.planner.refine.minimum_time import minimise_time, settled
+from purcell_cli.planner.refine.minimum_time import QUICKEST, SHORTEST, minimised, settled
+from purcell_cli.planner.refine.move_program import Weights
 from purcell_cli.planner.refine.octagonal_loops import cycle, octagons, twist, yaws
 from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
 
@@ -43,6 +43,12 @@ _FEW_CYCLES = 2
 """Loops of at most so many cycles are played out, so that each of their moves is free."""
 _PLANAR_RAD = 0.2
 """Loops become octagons only where roll and pitch of both limbs are at most this [rad]."""
+_ROUNDS = {"quick": (6, 15), "standard": (8, 30), "thorough": (12, 80)}
+"""The most programs by effort: for each start, and then for the one that promises most."""
+_LARGE = {"quick": (2e3, 6e3), "standard": (6e3, 24e3), "thorough": (24e3, 160e3)}
+"""Programs times unknowns by effort, so that motions of many moves take no longer than others."""
+_LEAST_ROUNDS = 3
+"""The least number of programs, however many unknowns there are."""
 _ARRIVED = 1e-10
 """A motion whose residuals are all below this arrives [L, rad]."""
 _IDLE_RAD = 1e-10
@@ -56,31 +62,79 @@ TOGETHER, ROLLED, ROUNDED = "simultaneous moves", "limb rolls", "rounded shape l
 """Names of strokes that are not in the primitive plan."""
 
 
-def quickened(plan: Plan, limits: Limits | None = None) -> Plan:
-    """Return a plan that arrives as exactly in less time, all joints turning at once; or the same plan.
+def quickened(plan: Plan, limits: Limits | None = None, objective: str = "time", effort: str = "standard") -> Plan:
+    """Return a plan that arrives as exactly and spends less, all joints turning at once; or the same plan.
 
     Args:
         plan: A plan by primitives.
         limits: What the plan must keep besides the bend limit; what breaks them is not taken.
+        objective: One of `objectives.MEASURES`. For switches the plan by primitives is chosen, and made quicker.
+        effort: One of `effort.EFFORTS`: how many programs a motion is optimised by.
     """
     if not plan.blocks:
         return plan
-    wanted = displacement_between(plan.start, plan.goal, plan.swimmer.length_m)
-    unit = plan.swimmer.scaled()
-    inner = dataclasses.replace(unit, max_bend_rad=max(unit.max_bend_rad - _MARGIN_RAD, 0.5 * unit.max_bend_rad))
-    best = plan
-    for across_rad in _ACROSS_RAD, 0.0:
-        segments = _segments(plan, unit, across_rad)
-        begun = MoveShooting(inner, segments, plan.start.shape, plan.goal.shape, wanted, SEARCHING)
-        planar = _without_idle(minimise_time(begun))
-        found, off = settled(_without_idle(minimise_time(_freed(planar))))
-        blocks = _on_the_clock(found, plan.swimmer.joint_rate_rad_s)
-        quicker = off < _ARRIVED and _duration(blocks) < _duration(best.blocks)
-        if quicker and check(plan.swimmer, plan.start, blocks, limits).kept:
-            best = dataclasses.replace(plan, blocks=tuple(blocks), limits=None)
-        if best is not plan and any(b.cycles > 1 for b in blocks):
-            break  # a long plan gains by rolled limbs more than by anything else
-    return best
+    search = _Search(plan, limits, effort)
+    search.descend(search.starts(_ACROSS_RAD, 0.0), QUICKEST)
+    if objective == "travel":
+        found = [] if search.motion is None else [search.motion]
+        search.descend([*found, *search.starts(0.0)], SHORTEST)
+    return search.best
+
+
+class _Search:
+    """The search of one plan.
+
+    Attributes:
+        best: The best plan so far; at first the one by primitives.
+        motion: The motion that was settled last, if any arrived.
+    """
+
+    def __init__(self, plan: Plan, limits: Limits | None, effort: str) -> None:
+        self.plan, self.limits, self.effort = plan, limits, effort
+        self.best = plan
+        self.motion: MoveShooting | None = None
+
+    def minimised(self, motion: MoveShooting, weights: Weights, last: bool) -> tuple[MoveShooting, float]:
+        """Return a motion that costs less, found by the programs that the effort allows, and its merit."""
+        most, large = _ROUNDS[self.effort][last], _LARGE[self.effort][last]
+        rounds = min(most, max(_LEAST_ROUNDS, int(large / max(len(motion.unknown), 1))))
+        return minimised(motion, weights, rounds)
+
+    def starts(self, *across_rad: float) -> list[MoveShooting]:
+        """Return the plan as motions by moves, the limbs rolled in phase 2 by angles, opposite ways [rad]."""
+        plan, unit = self.plan, self.plan.swimmer.scaled()
+        wanted = displacement_between(plan.start, plan.goal, plan.swimmer.length_m)
+        inner = dataclasses.replace(unit, max_bend_rad=max(unit.max_bend_rad - _MARGIN_RAD, 0.5 * unit.max_bend_rad))
+        if all(block.phase != 2 for block in plan.blocks):
+            across_rad = across_rad[-1:]
+        every = [_segments(plan, unit, across) for across in across_rad]
+        return [MoveShooting(inner, s, plan.start.shape, plan.goal.shape, wanted, SEARCHING) for s in every]
+
+    def descend(self, starts: list[MoveShooting], weights: Weights) -> None:
+        """Minimise a cost from the start that promises most, or from the next where its plan does not do."""
+        begun = [self.minimised(start, weights, last=False) for start in starts]
+        for motion, _ in sorted(begun, key=lambda one: one[1]):
+            found, _ = self.minimised(_without_idle(_freed(motion)), weights, last=True)
+            found, off = settled(_without_idle(found))
+            if off < _ARRIVED and self.consider(found, weights):
+                self.motion = found
+                break
+
+    def consider(self, motion: MoveShooting, weights: Weights) -> bool:
+        """Keep a motion if it spends less than the best so far within limits, and return whether it is within them."""
+        blocks = _on_the_clock(motion, self.plan.swimmer.joint_rate_rad_s)
+        made = dataclasses.replace(self.plan, blocks=tuple(blocks), limits=None)
+        if not check(made.swimmer, made.start, blocks, self.limits).kept:
+            return False
+        if _spent(made, weights) < _spent(self.best, weights):
+            self.best = made
+        return True
+
+
+def _spent(plan: Plan, weights: Weights) -> tuple[float, float]:
+    """Return what plans are compared by: what counts for most first."""
+    time, travel = plan.duration_s, plan.joint_travel_rad
+    return (time, travel) if weights.time > weights.travel else (travel, time)
 
 
 def _segments(plan: Plan, swimmer: Swimmer, across_rad: float) -> list[MoveSegment]:
@@ -88,11 +142,33 @@ def _segments(plan: Plan, swimmer: Swimmer, across_rad: float) -> list[MoveSegme
     out: dict[int, list[MoveSegment]] = {1: [], 2: [], 3: []}
     for block, shape in zip(plan.blocks, starting_shapes(plan.blocks, plan.start.shape), strict=False):
         out[block.phase] += _rounded(block, shape, swimmer) or [_segment(block)]
-    if out[2] and across_rad:
+    if across_rad:
         roll = across_rad * np.array([[1.0, 0.0, 0.0, -1.0, 0.0, 0.0]])
         rolled = [_seen_rolled(segment, across_rad) for segment in out[2]]
         out[2] = [MoveSegment(2, ROLLED, roll), *rolled, MoveSegment(2, ROLLED, -roll)]
-    return [segment for phase in (1, 2, 3) for segment in out[phase]]
+    return _joined([segment for phase in (1, 2, 3) for segment in out[phase]])
+
+
+def _joined(segments: list[MoveSegment]) -> list[MoveSegment]:
+    """Return segments, neighbours in one phase that are played once and may turn about the same axes made one."""
+    out: list[MoveSegment] = []
+    for segment in segments:
+        last = out[-1] if out else None
+        if last is not None and last.cycles == segment.cycles == 1 and _alike(last, segment):
+            turn = np.concatenate([last.turn, segment.turn])
+            out[-1] = dataclasses.replace(segment, turn=turn)
+        else:
+            out.append(segment)
+    return out
+
+
+def _alike(one: MoveSegment, other: MoveSegment) -> bool:
+    """Return whether segments are of one phase and their moves may turn about the same axes."""
+    if one.phase != other.phase:
+        return False
+    if one.axes is None or other.axes is None:
+        return one.axes is other.axes
+    return bool(np.array_equal(one.axes, other.axes))
 
 
 def _segment(block: Block) -> MoveSegment:
@@ -166,7 +242,7 @@ def _seen_rolled(segment: MoveSegment, across_rad: float) -> MoveSegment:
 
 def _freed(motion: MoveShooting) -> MoveShooting:
     """Return the motion with every turn that is made once free in all components."""
-    return motion.of([s if s.cycles > 1 else dataclasses.replace(s, axes=None) for s in motion.segments])
+    return motion.of(_joined([s if s.cycles > 1 else dataclasses.replace(s, axes=None) for s in motion.segments]))
 
 
 def _without_idle(motion: MoveShooting) -> MoveShooting:
@@ -179,10 +255,6 @@ def _without_idle(motion: MoveShooting) -> MoveShooting:
         elif np.any(used):
             segments.append(dataclasses.replace(segment, turn=segment.turn[used]))
     return motion.of(segments) if segments else motion
-
-
-def _duration(blocks: Sequence[Block]) -> float:
-    return sum(b.duration for b in blocks)
 
 
 def _on_the_clock(motion: MoveShooting, rate_rad_s: float) -> list[Block]:
