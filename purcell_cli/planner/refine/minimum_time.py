@@ -10,13 +10,14 @@ Method: as in `minimum_travel`, Fletcher and de la Maza (1989), Math. Program. 4
 from __future__ import annotations
 
 import dataclasses
+from typing import Protocol
 
 import numpy as np
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import EXACT
 from purcell_cli.planner.refine.active_set import bounded_step
-from purcell_cli.planner.refine.move_program import MoveProgram, Weights
+from purcell_cli.planner.refine.move_program import Weights
 from purcell_cli.planner.refine.shooting_moves import MoveShooting, Values
 from purcell_cli.planner.refine.trust_region import descended
 
@@ -55,16 +56,25 @@ class _Point:
     merit: float
 
 
+class Program(Protocol):
+    """What is to be least, and the programs of its steps."""
+
+    def cost(self, values: Values) -> float:
+        """Return what the motion costs."""
+
+    def step(self, values: Values, price: float, reach: float) -> tuple[Array, float] | None:
+        """Return the best change of the unknowns within reach, and the merit it promises; None where none is found."""
+
+
 class _Search:
-    def __init__(self, motion: MoveShooting, weights: Weights) -> None:
-        self.motion, self.weights, self.program = motion, weights, MoveProgram(motion, weights)
+    def __init__(self, motion: MoveShooting, program: Program) -> None:
+        self.motion, self.program = motion, program
         self.price = max(_LEAST_PRICE, _PRICE * motion.duration)
 
     def point(self, unknown: Array) -> _Point:
         values = self.motion.at(unknown)
-        cost = self.weights.cost(values.turn, self.motion.cycles)
         violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(values.room, 0.0)))
-        return _Point(unknown, values, cost + self.price * violation)
+        return _Point(unknown, values, self.program.cost(values) + self.price * violation)
 
     def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
         """Return the unknowns that minimise the linearised merit within reach, and that merit."""
@@ -130,15 +140,15 @@ def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) ->
     return step
 
 
-def minimised(motion: MoveShooting, weights: Weights, rounds: int) -> tuple[MoveShooting, float]:
+def minimised(motion: MoveShooting, program: Program, rounds: int) -> tuple[MoveShooting, float]:
     """Return a motion that costs less and arrives almost exactly, and its merit: cost and a price for what it misses.
 
     Args:
         motion: The motion to begin with.
-        weights: What a motion costs.
+        program: What is to be least, for this motion.
         rounds: The most programs.
     """
-    found = _Search(motion, weights).run(motion.unknown, rounds)
+    found = _Search(motion, program).run(motion.unknown, rounds)
     return motion.of(motion.segments_at(found.unknown)), found.merit
 
 

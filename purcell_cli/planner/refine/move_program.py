@@ -54,7 +54,7 @@ class Weights:
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class _Group:
+class Group:
     """The moves that share unknowns: where they begin, and how their turns depend on those. Shape (6 n, f)."""
 
     first: int
@@ -62,17 +62,17 @@ class _Group:
     tie: Array
 
 
-def _groups(motion: MoveShooting) -> list[_Group]:
+def groups(motion: MoveShooting) -> list[Group]:
     """Return a motion's moves in groups, in the order of its unknowns."""
-    out: list[_Group] = []
+    out: list[Group] = []
     first = 0
     for segment in motion.segments:
         n = len(segment.turn)
         if segment.tie is not None:
-            out.append(_Group(first, n, segment.tie))
+            out.append(Group(first, n, segment.tie))
         else:
             axes = np.eye(6) if segment.axes is None else segment.axes
-            out += [_Group(first + k, 1, axes) for k in range(n)]
+            out += [Group(first + k, 1, axes) for k in range(n)]
         first += n
     return [group for group in out if group.tie.shape[1]]
 
@@ -95,7 +95,7 @@ class MoveProgram:
         kinds: list[tuple[int, int, int]] = []  # of a wall: its sign, the component it is about, or the unknown
         ours: list[tuple[int, int]] = []  # of a variable: its move, or its component beyond all moves, or neither
         unknowns = 0
-        for group in _groups(motion):
+        for group in groups(motion):
             tie = group.tie
             felt = np.flatnonzero(np.any(tie != 0.0, axis=1))
             n, c, f = group.moves, len(felt), tie.shape[1]
@@ -122,6 +122,10 @@ class MoveProgram:
         self.blocks = Blocks.of(walls, linked, cost)
         self._sign, self._component, self._unknown = np.array(kinds).T
         self._move, self._size = np.array(ours).T
+
+    def cost(self, values: Values) -> float:
+        """Return what the motion costs."""
+        return self.weights.cost(values.turn, self.motion.cycles)
 
     def step(self, values: Values, price: float, reach: float) -> tuple[Array, float] | None:
         """Return the change of the unknowns that costs least, within reach, and what the motion then costs.

@@ -29,7 +29,7 @@ from purcell_cli.planner.refine.inequalities import least_cosines
 from purcell_cli.planner.refine.segments import phase_ends
 
 _ACTIVE = 0.5
-"""Limbs within this of the bend limit on a move are constraints: in the cosine, as a part of what is left at the limit."""
+"""Limbs within this of the bend limit on a move are constraints, as a part of it; both as 1 - cos of the bend."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -166,7 +166,7 @@ class MoveShooting:
         """All unknowns as they are. Shape (f,)."""
         return np.concatenate([segment.unknown() for segment in self.segments])
 
-    def _by_unknown(self, by_turn: Array) -> Array:
+    def by_unknown(self, by_turn: Array) -> Array:
         """Return derivatives by the unknowns from those by the turns. Shape (m, 6 n) to (m, f)."""
         parts = [segment.by_unknown(by_turn[:, 6 * a : 6 * b]) for segment, a, b in self._places]
         return np.concatenate([by_turn[:, :0], *parts], axis=1)
@@ -219,9 +219,9 @@ class MoveShooting:
         return Values(
             moves.turn,
             np.concatenate(residual),
-            self._by_unknown(np.concatenate(derivative)),
+            self.by_unknown(np.concatenate(derivative)),
             room,
-            self._by_unknown(room_slope),
+            self.by_unknown(room_slope),
         )
 
     @functools.cached_property

@@ -15,7 +15,9 @@ A result that is no quicker, not exact, or beyond a limit is rejected. Conventio
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -30,8 +32,10 @@ from purcell_cli.motion.blocks import Block, starting_shapes
 from purcell_cli.motion.clock import clock_step
 from purcell_cli.motion.limits import Limits, check
 from purcell_cli.motion.plan import Plan
-from purcell_cli.planner.refine.minimum_time import QUICKEST, SHORTEST, minimised, settled
-from purcell_cli.planner.refine.move_program import Weights
+from purcell_cli.planner.objectives import cost
+from purcell_cli.planner.refine.minimum_energy import EnergyProgram, paced
+from purcell_cli.planner.refine.minimum_time import QUICKEST, SHORTEST, Program, minimised, settled
+from purcell_cli.planner.refine.move_program import MoveProgram
 from purcell_cli.planner.refine.octagonal_loops import cycle, octagons, twist, yaws
 from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
 
@@ -55,6 +59,10 @@ _IDLE_RAD = 1e-10
 """Moves that turn no joint further than this are dropped from the search [rad]."""
 _UNFELT_RAD = 1e-13
 """Moves that turn no joint further than this are dropped from the plan [rad]."""
+_FEW = 600
+"""Motions of at most so many unknowns are all followed to their end, as a program takes some ms."""
+_SPARE = 1e-9
+"""Part of the time of a plan by primitives that the one of least energy leaves, for rounding to the clock."""
 _MARGIN_RAD = 1e-6
 """Margin below the bend limit, left to the exact arrival [rad]; at most half the limit."""
 
@@ -68,17 +76,14 @@ def quickened(plan: Plan, limits: Limits | None = None, objective: str = "time",
     Args:
         plan: A plan by primitives.
         limits: What the plan must keep besides the bend limit; what breaks them is not taken.
-        objective: One of `objectives.MEASURES`. For switches the plan by primitives is chosen, and made quicker.
+        objective: One of `objectives.MEASURES`. Energy is least for the time that the plan by primitives takes; where
+            switches are counted, that is the plan with few of them, made quicker.
         effort: One of `effort.EFFORTS`: how many programs a motion is optimised by.
     """
     if not plan.blocks:
         return plan
-    search = _Search(plan, limits, effort)
-    search.descend(search.starts(_ACROSS_RAD, 0.0), QUICKEST)
-    if objective == "travel":
-        found = [] if search.motion is None else [search.motion]
-        search.descend([*found, *search.starts(0.0)], SHORTEST)
-    return search.best
+    search = _Search(plan, limits, effort, "time" if objective == "switches" else objective)
+    return search.run()
 
 
 class _Search:
@@ -86,19 +91,19 @@ class _Search:
 
     Attributes:
         best: The best plan so far; at first the one by primitives.
-        motion: The motion that was settled last, if any arrived.
     """
 
-    def __init__(self, plan: Plan, limits: Limits | None, effort: str) -> None:
-        self.plan, self.limits, self.effort = plan, limits, effort
-        self.best = plan
-        self.motion: MoveShooting | None = None
+    def __init__(self, plan: Plan, limits: Limits | None, effort: str, objective: str) -> None:
+        self.plan, self.limits, self.effort, self.objective = plan, limits, effort, objective
+        self.best, self.total = plan, (1.0 - _SPARE) * math.fsum(b.duration for b in plan.blocks)
 
-    def minimised(self, motion: MoveShooting, weights: Weights, last: bool) -> tuple[MoveShooting, float]:
-        """Return a motion that costs less, found by the programs that the effort allows, and its merit."""
-        most, large = _ROUNDS[self.effort][last], _LARGE[self.effort][last]
-        rounds = min(most, max(_LEAST_ROUNDS, int(large / max(len(motion.unknown), 1))))
-        return minimised(motion, weights, rounds)
+    def run(self) -> Plan:
+        """Return the best plan: what takes least time is where the search of others begins too."""
+        found = self.descended(self.starts(_ACROSS_RAD, 0.0), lambda motion: MoveProgram(motion, QUICKEST))
+        if self.objective in _OTHERS:
+            begun = [*found, *self.starts(0.0)]
+            self.descended(begun, functools.partial(_OTHERS[self.objective], total=self.total))
+        return self.best
 
     def starts(self, *across_rad: float) -> list[MoveShooting]:
         """Return the plan as motions by moves, the limbs rolled in phase 2 by angles, opposite ways [rad]."""
@@ -110,31 +115,49 @@ class _Search:
         every = [_segments(plan, unit, across) for across in across_rad]
         return [MoveShooting(inner, s, plan.start.shape, plan.goal.shape, wanted, SEARCHING) for s in every]
 
-    def descend(self, starts: list[MoveShooting], weights: Weights) -> None:
-        """Minimise a cost from the start that promises most, or from the next where its plan does not do."""
-        begun = [self.minimised(start, weights, last=False) for start in starts]
-        for motion, _ in sorted(begun, key=lambda one: one[1]):
-            found, _ = self.minimised(_without_idle(_freed(motion)), weights, last=True)
-            found, off = settled(_without_idle(found))
-            if off < _ARRIVED and self.consider(found, weights):
-                self.motion = found
-                break
+    def descended(self, starts: list[MoveShooting], program: Callable[[MoveShooting], Program]) -> list[MoveShooting]:
+        """Minimise what a program does from the start that promises most, or from the next where its plan does not do.
 
-    def consider(self, motion: MoveShooting, weights: Weights) -> bool:
+        Motions of few unknowns are all followed to their end.
+
+        Returns:
+            The motions that arrive within limits, best first.
+        """
+        begun = [self._minimised(start, program, last=False) for start in starts]
+        ended: list[tuple[float, MoveShooting]] = []
+        for motion, _ in sorted(begun, key=lambda one: one[1]):
+            if ended and len(motion.unknown) > _FEW:
+                break
+            found, merit = self._minimised(_without_idle(_freed(motion)), program, last=True)
+            found, off = settled(_without_idle(found))
+            if off < _ARRIVED and self._consider(found):
+                ended.append((merit, found))
+        return [motion for _, motion in sorted(ended, key=lambda one: one[0])]
+
+    def _minimised(
+        self, motion: MoveShooting, program: Callable[[MoveShooting], Program], last: bool
+    ) -> tuple[MoveShooting, float]:
+        """Return a motion that costs less, found by the programs that the effort allows, and its merit."""
+        most, large = _ROUNDS[self.effort][last], _LARGE[self.effort][last]
+        rounds = min(most, max(_LEAST_ROUNDS, int(large / max(len(motion.unknown), 1))))
+        return minimised(motion, program(motion), rounds)
+
+    def _consider(self, motion: MoveShooting) -> bool:
         """Keep a motion if it spends less than the best so far within limits, and return whether it is within them."""
-        blocks = _on_the_clock(motion, self.plan.swimmer.joint_rate_rad_s)
+        swimmer = self.plan.swimmer
+        lasting = paced(motion, self.total) if self.objective == "energy" else None
+        blocks = _on_the_clock(motion, swimmer.joint_rate_rad_s, lasting)
         made = dataclasses.replace(self.plan, blocks=tuple(blocks), limits=None)
-        if not check(made.swimmer, made.start, blocks, self.limits).kept:
+        if not check(swimmer, made.start, blocks, self.limits).kept:
             return False
-        if _spent(made, weights) < _spent(self.best, weights):
+        if self._spent(made) < self._spent(self.best):
             self.best = made
         return True
 
-
-def _spent(plan: Plan, weights: Weights) -> tuple[float, float]:
-    """Return what plans are compared by: what counts for most first."""
-    time, travel = plan.duration_s, plan.joint_travel_rad
-    return (time, travel) if weights.time > weights.travel else (travel, time)
+    def _spent(self, plan: Plan) -> tuple[float, float, float]:
+        """Return what plans are compared by: the objective, time, joint travel."""
+        spent = cost(self.objective, plan.swimmer, plan.blocks, plan.start.shape)
+        return spent, plan.duration_s, plan.joint_travel_rad
 
 
 def _segments(plan: Plan, swimmer: Swimmer, across_rad: float) -> list[MoveSegment]:
@@ -257,21 +280,38 @@ def _without_idle(motion: MoveShooting) -> MoveShooting:
     return motion.of(segments) if segments else motion
 
 
-def _on_the_clock(motion: MoveShooting, rate_rad_s: float) -> list[Block]:
-    """Return the motion as blocks, its durations rounded up to the clock; the turns stay as they are."""
-    step = clock_step(1.01 * motion.duration / rate_rad_s) * rate_rad_s
+def _on_the_clock(motion: MoveShooting, rate_rad_s: float, lasting: Array | None = None) -> list[Block]:
+    """Return the motion as blocks, its durations rounded up to the clock; the turns stay as they are.
+
+    Args:
+        motion: The motion.
+        rate_rad_s: The joints' rate [rad/s].
+        lasting: How long each move lasts, at a joint rate of 1 rad/s; as short as it can where it is not given [s].
+    """
+    turns = np.concatenate([segment.turn for segment in motion.segments])
+    each = np.max(np.abs(turns), axis=1) if lasting is None else lasting
+    step = clock_step(1.01 * float(matmul(motion.cycles, each)) / rate_rad_s) * rate_rad_s
+    durations = np.split(each, np.cumsum([len(segment.turn) for segment in motion.segments])[:-1])
     out: list[Block] = []
-    for segment in motion.segments:
+    for segment, own in zip(motion.segments, durations, strict=True):
         gait = TOGETHER if segment.phase == 2 and segment.cycles == 1 else segment.gait
         amplitude = segment.amplitude_rad if segment.cycles > 1 else math.nan
-        felt = segment.turn if segment.cycles > 1 else segment.turn[np.max(np.abs(segment.turn), axis=1) > _UNFELT_RAD]
-        block = Block(segment.phase, gait, _ticking(felt, step), segment.cycles, amplitude)
+        felt = (np.max(np.abs(segment.turn), axis=1) > _UNFELT_RAD) | (segment.cycles > 1)
+        block = Block(segment.phase, gait, _ticking(segment.turn[felt], own[felt], step), segment.cycles, amplitude)
         if out and block.cycles == out[-1].cycles == 1 and block.phase == out[-1].phase:
             block = Block(segment.phase, gait, joined([out.pop().sequence, block.sequence]))
         out.append(block)
     return [block for block in out if len(block.sequence)]
 
 
-def _ticking(turn: Array, step: float) -> MoveSequence:
-    ticks = np.maximum(np.ceil(np.max(np.abs(turn), axis=1) / step), 1.0)
+def _ticking(turn: Array, lasting: Array, step: float) -> MoveSequence:
+    ticks = np.maximum(np.ceil(lasting / step), 1.0)
     return MoveSequence(np.clip(turn / (ticks * step)[:, None], -1.0, 1.0), ticks * step)
+
+
+def _shortest(motion: MoveShooting, total: float) -> Program:  # noqa: ARG001 - joint travel needs no time
+    return MoveProgram(motion, SHORTEST)
+
+
+_OTHERS: Mapping[str, Callable[..., Program]] = {"travel": _shortest, "energy": EnergyProgram}
+"""What is minimised for other objectives than time, by their names."""
