@@ -58,7 +58,7 @@ def durations(work: Array, turn: Array, cycles: Array, total: float) -> Array:
         if not np.any(more):
             break
         held = held | more
-    return np.maximum(out, shortest)
+    return np.asarray(np.maximum(out, shortest))
 
 
 class Dissipation:

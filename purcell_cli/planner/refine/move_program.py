@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from purcell_cli.geometry.reproducible import cos
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.convex import Blocks, least
-from purcell_cli.planner.refine.active_set import loose
 from purcell_cli.planner.refine.shooting_moves import MoveShooting, Values
 
 Rows = NDArray[np.int64]
@@ -92,9 +91,8 @@ class MoveProgram:
         cost: list[float] = []
         walls: list[Array] = []
         linked: list[int] = []
-        kinds: list[tuple[int, int, int]] = []  # of a wall: its sign, the component it is about, or the unknown
+        kinds: list[tuple[int, int, int]] = []  # of a wall: its sign, the component it is about, whether it is a reach
         ours: list[tuple[int, int]] = []  # of a variable: its move, or its component beyond all moves, or neither
-        unknowns = 0
         for group in groups(motion):
             tie = group.tie
             felt = np.flatnonzero(np.any(tie != 0.0, axis=1))
@@ -109,9 +107,8 @@ class MoveProgram:
             wall[3 * c : 3 * c + f, change] = np.eye(f)
             wall[3 * c + f :, change] = -np.eye(f)
             component = 6 * group.first + felt
-            kinds += [(-1, int(k), -1) for k in component] + [(1, int(k), -1) for k in component]
-            kinds += [(0, 0, -1)] * c + [(0, 0, unknowns + k) for _ in range(2) for k in range(f)]
-            unknowns += f
+            kinds += [(-1, int(k), 0) for k in component] + [(1, int(k), 0) for k in component]
+            kinds += [(0, 0, 0)] * c + [(0, 0, 1)] * (2 * f)
             ours += [(group.first + k, -1) for k in range(n)] + [(-1, int(k)) for k in component] + [(-1, -1)] * f
             played = float(motion.cycles[group.first])
             cost += [weights.time * played] * n + [weights.travel * played] * c + [0.0] * f
@@ -120,7 +117,7 @@ class MoveProgram:
         self.motion, self.weights = motion, weights
         self._deepest = 1.0 - cos(motion.swimmer.max_bend_rad)
         self.blocks = Blocks.of(walls, linked, cost)
-        self._sign, self._component, self._unknown = np.array(kinds).T
+        self._sign, self._component, self._reach = np.array(kinds).T
         self._move, self._size = np.array(ours).T
 
     def cost(self, values: Values) -> float:
@@ -133,11 +130,10 @@ class MoveProgram:
         Args:
             values: The equations where it starts.
             price: What a violation costs [1 per L or rad].
-            reach: The largest change of an unknown [rad]; one that moves the base more may change less.
+            reach: The largest change of an unknown [rad].
         """
         turn = values.turn.ravel()
-        within = reach * loose(values.derivative)
-        bound = self._sign * turn[self._component] + np.where(self._unknown >= 0, within[self._unknown], 0.0)
+        bound = self._sign * turn[self._component] + self._reach * reach
         margin = 0.5 * reach
         largest = np.max(np.abs(values.turn), axis=1)
         begun = np.where(self._move >= 0, largest[self._move] + 2.0 * margin, 0.0)
