@@ -219,7 +219,7 @@ def test_the_slope_of_the_energy_is_what_small_changes_make_of_it() -> None:
 
 
 def test_moves_that_rates_hold_back_last_as_long_as_they_must() -> None:
-    """The others share what is left by the roots of their work, which takes least: other shares, the foil, take more."""
+    """The others share what is left by the roots of their work, which takes least; others (the foil) take more."""
     turn = np.zeros((3, 6))
     turn[:, 2] = 1.0, 0.1, 0.1
     work, cycles = np.array([1e-4, 1.0, 4.0]), np.array([1, 2, 1])
