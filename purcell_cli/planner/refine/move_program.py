@@ -116,6 +116,7 @@ class MoveProgram:
             walls.append(wall)
         self.motion, self.weights = motion, weights
         self._deepest = 1.0 - cos(motion.swimmer.max_bend_rad)
+        self._share = min(1.0, motion.swimmer.max_bend_rad)
         self.blocks = Blocks.of(walls, linked, cost)
         self._sign, self._component, self._reach = np.array(kinds).T
         self._move, self._size = np.array(ours).T
@@ -130,8 +131,9 @@ class MoveProgram:
         Args:
             values: The equations where it starts.
             price: What a violation costs [1 per L or rad].
-            reach: The largest change of an unknown [rad].
+            reach: The largest change of an unknown [rad], at a bend limit of 1 rad or more; less in proportion below.
         """
+        reach = reach * self._share
         turn = values.turn.ravel()
         bound = self._sign * turn[self._component] + self._reach * reach
         margin = 0.5 * reach

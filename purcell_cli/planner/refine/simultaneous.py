@@ -51,7 +51,7 @@ _ROUNDS = {"quick": (6, 15), "standard": (8, 30), "thorough": (12, 80)}
 """The most programs by effort: for each start, and then for the one that promises most."""
 _LARGE = {"quick": (2e3, 6e3), "standard": (6e3, 24e3), "thorough": (24e3, 160e3)}
 """Programs times unknowns by effort, so that motions of many moves take no longer than others."""
-_LEAST_ROUNDS = 3
+_LEAST_ROUNDS = 6
 """The least number of programs, however many unknowns there are."""
 _ARRIVED = 1e-10
 """A motion whose residuals are all below this arrives [L, rad]."""
