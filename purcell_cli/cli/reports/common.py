@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import codecs
-import dataclasses
 import json
 import math
 import sys
@@ -17,6 +16,7 @@ from purcell_cli.cli.documents.common import (
     Failure,
     SwimmerPart,
 )
+from purcell_cli.files.swimmer_file import swimmer_written
 from purcell_cli.geometry.rotations import Array, as_euler
 from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -57,7 +57,8 @@ def displacement_document(g: Array) -> DisplacementPart:
     return {"position_m": g[:3, 3].tolist(), "psi_rad": psi, "theta_rad": theta, "phi_rad": phi}
 
 
-def _deviation(deviation: Deviation, length_m: float) -> DeviationPart:
+def deviation_document(deviation: Deviation, length_m: float) -> DeviationPart:
+    """Return how far one configuration is from another, for a length L [m]."""
     return {
         "position_m": deviation.position_m,
         "position_over_L": deviation.position_m / length_m,
@@ -79,7 +80,7 @@ def certificate_document(found: Certificate) -> CertificatePart:
 
 def swimmer_document(swimmer: Swimmer) -> SwimmerPart:
     """Return a swimmer's parameters."""
-    return cast(SwimmerPart, {**dataclasses.asdict(swimmer), "L_m": swimmer.length_m})
+    return cast(SwimmerPart, {**swimmer_written(swimmer), "L_m": swimmer.length_m})
 
 
 def displacement_cells(displacement: DisplacementPart, length_m: float, digits: int) -> list[str]:
