@@ -22,12 +22,13 @@ from purcell_cli.motion.blocks import Block, block_displacements, energies, star
 from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.limits import Limits, LimitsReport, check
 from purcell_cli.motion.memory import refuse_huge
-from purcell_cli.motion.options import Controls, PlanOptions
+from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, check_spacing, sample, schedule
 from purcell_cli.motion.verdict import PlanVerdict, Verdict
 from purcell_cli.planner.gait_sequence import unfit_gaits
 from purcell_cli.planner.limbs.quarter_rolls import QuarterRolls
+from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.progress import Progress
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.simultaneous import quickened
@@ -176,10 +177,25 @@ def plan(
     stored = {name: gait for name, gait in stored.items() if name not in left_out or name in packaged}
     rolls = QuarterRolls.least(start, goal)
     seen = rolls.seen(start), rolls.seen(goal)
-    made = reconfigure(body, *seen, stored, options.effort, options.objective, limits, progress)
-    made = dataclasses.replace(made, left_out=left_out)
-    made = quickened(made, limits) if options.controls == Controls.SIMULTANEOUS else made
-    return carried_out(rolls.played(made, start, goal), options)
+    simultaneous = options.controls == Controls.SIMULTANEOUS
+    # One after the other, joints spend as much time as they travel; of simultaneous plans each is made from such a one.
+    timed = options.objective == Objective.TIME
+    weighed = Objective.TRAVEL if timed else options.objective
+    efforts = [options.effort]
+    if simultaneous and options.effort == Effort.THOROUGH:
+        efforts.insert(0, Effort.STANDARD)  # so that it is never worse
+    tried = []
+    for effort in efforts:
+        made = reconfigure(body, *seen, stored, effort, weighed, limits, progress)
+        made = dataclasses.replace(made, left_out=left_out)
+        made = quickened(made, limits, options.objective, effort) if simultaneous else made
+        tried.append(carried_out(rolls.played(made, start, goal), options))
+
+    def rank(one: Solution) -> tuple[bool, float]:
+        spent = cost(options.objective, body, one.plan.blocks, start.shape)
+        return one.verdict != Verdict.REACHED, spent
+
+    return tried[0] if len(tried) == 1 else min(tried, key=rank)
 
 
 def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from convex_programs import random_program
 from helpers import random_sequence, random_shapes, random_swimmer
 from reference import base_velocity, lift, lift_derivatives
 from scipy.optimize import linprog
@@ -28,7 +29,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 
 SWIMMER = Swimmer().scaled()
 FOLDER = library.HERE
-MODULES = ("elementary", "flow", "linear", "poses", "program", "shapes")
+MODULES = ("convex", "elementary", "flow", "linear", "poses", "program", "shapes")
 """The modules of the kernel that call it."""
 
 
@@ -235,6 +236,8 @@ def everything(seed: int) -> bytes:
         *flow.with_derivatives(shapes_along(shapes[0], None, turns), None, turns, [(2, 5, 7)]),
         played(with_twice_the_digits(np.eye(4)), flow.pieces(*pieces), 5),
         *penalised(*program(rng, 40, 6, 10)),
+        random_program(seed).solved(),
+        random_program(seed, curved=True).solved(),
     ]
     return b"".join(np.ascontiguousarray(part).tobytes() for part in found)
 

@@ -56,7 +56,7 @@ def shown(command: str) -> dict[str, Any]:
 def test_the_strings_are_those_that_users_type() -> None:
     assert [str(e) for e in Effort] == ["quick", "standard", "thorough"]
     assert [str(c) for c in Controls] == ["primitive", "simultaneous"]
-    assert [str(o) for o in Objective] == ["travel", "energy", "switches"]
+    assert [str(o) for o in Objective] == ["travel", "time", "energy", "switches"]
     assert set(NAMED) == {"effort", "controls", "objective"}
 
 
@@ -64,6 +64,19 @@ def test_the_defaults() -> None:
     asked = PlanOptions()
     assert (asked.effort, asked.controls, asked.objective) == (Effort.STANDARD, Controls.PRIMITIVE, Objective.TRAVEL)
     assert (asked.clearance_m, asked.workspace, asked.dt_s) == (0.0, None, 0.05)
+
+
+def test_what_is_least_where_nothing_is_said_depends_on_the_controls() -> None:
+    """Also in a document that does not say it; one that says travel, the foil, keeps it."""
+    both = PlanOptions(controls=Controls.SIMULTANEOUS)
+    assert both.objective is Objective.TIME
+    assert options_in(document(controls="simultaneous")) == both
+    told = PlanOptions(controls=Controls.SIMULTANEOUS, objective=Objective.TRAVEL)
+    assert told.objective is Objective.TRAVEL
+    assert options_in(document(controls="simultaneous", minimize="travel")) == told
+    nowhere = Plan(Swimmer(), HERE, HERE, ())
+    assert "minimize" not in json.loads(PlanDocument(nowhere, both).as_text())
+    assert json.loads(PlanDocument(nowhere, told).as_text())["minimize"] == "travel"
 
 
 def test_options_are_named_and_stay_as_they_are() -> None:
@@ -94,7 +107,7 @@ def test_a_name_is_as_good_as_the_member_and_becomes_it(name: str) -> None:
         ({"effort": "QUICK"}, r"effort: one of .* is wanted, found 'QUICK'"),
         ({"effort": None}, r"effort: one of .* is wanted, found None"),
         ({"controls": "primitiv"}, r"controls: one of primitive, simultaneous \(nearest: primitive\) is wanted"),
-        ({"objective": "time"}, r"objective: one of travel, energy, switches is wanted, found 'time'"),
+        ({"objective": "haste"}, r"objective: one of travel, time, energy, switches is wanted, found 'haste'"),
     ],
 )
 def test_a_name_that_is_none_is_refused(given: dict[str, Any], message: str) -> None:

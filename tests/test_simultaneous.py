@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,9 +17,15 @@ from purcell_cli.files.builtin import find_scenario
 from purcell_cli.files.plan_file import PlanDocument, load_plan
 from purcell_cli.geometry.rotations import angle_between
 from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import SEARCHING
+from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.limits import Limits, check
+from purcell_cli.motion.plan import Plan
+from purcell_cli.planner.reconfiguration import reconfigure
+from purcell_cli.planner.refine.minimum_energy import Dissipation, durations
+from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
 from purcell_cli.planner.refine.simultaneous import quickened
 from purcell_cli.solution import Solution, carried_out
 from purcell_cli.verification.verify import verify
@@ -143,6 +150,107 @@ def test_a_quick_plan_that_breaks_a_limit_is_not_taken() -> None:
     made = solved("fast joints", "primitive").plan
     assert quickened(made, Limits(clearance_m=1.0)) is made
     assert solved("fast joints").plan.duration_s < made.duration_s
+
+
+@functools.cache
+def small(number: int, controls: str, objective: str | None = None) -> Solution:
+    """Return the plan of a random small displacement; planned once in a process."""
+    rng = np.random.default_rng(number)
+    goal = Configuration.from_angles(0.01 * rng.uniform(-1.0, 1.0, 3), rng.uniform(-8.0, 8.0, 3))
+    asked = PlanOptions(effort="quick", controls=controls, objective=objective)
+    return plan(Configuration(), goal, options=asked)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(4))
+def test_no_plan_is_worse_than_the_one_by_primitives(number: int) -> None:
+    """Neither in time nor, where that is minimised, in joint travel; one of least time (the foil) travels further."""
+    plain, quick, short = (
+        small(number, "primitive"),
+        small(number, "simultaneous"),
+        small(number, "simultaneous", "travel"),
+    )
+    assert {plain.verdict, quick.verdict, short.verdict} == {"reached"}
+    assert quick.duration_s <= plain.duration_s
+    assert (quick.duration_s, quick.joint_travel_rad) < (plain.duration_s, plain.joint_travel_rad)
+    assert short.joint_travel_rad <= plain.joint_travel_rad
+    assert short.duration_s <= plain.duration_s
+    assert quick.duration_s < short.duration_s
+    assert short.joint_travel_rad < quick.joint_travel_rad
+
+
+@pytest.mark.slow
+def test_a_plan_of_least_energy_takes_less_in_the_same_time() -> None:
+    """Less than the plan by primitives of least energy, and than the quickest plan (the foil) played as slowly."""
+    start, goal, swimmer = QUERIES["near"]
+
+    def planned(**asked: str) -> Solution:
+        return plan(start, goal, swimmer=swimmer, options=PlanOptions(effort="quick", **asked))
+
+    plain, quick = planned(objective="energy"), planned(controls="simultaneous")
+    found = planned(controls="simultaneous", objective="energy")
+    assert {plain.verdict, found.verdict} == {"reached"}
+    assert found.duration_s <= plain.duration_s
+    assert found.duration_s > (1.0 - 1e-6) * plain.duration_s
+    spent, slowly = float(np.sum(found.energy_j)), float(np.sum(quick.energy_j)) * quick.duration_s / plain.duration_s
+    assert 2.0 * spent < float(np.sum(plain.energy_j))
+    assert 1.1 * spent < slowly
+    assert np.max(np.abs(found.trajectory.rate_rad_s)) <= found.plan.swimmer.joint_rate_rad_s * (1.0 + 1e-12)
+
+
+def test_the_slope_of_the_energy_is_what_small_changes_make_of_it() -> None:
+    """With the shapes' part left out (the foil) it is not."""
+    rng = np.random.default_rng(3)
+    turn = rng.uniform(-0.5, 0.5, (5, 6))
+    segment = MoveSegment(2, "any", turn)
+    goal = MoveSequence.of_turns(turn).shapes(COLLINEAR)[-1]
+    motion = MoveShooting(Swimmer().scaled(), [segment], COLLINEAR, goal, np.eye(4), SEARCHING)
+    dissipation, each = Dissipation(motion, 5.0), rng.uniform(0.5, 2.0, 5)
+    slope, alone = dissipation.slope(turn, each), np.empty((5, 6))
+    found = np.empty((5, 6))
+    for k, i in np.ndindex(5, 6):
+        change = np.zeros((5, 6))
+        change[k, i] = 1e-5
+        more, less = dissipation.work(turn + change), dissipation.work(turn - change)
+        found[k, i] = each @ (more - less) / 2e-5
+        alone[k, i] = each[k] * (more[k] - less[k]) / 2e-5
+    assert_close(slope, found, 1e-4)
+    assert np.max(np.abs(alone - found)) > 0.05
+
+
+def test_moves_that_rates_hold_back_last_as_long_as_they_must() -> None:
+    """The others share what is left by the roots of their work, which takes least; others (the foil) take more."""
+    turn = np.zeros((3, 6))
+    turn[:, 2] = 1.0, 0.1, 0.1
+    work, cycles = np.array([1e-4, 1.0, 4.0]), np.array([1, 2, 1])
+    found = durations(work, turn, cycles, 5.0)
+    assert found[0] >= 1.0
+    assert found[0] < 1.05
+    assert_close(found[2] / found[1], 2.0, 1e-9)
+    assert_close(cycles @ found, 5.0, 1e-9)
+    other = found + np.array([0.0, 0.05, -0.1])
+    assert cycles @ (work / other) > cycles @ (work / found) + 1e-4
+
+
+def test_a_thorough_plan_is_never_worse_than_a_standard_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the thorough search ends worse, here since it may not make its plan quicker, the standard one stays."""
+    start, goal = Configuration(), Configuration.from_angles((0.004, 0.002, 0.0))
+    efforts: list[str] = []
+
+    def hindered(made: Plan, limits: Limits, objective: str, effort: str) -> Plan:
+        efforts.append(effort)
+        return quickened(made, limits, objective, "quick") if effort == "standard" else made
+
+    def quick(*given: Any) -> Plan:
+        return reconfigure(*given[:4], "quick", *given[5:])
+
+    monkeypatch.setattr("purcell_cli.solution.quickened", hindered)
+    monkeypatch.setattr("purcell_cli.solution.reconfigure", quick)
+    found = plan(start, goal, options=PlanOptions(controls="simultaneous", effort="thorough"))
+    plain = plan(start, goal, options=PlanOptions(effort="quick"))
+    assert efforts == ["standard", "thorough"]
+    assert found.verdict == "reached"
+    assert found.duration_s < plain.duration_s
 
 
 def test_unknown_controls_are_refused() -> None:

@@ -57,6 +57,11 @@ def _shown(option: Option) -> Any:
     )
 
 
+def _taken(option: Option) -> Any:
+    """Return the type of what a flag gives."""
+    return option.kind if option.kind is None or option.default is not None else option.kind | None
+
+
 Dt = Annotated[float, _shown(OPTIONS["dt_s"])]
 
 
@@ -72,7 +77,9 @@ def takes_plan_options(command: Callable[..., R]) -> Callable[..., R]:
     for name, parameter in inspect.signature(command).parameters.items():
         if name == "options":
             parameters += [
-                parameter.replace(name=flag, annotation=Annotated[option.kind, _shown(option)], default=option.default)
+                parameter.replace(
+                    name=flag, annotation=Annotated[_taken(option), _shown(option)], default=option.default
+                )
                 for flag, option in flags.items()
             ]
         else:

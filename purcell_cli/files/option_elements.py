@@ -54,6 +54,6 @@ def options_written(options: PlanOptions) -> dict[str, Any]:
     out = {}
     for name, option in _SAVED.items():
         value = getattr(options, name)
-        if option.always or value != option.default:
+        if option.always or value != options.left_out(name):
             out[option.key] = dataclasses.asdict(value) if isinstance(value, Workspace) else value
     return out

@@ -35,6 +35,7 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "looked_up": (None, [_ARRAY, _SIZE, *[_ARRAY] * 2]),
     "segments": (None, [_SIZE, *[_ARRAY] * 4]),
     "program": (_SIZE, [*[_SIZE] * 3, _NUMBER, *[_ARRAY] * 8]),
+    "convex": (_SIZE, [*[_SIZE] * 3, *[_NUMBER] * 2, *[_ARRAY] * 11]),
     "orthogonal_by_rotations": (None, [*[_SIZE] * 2, _ARRAY]),
     **{
         name: (None, [_SIZE, *[_ARRAY] * 2])

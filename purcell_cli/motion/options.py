@@ -41,9 +41,10 @@ class Controls(StrEnum):
 
 
 class Objective(StrEnum):
-    """What a plan is to spend least of: joint travel, energy, or switches of control."""
+    """What a plan is to spend least of: joint travel, time, energy, or switches of control."""
 
     TRAVEL = "travel"
+    TIME = "time"
     ENERGY = "energy"
     SWITCHES = "switches"
 
@@ -72,7 +73,7 @@ class Option:
 
     Attributes:
         kind: Its type: an enumeration, `float`, or None for one that neither flag nor number gives.
-        default: Its value where none is given.
+        default: Its value where none is given; None also for one whose default depends on others.
         meaning: What it is for, in words that begin small and end without a full stop.
         flag: Its flag on the command line; None for what is asked for by a file.
         key: Its key in a plan document.
@@ -124,10 +125,8 @@ class Option:
 
 def _option(default: Any, meaning: str, **about: Any) -> Any:
     """Return a field of `PlanOptions`: its type is its default's, and the rest stands in its metadata."""
-    kind = None if default is None else type(default)
-    return dataclasses.field(
-        default=default, metadata={"option": Option(kind=kind, default=default, meaning=meaning, **about)}
-    )
+    about.setdefault("kind", None if default is None else type(default))
+    return dataclasses.field(default=default, metadata={"option": Option(default=default, meaning=meaning, **about)})
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,7 +139,8 @@ class PlanOptions:
         dt_s: Longest time between rows of the trajectory [s].
         effort: How long to look for a plan that spends less.
         controls: Whether joints turn one after the other or at once.
-        objective: What the plan is to spend least of.
+        objective: What the plan is to spend least of; left out: joint travel with primitives, time where all joints
+            turn at once.
         clearance_m: How far the surfaces of limb 1 and limb 2 stay apart over the whole path, at least [m].
         max_memory_gb: The memory that the motion and its trajectory may take; where it is the default, 4, no more
             than half of what is free [GB].
@@ -175,7 +175,11 @@ class PlanOptions:
         key="controls",
     )
     objective: Objective = _option(
-        Objective.TRAVEL, "what the plan is to spend least of", flag="--minimize", key="minimize"
+        None,
+        "what the plan is to spend least of; left out: travel, and time where all joints turn at once",
+        kind=Objective,
+        flag="--minimize",
+        key="minimize",
     )
     clearance_m: float = _option(
         0.0,
@@ -205,7 +209,15 @@ class PlanOptions:
 
     def __post_init__(self) -> None:
         for name, option in OPTIONS.items():
-            object.__setattr__(self, name, option.checked(getattr(self, name), name))
+            given = getattr(self, name)
+            value = self.left_out(name) if given is None and option.default is None else given
+            object.__setattr__(self, name, option.checked(value, name))
+
+    def left_out(self, name: str) -> Any:
+        """Return what an option is where it is not given, the others being as they are."""
+        if name == "objective":
+            return Objective.TIME if self.controls == Controls.SIMULTANEOUS else Objective.TRAVEL
+        return OPTIONS[name].default
 
 
 OPTIONS: Mapping[str, Option] = MappingProxyType(

@@ -27,7 +27,7 @@ def known_measure(name: str) -> str:
 
 
 def costs(measure: str, swimmer: Swimmer, blocks: Sequence[Block], start: Array) -> Array:
-    """Return what each block spends: joint travel [rad], energy [J], or how many primitives. Shape (n,).
+    """Return what each block spends: joint travel [rad], time [s], energy [J], or how many primitives. Shape (n,).
 
     Args:
         measure: One of `MEASURES`.
@@ -39,6 +39,8 @@ def costs(measure: str, swimmer: Swimmer, blocks: Sequence[Block], start: Array)
         return energies(swimmer, blocks, start)
     if measure == "switches":
         return np.array([float(b.cycles * len(b.sequence)) for b in blocks])
+    if measure == "time":
+        return np.array([b.duration / swimmer.joint_rate_rad_s for b in blocks])
     return np.array([b.joint_travel_rad for b in blocks])
 
 

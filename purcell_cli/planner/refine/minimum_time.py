@@ -10,18 +10,21 @@ Method: as in `minimum_travel`, Fletcher and de la Maza (1989), Math. Program. 4
 from __future__ import annotations
 
 import dataclasses
+from typing import Protocol
 
 import numpy as np
 
-from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import EXACT
 from purcell_cli.planner.refine.active_set import bounded_step
+from purcell_cli.planner.refine.move_program import Weights
 from purcell_cli.planner.refine.shooting_moves import MoveShooting, Values
 from purcell_cli.planner.refine.trust_region import descended
 
-_ROUNDS = 30
-"""The most linear programs."""
+QUICKEST = Weights(time=1.0, travel=1e-3)
+"""Least time, and of motions that take as long the one of least joint travel."""
+SHORTEST = Weights(time=1e-3, travel=1.0)
+"""Least joint travel, and of motions that travel as much the one of least time."""
 _LEAST_REACH = 1e-4
 """Damped Newton steps to the arrival end when their reach is below this [rad]."""
 _LEAST_PRICE = 200.0
@@ -32,6 +35,8 @@ _WORTH = 3e-4
 """A linear program that promises less than this part of the merit is the last."""
 _NEWTON_REACH = 0.25
 """The largest component of a Newton step [rad]."""
+_NEAR = 3e-3
+"""Bends that have less room than this bound a Newton step from the first, as a part of the most there is."""
 _APPROACHES = 40
 """The most damped Newton steps to the arrival from which the search begins."""
 _RESTORATIONS = 6
@@ -51,45 +56,30 @@ class _Point:
     merit: float
 
 
+class Program(Protocol):
+    """What is to be least, and the programs of its steps."""
+
+    def cost(self, values: Values) -> float:
+        """Return what the motion costs."""
+
+    def step(self, values: Values, price: float, reach: float) -> tuple[Array, float] | None:
+        """Return the best change of the unknowns within reach, and the merit it promises; None where none is found."""
+
+
 class _Search:
-    def __init__(self, motion: MoveShooting) -> None:
-        self.motion = motion
+    def __init__(self, motion: MoveShooting, program: Program) -> None:
+        self.motion, self.program = motion, program
         self.price = max(_LEAST_PRICE, _PRICE * motion.duration)
 
     def point(self, unknown: Array) -> _Point:
         values = self.motion.at(unknown)
-        duration = float(matmul(self.motion.cycles, np.max(np.abs(values.turn), axis=1)))
         violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(values.room, 0.0)))
-        return _Point(unknown, values, duration + self.price * violation)
+        return _Point(unknown, values, self.program.cost(values) + self.price * violation)
 
     def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
         """Return the unknowns that minimise the linearised merit within reach, and that merit."""
-        from scipy.optimize import linprog
-        from scipy.sparse import bmat, csr_matrix, eye_array, kron
-
-        v, sides = here.values, self.motion.tie
-        f, n, m, k = sides.shape[1], len(v.turn), len(v.residual), len(v.room)
-        lasts = kron(eye_array(n), np.ones((6, 1)))
-        equal = bmat([[v.derivative, csr_matrix((m, n)), -eye_array(m), eye_array(m), csr_matrix((m, k))]], "csr")
-        less = [[sides, -lasts, None, None, None], [-sides, -lasts, None, None, None]]
-        wanted = [-v.turn.ravel(), v.turn.ravel()]
-        if k:
-            less.append([-v.room_derivative, None, csr_matrix((k, m)), csr_matrix((k, m)), -eye_array(k)])
-            wanted.append(v.room)
-        else:
-            less[0][2:] = [csr_matrix((6 * n, m)), csr_matrix((6 * n, m)), csr_matrix((6 * n, 0))]
-        low = np.concatenate([np.full(f, -reach), np.zeros(n + 2 * m + k)])
-        high = np.concatenate([np.full(f, reach), np.full(n + 2 * m + k, np.inf)])
-        solved = linprog(
-            np.concatenate([np.zeros(f), self.motion.cycles, np.full(2 * m + k, self.price)]),
-            A_ub=bmat(less, "csr"),
-            b_ub=np.concatenate(wanted),
-            A_eq=equal,
-            b_eq=-v.residual,
-            bounds=np.stack([low, high], axis=1),
-            method="highs",
-        )
-        return None if solved.x is None else (here.unknown + solved.x[:f], float(solved.fun))
+        found = self.program.step(here.values, self.price, reach)
+        return None if found is None else (here.unknown + found[0], found[1])
 
     def begun(self, unknown: Array) -> _Point:
         """Return a point at the arrival to begin from, or as near to it as damped Newton steps come."""
@@ -117,14 +107,14 @@ class _Search:
                 break
         return there
 
-    def run(self, unknown: Array) -> Array:
+    def run(self, unknown: Array, rounds: int) -> _Point:
         return descended(
             self.begun(unknown),
             self.step,
             lambda _, found, *__: self.restored(self.point(found)),
-            _ROUNDS,
+            rounds,
             lambda here: _WORTH * here.merit,
-        ).unknown
+        )
 
 
 def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) -> Array:
@@ -136,14 +126,30 @@ def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) ->
         first: The first unknown that may change.
     """
     step = np.zeros(values.derivative.shape[1])
-    arrival, slope = values.derivative[:, first:], values.room_derivative[:, first:]
-    step[first:] = bounded_step(arrival, values.residual, values.room, slope, reach)
+    arrival, slope, near = (
+        values.derivative[:, first:],
+        values.room_derivative[:, first:],
+        values.room < _NEAR * np.max(values.room, initial=0.0),
+    )
+    for _ in range(2):
+        step[first:] = bounded_step(arrival, values.residual, values.room[near], slope[near], reach)
+        broken = values.room + (values.room_derivative * step).sum(axis=1) < 0.0
+        if not np.any(broken & ~near):
+            break
+        near = near | broken
     return step
 
 
-def minimise_time(motion: MoveShooting) -> MoveShooting:
-    """Return a quicker motion that arrives almost exactly."""
-    return motion.of(motion.segments_at(_Search(motion).run(motion.unknown)))
+def minimised(motion: MoveShooting, program: Program, rounds: int) -> tuple[MoveShooting, float]:
+    """Return a motion that costs less and arrives almost exactly, and its merit: cost and a price for what it misses.
+
+    Args:
+        motion: The motion to begin with.
+        program: What is to be least, for this motion.
+        rounds: The most programs.
+    """
+    found = _Search(motion, program).run(motion.unknown, rounds)
+    return motion.of(motion.segments_at(found.unknown)), found.merit
 
 
 def settled(motion: MoveShooting) -> tuple[MoveShooting, float]:

@@ -29,6 +29,8 @@ _OFFSETS = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7])
 """Offsets of the tabulated loops, in units of the bend limit."""
 _LARGEST_RAD = 1.9
 """The largest half side of a loop round the collinear shape, whatever the bend limit [rad]."""
+_FIRST_STEP, _LAST_STEP = 0.06, 0.02
+"""Steps of the search for the best cuts, over the side: it halves them from the first until they are below the last."""
 _CUTS = (0.55, 0.27)
 """The cuts p and r of the first loop, over its side, from which the best are searched."""
 
@@ -127,24 +129,36 @@ class Octagons:
 @functools.lru_cache(maxsize=64)
 def octagons(swimmer: Swimmer) -> Octagons:
     """Return the quickest loops of a scaled swimmer, made once."""
-    from scipy.optimize import minimize
-
     bend = swimmer.max_bend_rad
     rows = []
     largest, guess = min(bend, _LARGEST_RAD), _CUTS
     for offset in (_OFFSETS * bend).tolist():
         half = min(largest, bend - offset)
 
-        def slowness(cuts: Array, half: float = half, offset: float = offset) -> float:
-            if np.min(cuts) < 0.0 or np.sum(cuts) > 1.0:
-                return 0.0
-            corner = corners(half, offset, (cuts[0], cuts[1]))
-            return -float(norm(twist(swimmer, corner)[[0, 5]])) / lasts(corner)
-
-        found = minimize(slowness, guess, method="Nelder-Mead", options={"xatol": 0.02, "fatol": 1e-4, "maxfev": 25})
-        guess = (float(found.x[0]), float(found.x[1]))
+        guess = _quickest_cuts(swimmer, half, offset, guess)
         made = twist(swimmer, corners(half, offset, guess))
         rows.append([offset, half, *guess, made[0], made[5]])
     table = np.array(rows)
     table = table[: int(np.argmin(np.append(table[:, 4] * table[0, 4] > 0.0, False)))]  # where it goes one way
     return Octagons(table[:, 0], table[:, 1], table[:, 2:4], table[:, 4], table[:, 5])
+
+
+def _quickest_cuts(swimmer: Swimmer, half: float, offset: float, guess: tuple[float, float]) -> tuple[float, float]:
+    """Return the cuts near some with which a loop goes furthest in its time, by steps along either (pattern search)."""
+
+    def speed(cuts: tuple[float, float]) -> float:
+        if min(cuts) < 0.0 or sum(cuts) > 1.0:
+            return 0.0
+        corner = corners(half, offset, cuts)
+        return float(norm(twist(swimmer, corner)[[0, 5]])) / lasts(corner)
+
+    best, step = speed(guess), _FIRST_STEP
+    while step > _LAST_STEP:
+        tried = [(guess[0] + a * step, guess[1] + b * step) for a, b in ((1, 0), (-1, 0), (0, 1), (0, -1))]
+        speeds = [speed(cuts) for cuts in tried]
+        k = int(np.argmax(speeds))
+        if speeds[k] > best:
+            guess, best = tried[k], speeds[k]
+        else:
+            step *= 0.5
+    return guess

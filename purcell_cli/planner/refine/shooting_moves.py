@@ -13,13 +13,12 @@ import dataclasses
 import functools
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.linear_systems import least_squares
-from purcell_cli.geometry.reproducible import apply, inner, matmul, norm
+from purcell_cli.geometry.reproducible import apply, cos, inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, as_vector
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian_of_moves
@@ -29,11 +28,8 @@ from purcell_cli.motion.limb_circles import lowest
 from purcell_cli.planner.refine.inequalities import least_cosines
 from purcell_cli.planner.refine.segments import phase_ends
 
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
-
-_ACTIVE = 0.25
-"""Limbs within this of the bend limit on a move are constraints, in the cosine of the bend."""
+_ACTIVE = 0.5
+"""Limbs within this of the bend limit on a move are constraints, as a part of it; both as 1 - cos of the bend."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -45,7 +41,9 @@ class MoveSegment:
         gait: Name of the stroke.
         turn: Rotation vectors of its moves, in the limbs' own frames [rad]. Shape (n, 6).
         cycles: How often it is played.
-        tie: What its turns depend on, turn = tie @ unknown; none where each component is free. Shape (6 n, f).
+        axes: The directions in which each of its moves may turn, turn = axes @ unknown, one after the other; None for
+            all six. Shape (6, p).
+        tie: What the turns of a loop that repeats depend on instead, turn = tie @ unknown. Shape (6 n, f).
         amplitude_rad: Amplitude of the stroke, where it has one [rad].
     """
 
@@ -53,6 +51,7 @@ class MoveSegment:
     gait: str
     turn: Array
     cycles: int = 1
+    axes: Array | None = None
     tie: Array | None = None
     amplitude_rad: float = math.nan
 
@@ -61,18 +60,41 @@ class MoveSegment:
         """How long it lasts at a joint rate of 1 rad/s [s]."""
         return self.cycles * float(np.sum(np.max(np.abs(self.turn), axis=1)))
 
+    @property
+    def unknowns(self) -> int:
+        """How many unknowns it has."""
+        if self.tie is not None:
+            return int(self.tie.shape[1])
+        return len(self.turn) * (6 if self.axes is None else self.axes.shape[1])
+
     def unknown(self) -> Array:
         """Return the unknowns as they are. Shape (f,)."""
-        if self.tie is None:
+        if self.tie is not None:
+            return np.asarray(least_squares(self.tie, self.turn.ravel()), dtype=np.float64)
+        if self.axes is None:
             return self.turn.ravel()
-        return np.asarray(least_squares(self.tie, self.turn.ravel()), dtype=np.float64)
+        return np.asarray(matmul(self.turn, self.axes)).ravel()  # the axes are orthonormal
+
+    def turned(self, unknown: Array) -> Array:
+        """Return the turns of some unknowns. Shape (f,) to (n, 6)."""
+        if self.tie is not None:
+            return np.asarray(matmul(self.tie, unknown)).reshape(-1, 6)
+        if self.axes is None:
+            return unknown.reshape(-1, 6)
+        return np.asarray(matmul(unknown.reshape(len(self.turn), -1), self.axes.T))
+
+    def by_unknown(self, by_turn: Array) -> Array:
+        """Return derivatives by the unknowns from those by the turns. Shape (m, 6 n) to (m, f)."""
+        if self.tie is not None:
+            return np.asarray(matmul(by_turn, self.tie))
+        if self.axes is None:
+            return by_turn
+        m, n = len(by_turn), len(self.turn)
+        return np.asarray(matmul(by_turn.reshape(m * n, 6), self.axes)).reshape(m, -1)
 
     def at(self, unknown: Array) -> MoveSegment:
         """Return the segment at other unknowns. Shape (f,)."""
-        if self.tie is not None and not self.tie.shape[1]:
-            return self
-        turn = unknown if self.tie is None else matmul(self.tie, unknown)
-        return dataclasses.replace(self, turn=turn.reshape(-1, 6))
+        return self if not self.unknowns else dataclasses.replace(self, turn=self.turned(unknown))
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -127,11 +149,7 @@ class MoveShooting:
         self._stops = np.cumsum([0, *counts])
         self.phase = np.repeat([segment.phase for segment in self.segments], counts)
         self.cycles = np.repeat([segment.cycles for segment in self.segments], counts)
-        self.repeats = [
-            Repeat(int(a), int(b), segment.cycles)
-            for segment, a, b in zip(self.segments, self._stops[:-1], self._stops[1:], strict=True)
-            if segment.cycles > 1
-        ]
+        self.repeats = [Repeat(a, b, segment.cycles) for segment, a, b in self._places if segment.cycles > 1]
         self._targets = phase_ends(self.phase, goal)
 
     def of(self, segments: Sequence[MoveSegment], accuracy: Accuracy | None = None) -> MoveShooting:
@@ -148,17 +166,22 @@ class MoveShooting:
         """All unknowns as they are. Shape (f,)."""
         return np.concatenate([segment.unknown() for segment in self.segments])
 
-    @functools.cached_property
-    def tie(self) -> csr_array:
-        """The derivative of every turn's components by every unknown, most of it zero. Shape (6 n, f)."""
-        from scipy.sparse import block_diag, csr_array, eye_array  # slow to import; few commands need it
-
-        ties = [eye_array(s.turn.size) if s.tie is None else csr_array(s.tie) for s in self.segments]
-        return csr_array(block_diag(ties))
-
-    def _by_unknown(self, by_turn: Array) -> Array:
+    def by_unknown(self, by_turn: Array) -> Array:
         """Return derivatives by the unknowns from those by the turns. Shape (m, 6 n) to (m, f)."""
-        return np.asarray((self.tie.T @ by_turn.T).T)
+        parts = [segment.by_unknown(by_turn[:, 6 * a : 6 * b]) for segment, a, b in self._places]
+        return np.concatenate([by_turn[:, :0], *parts], axis=1)
+
+    @property
+    def _places(self) -> list[tuple[MoveSegment, int, int]]:
+        """The segments, the first move of each and the one after its last."""
+        stops = self._stops.tolist()
+        return list(zip(self.segments, stops[:-1], stops[1:], strict=True))
+
+    def turn_at(self, change: Array, turn: Array) -> Array:
+        """Return all turns where the unknowns have changed. Shapes (f,) and (n, 6) to (n, 6)."""
+        parts = np.split(change, np.cumsum(self._counts)[:-1])
+        own = [segment.turned(part) for segment, part in zip(self.segments, parts, strict=True)]
+        return np.asarray(turn + np.concatenate(own))
 
     @property
     def tail(self) -> int:
@@ -169,7 +192,7 @@ class MoveShooting:
     @property
     def _counts(self) -> list[int]:
         """How many unknowns each segment has."""
-        return [segment.turn.size if segment.tie is None else int(segment.tie.shape[1]) for segment in self.segments]
+        return [segment.unknowns for segment in self.segments]
 
     def segments_at(self, unknown: Array) -> list[MoveSegment]:
         """Return the segments at other unknowns. Shape (f,)."""
@@ -196,9 +219,9 @@ class MoveShooting:
         return Values(
             moves.turn,
             np.concatenate(residual),
-            self._by_unknown(np.concatenate(derivative)),
+            self.by_unknown(np.concatenate(derivative)),
             room,
-            self._by_unknown(room_slope),
+            self.by_unknown(room_slope),
         )
 
     @functools.cached_property
@@ -215,7 +238,7 @@ class MoveShooting:
         n = len(turn)
         part, axes = most_bent(shapes[..., 0], turn)
         room = axes[..., 0] - self._least_cosine
-        move, limb = np.nonzero(room < _ACTIVE)
+        move, limb = np.nonzero(room < _ACTIVE * (1.0 - cos(self.swimmer.max_bend_rad)))
         lever = np.stack([0.0 * axes[..., 0], axes[..., 2], -axes[..., 1]], axis=-1)[move, limb]
         k = len(move)
         slope = np.zeros((k, n, 2, 3))

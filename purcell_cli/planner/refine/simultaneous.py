@@ -15,8 +15,9 @@ A result that is no quicker, not exact, or beyond a limit is rejected. Conventio
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -31,7 +32,10 @@ from purcell_cli.motion.blocks import Block, starting_shapes
 from purcell_cli.motion.clock import clock_step
 from purcell_cli.motion.limits import Limits, check
 from purcell_cli.motion.plan import Plan
-from purcell_cli.planner.refine.minimum_time import minimise_time, settled
+from purcell_cli.planner.objectives import cost
+from purcell_cli.planner.refine.minimum_energy import EnergyProgram, paced
+from purcell_cli.planner.refine.minimum_time import QUICKEST, SHORTEST, Program, minimised, settled
+from purcell_cli.planner.refine.move_program import MoveProgram
 from purcell_cli.planner.refine.octagonal_loops import cycle, octagons, twist, yaws
 from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
 
@@ -43,12 +47,22 @@ _FEW_CYCLES = 2
 """Loops of at most so many cycles are played out, so that each of their moves is free."""
 _PLANAR_RAD = 0.2
 """Loops become octagons only where roll and pitch of both limbs are at most this [rad]."""
+_ROUNDS = {"quick": (6, 15), "standard": (8, 30), "thorough": (12, 80)}
+"""The most programs by effort: for each start, and then for the one that promises most."""
+_LARGE = {"quick": (2e3, 6e3), "standard": (6e3, 24e3), "thorough": (24e3, 160e3)}
+"""Programs times unknowns by effort, so that motions of many moves take no longer than others."""
+_LEAST_ROUNDS = 6
+"""The least number of programs, however many unknowns there are."""
 _ARRIVED = 1e-10
 """A motion whose residuals are all below this arrives [L, rad]."""
 _IDLE_RAD = 1e-10
 """Moves that turn no joint further than this are dropped from the search [rad]."""
 _UNFELT_RAD = 1e-13
 """Moves that turn no joint further than this are dropped from the plan [rad]."""
+_FEW = 600
+"""Motions of at most so many unknowns are all followed to their end, as a program takes some ms."""
+_SPARE = 1e-9
+"""Part of the time of a plan by primitives that the one of least energy leaves, for rounding to the clock."""
 _MARGIN_RAD = 1e-6
 """Margin below the bend limit, left to the exact arrival [rad]; at most half the limit."""
 
@@ -56,31 +70,94 @@ TOGETHER, ROLLED, ROUNDED = "simultaneous moves", "limb rolls", "rounded shape l
 """Names of strokes that are not in the primitive plan."""
 
 
-def quickened(plan: Plan, limits: Limits | None = None) -> Plan:
-    """Return a plan that arrives as exactly in less time, all joints turning at once; or the same plan.
+def quickened(plan: Plan, limits: Limits | None = None, objective: str = "time", effort: str = "standard") -> Plan:
+    """Return a plan that arrives as exactly and spends less, all joints turning at once; or the same plan.
 
     Args:
         plan: A plan by primitives.
         limits: What the plan must keep besides the bend limit; what breaks them is not taken.
+        objective: One of `objectives.MEASURES`. Energy is least for the time that the plan by primitives takes; where
+            switches are counted, that is the plan with few of them, made quicker.
+        effort: One of `effort.EFFORTS`: how many programs a motion is optimised by.
     """
     if not plan.blocks:
         return plan
-    wanted = displacement_between(plan.start, plan.goal, plan.swimmer.length_m)
-    unit = plan.swimmer.scaled()
-    inner = dataclasses.replace(unit, max_bend_rad=max(unit.max_bend_rad - _MARGIN_RAD, 0.5 * unit.max_bend_rad))
-    best = plan
-    for across_rad in _ACROSS_RAD, 0.0:
-        segments = _segments(plan, unit, across_rad)
-        begun = MoveShooting(inner, segments, plan.start.shape, plan.goal.shape, wanted, SEARCHING)
-        planar = _without_idle(minimise_time(begun))
-        found, off = settled(_without_idle(minimise_time(_freed(planar))))
-        blocks = _on_the_clock(found, plan.swimmer.joint_rate_rad_s)
-        quicker = off < _ARRIVED and _duration(blocks) < _duration(best.blocks)
-        if quicker and check(plan.swimmer, plan.start, blocks, limits).kept:
-            best = dataclasses.replace(plan, blocks=tuple(blocks), limits=None)
-        if best is not plan and any(b.cycles > 1 for b in blocks):
-            break  # a long plan gains by rolled limbs more than by anything else
-    return best
+    search = _Search(plan, limits, effort, "time" if objective == "switches" else objective)
+    return search.run()
+
+
+class _Search:
+    """The search of one plan.
+
+    Attributes:
+        best: The best plan so far; at first the one by primitives.
+    """
+
+    def __init__(self, plan: Plan, limits: Limits | None, effort: str, objective: str) -> None:
+        self.plan, self.limits, self.effort, self.objective = plan, limits, effort, objective
+        self.best, self.total = plan, (1.0 - _SPARE) * math.fsum(b.duration for b in plan.blocks)
+
+    def run(self) -> Plan:
+        """Return the best plan: what takes least time is where the search of others begins too."""
+        found = self.descended(self.starts(_ACROSS_RAD, 0.0), lambda motion: MoveProgram(motion, QUICKEST))
+        if self.objective in _OTHERS:
+            begun = [*found, *self.starts(0.0)]
+            self.descended(begun, functools.partial(_OTHERS[self.objective], total=self.total))
+        return self.best
+
+    def starts(self, *across_rad: float) -> list[MoveShooting]:
+        """Return the plan as motions by moves, the limbs rolled in phase 2 by angles, opposite ways [rad]."""
+        plan, unit = self.plan, self.plan.swimmer.scaled()
+        wanted = displacement_between(plan.start, plan.goal, plan.swimmer.length_m)
+        inner = dataclasses.replace(unit, max_bend_rad=max(unit.max_bend_rad - _MARGIN_RAD, 0.5 * unit.max_bend_rad))
+        if all(block.phase != 2 for block in plan.blocks):
+            across_rad = across_rad[-1:]
+        every = [_segments(plan, unit, across) for across in across_rad]
+        return [MoveShooting(inner, s, plan.start.shape, plan.goal.shape, wanted, SEARCHING) for s in every]
+
+    def descended(self, starts: list[MoveShooting], program: Callable[[MoveShooting], Program]) -> list[MoveShooting]:
+        """Minimise what a program does from the start that promises most, or from the next where its plan does not do.
+
+        Motions of few unknowns are all followed to their end.
+
+        Returns:
+            The motions that arrive within limits, best first.
+        """
+        begun = [self._minimised(start, program, last=False) for start in starts]
+        ended: list[tuple[float, MoveShooting]] = []
+        for motion, _ in sorted(begun, key=lambda one: one[1]):
+            if ended and len(motion.unknown) > _FEW:
+                break
+            found, merit = self._minimised(_without_idle(_freed(motion)), program, last=True)
+            found, off = settled(_without_idle(found))
+            if off < _ARRIVED and self._consider(found):
+                ended.append((merit, found))
+        return [motion for _, motion in sorted(ended, key=lambda one: one[0])]
+
+    def _minimised(
+        self, motion: MoveShooting, program: Callable[[MoveShooting], Program], last: bool
+    ) -> tuple[MoveShooting, float]:
+        """Return a motion that costs less, found by the programs that the effort allows, and its merit."""
+        most, large = _ROUNDS[self.effort][last], _LARGE[self.effort][last]
+        rounds = min(most, max(_LEAST_ROUNDS, int(large / max(len(motion.unknown), 1))))
+        return minimised(motion, program(motion), rounds)
+
+    def _consider(self, motion: MoveShooting) -> bool:
+        """Keep a motion if it spends less than the best so far within limits, and return whether it is within them."""
+        swimmer = self.plan.swimmer
+        lasting = paced(motion, self.total) if self.objective == "energy" else None
+        blocks = _on_the_clock(motion, swimmer.joint_rate_rad_s, lasting)
+        made = dataclasses.replace(self.plan, blocks=tuple(blocks), limits=None)
+        if not check(swimmer, made.start, blocks, self.limits).kept:
+            return False
+        if self._spent(made) < self._spent(self.best):
+            self.best = made
+        return True
+
+    def _spent(self, plan: Plan) -> tuple[float, float, float]:
+        """Return what plans are compared by: the objective, time, joint travel."""
+        spent = cost(self.objective, plan.swimmer, plan.blocks, plan.start.shape)
+        return spent, plan.duration_s, plan.joint_travel_rad
 
 
 def _segments(plan: Plan, swimmer: Swimmer, across_rad: float) -> list[MoveSegment]:
@@ -88,18 +165,42 @@ def _segments(plan: Plan, swimmer: Swimmer, across_rad: float) -> list[MoveSegme
     out: dict[int, list[MoveSegment]] = {1: [], 2: [], 3: []}
     for block, shape in zip(plan.blocks, starting_shapes(plan.blocks, plan.start.shape), strict=False):
         out[block.phase] += _rounded(block, shape, swimmer) or [_segment(block)]
-    if out[2] and across_rad:
+    if across_rad:
         roll = across_rad * np.array([[1.0, 0.0, 0.0, -1.0, 0.0, 0.0]])
         rolled = [_seen_rolled(segment, across_rad) for segment in out[2]]
         out[2] = [MoveSegment(2, ROLLED, roll), *rolled, MoveSegment(2, ROLLED, -roll)]
-    return [segment for phase in (1, 2, 3) for segment in out[phase]]
+    return _joined([segment for phase in (1, 2, 3) for segment in out[phase]])
+
+
+def _joined(segments: list[MoveSegment]) -> list[MoveSegment]:
+    """Return segments, neighbours in one phase that are played once and may turn about the same axes made one."""
+    out: list[MoveSegment] = []
+    for segment in segments:
+        last = out[-1] if out else None
+        if last is not None and last.cycles == segment.cycles == 1 and _alike(last, segment):
+            turn = np.concatenate([last.turn, segment.turn])
+            out[-1] = dataclasses.replace(segment, turn=turn)
+        else:
+            out.append(segment)
+    return out
+
+
+def _alike(one: MoveSegment, other: MoveSegment) -> bool:
+    """Return whether segments are of one phase and their moves may turn about the same axes."""
+    if one.phase != other.phase:
+        return False
+    if one.axes is None or other.axes is None:
+        return one.axes is other.axes
+    return bool(np.array_equal(one.axes, other.axes))
 
 
 def _segment(block: Block) -> MoveSegment:
     turn = MoveSequence.of_controls(block.sequence).turn
     if block.cycles == 1:
         return _once(block.phase, block.gait, turn)
-    return MoveSegment(block.phase, block.gait, turn, block.cycles, np.empty((turn.size, 0)), block.amplitude_rad)
+    return MoveSegment(
+        block.phase, block.gait, turn, block.cycles, tie=np.empty((turn.size, 0)), amplitude_rad=block.amplitude_rad
+    )
 
 
 def _rounded(block: Block, shape: Array, swimmer: Swimmer) -> list[MoveSegment]:
@@ -124,7 +225,7 @@ def _rounded(block: Block, shape: Array, swimmer: Swimmer) -> list[MoveSegment]:
     if cycles <= _FEW_CYCLES:
         loop = _once(2, ROUNDED, np.tile(turn, (cycles, 1)))
     else:
-        loop = MoveSegment(2, ROUNDED, turn, cycles, _half_tie(turn))
+        loop = MoveSegment(2, ROUNDED, turn, cycles, tie=_half_tie(turn))
     return [_once(2, ROUNDED, way), loop, _once(2, ROUNDED, -way)]
 
 
@@ -134,8 +235,7 @@ def _once(phase: int, gait: str, turn: Array) -> MoveSegment:
     cut = np.repeat(turn / parts[:, None], parts, axis=0)
     used = set(np.flatnonzero(np.any(turn != 0.0, axis=0)).tolist())
     plane = next((p for p in ([2, 5], [1, 4]) if used <= set(p)), None)
-    tie = None if plane is None else np.asarray(np.kron(np.eye(len(cut)), np.eye(6)[:, plane]), dtype=np.float64)
-    return MoveSegment(phase, gait, cut, 1, tie)
+    return MoveSegment(phase, gait, cut, axes=None if plane is None else np.eye(6)[:, plane])
 
 
 def _half_tie(turn: Array) -> Array:
@@ -152,18 +252,20 @@ def _seen_rolled(segment: MoveSegment, across_rad: float) -> MoveSegment:
     """Return the segment that moves the limbs' axes alike when the limbs are rolled, by as much opposite ways [rad]."""
     back = np.stack([about_axis(0, -across_rad), about_axis(0, across_rad)])
 
-    def seen(turns: Array) -> Array:
+    def seen(turns: Array | None) -> Array | None:
         """Turn columns of limbs' vectors into the rolled limbs' frames. Shape (6 n, m)."""
+        if turns is None:
+            return None
         parts = turns.reshape(len(turns) // 6, 2, 3, turns.shape[1])
         return np.asarray(matmul(back, parts).reshape(turns.shape))
 
-    turn = seen(segment.turn.reshape(-1, 1)).reshape(-1, 6)
-    return dataclasses.replace(segment, turn=turn, tie=None if segment.tie is None else seen(segment.tie))
+    turn = np.asarray(seen(segment.turn.reshape(-1, 1))).reshape(-1, 6)
+    return dataclasses.replace(segment, turn=turn, axes=seen(segment.axes), tie=seen(segment.tie))
 
 
 def _freed(motion: MoveShooting) -> MoveShooting:
     """Return the motion with every turn that is made once free in all components."""
-    return motion.of([s if s.cycles > 1 else dataclasses.replace(s, tie=None) for s in motion.segments])
+    return motion.of(_joined([s if s.cycles > 1 else dataclasses.replace(s, axes=None) for s in motion.segments]))
 
 
 def _without_idle(motion: MoveShooting) -> MoveShooting:
@@ -174,32 +276,42 @@ def _without_idle(motion: MoveShooting) -> MoveShooting:
         if segment.cycles > 1:
             segments.append(segment)
         elif np.any(used):
-            tie = segment.tie
-            if tie is not None:
-                tie = tie.reshape(len(used), 6, -1)[used].reshape(6 * int(used.sum()), -1)
-            segments.append(dataclasses.replace(segment, turn=segment.turn[used], tie=tie))
+            segments.append(dataclasses.replace(segment, turn=segment.turn[used]))
     return motion.of(segments) if segments else motion
 
 
-def _duration(blocks: Sequence[Block]) -> float:
-    return sum(b.duration for b in blocks)
+def _on_the_clock(motion: MoveShooting, rate_rad_s: float, lasting: Array | None = None) -> list[Block]:
+    """Return the motion as blocks, its durations rounded up to the clock; the turns stay as they are.
 
-
-def _on_the_clock(motion: MoveShooting, rate_rad_s: float) -> list[Block]:
-    """Return the motion as blocks, its durations rounded up to the clock; the turns stay as they are."""
-    step = clock_step(1.01 * motion.duration / rate_rad_s) * rate_rad_s
+    Args:
+        motion: The motion.
+        rate_rad_s: The joints' rate [rad/s].
+        lasting: How long each move lasts, at a joint rate of 1 rad/s; as short as it can where it is not given [s].
+    """
+    turns = np.concatenate([segment.turn for segment in motion.segments])
+    each = np.max(np.abs(turns), axis=1) if lasting is None else lasting
+    step = clock_step(1.01 * float(matmul(motion.cycles, each)) / rate_rad_s) * rate_rad_s
+    durations = np.split(each, np.cumsum([len(segment.turn) for segment in motion.segments])[:-1])
     out: list[Block] = []
-    for segment in motion.segments:
+    for segment, own in zip(motion.segments, durations, strict=True):
         gait = TOGETHER if segment.phase == 2 and segment.cycles == 1 else segment.gait
         amplitude = segment.amplitude_rad if segment.cycles > 1 else math.nan
-        felt = segment.turn if segment.cycles > 1 else segment.turn[np.max(np.abs(segment.turn), axis=1) > _UNFELT_RAD]
-        block = Block(segment.phase, gait, _ticking(felt, step), segment.cycles, amplitude)
+        felt = (np.max(np.abs(segment.turn), axis=1) > _UNFELT_RAD) | (segment.cycles > 1)
+        block = Block(segment.phase, gait, _ticking(segment.turn[felt], own[felt], step), segment.cycles, amplitude)
         if out and block.cycles == out[-1].cycles == 1 and block.phase == out[-1].phase:
             block = Block(segment.phase, gait, joined([out.pop().sequence, block.sequence]))
         out.append(block)
     return [block for block in out if len(block.sequence)]
 
 
-def _ticking(turn: Array, step: float) -> MoveSequence:
-    ticks = np.maximum(np.ceil(np.max(np.abs(turn), axis=1) / step), 1.0)
+def _ticking(turn: Array, lasting: Array, step: float) -> MoveSequence:
+    ticks = np.maximum(np.ceil(lasting / step), 1.0)
     return MoveSequence(np.clip(turn / (ticks * step)[:, None], -1.0, 1.0), ticks * step)
+
+
+def _shortest(motion: MoveShooting, total: float) -> Program:  # noqa: ARG001 - joint travel needs no time
+    return MoveProgram(motion, SHORTEST)
+
+
+_OTHERS: Mapping[str, Callable[..., Program]] = {"travel": _shortest, "energy": EnergyProgram}
+"""What is minimised for other objectives than time, by their names."""

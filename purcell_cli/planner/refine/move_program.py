@@ -1,0 +1,159 @@
+"""The convex program of a step in minimum time or minimum travel, for a motion by moves.
+
+A move lasts as long as the joint that turns furthest, and its joint travel is a sum of absolute values. So with a
+bound on each component and one on the largest of a move both are linear. The unknowns of a move, or of a loop that
+repeats, are in a block of their own; the arrival and the bend limit tie the blocks.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from purcell_cli.geometry.reproducible import cos
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.convex import Blocks, least
+from purcell_cli.planner.refine.shooting_moves import MoveShooting, Values
+
+Rows = NDArray[np.int64]
+
+_ACCURATE = 1e-5
+"""Accuracy of a program, as a part of what the motion costs."""
+_NEAR = 0.3
+"""Bends that have less room than this times the reach are in a program from the first, in the cosine of the bend, as a
+part of the limit's [1 per rad]."""
+_MORE = 4
+"""The most programs of a step: each has the bends that the one before breaks."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Weights:
+    """What a motion by moves costs.
+
+    Attributes:
+        time: Cost of a second, at a joint rate of 1 rad/s.
+        travel: Cost of a radian of joint travel.
+    """
+
+    time: float
+    travel: float
+
+    def cost(self, turn: Array, cycles: Array) -> float:
+        """Return what moves cost.
+
+        Args:
+            turn: Their rotation vectors [rad]. Shape (n, 6).
+            cycles: How often each is played. Shape (n,).
+        """
+        size = np.abs(turn)
+        each = self.time * np.max(size, axis=1) + self.travel * np.add.reduce(size, axis=1)
+        return float(np.add.reduce(cycles * each))
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Group:
+    """The moves that share unknowns: where they begin, and how their turns depend on those. Shape (6 n, f)."""
+
+    first: int
+    moves: int
+    tie: Array
+
+
+def groups(motion: MoveShooting) -> list[Group]:
+    """Return a motion's moves in groups, in the order of its unknowns."""
+    out: list[Group] = []
+    first = 0
+    for segment in motion.segments:
+        n = len(segment.turn)
+        if segment.tie is not None:
+            out.append(Group(first, n, segment.tie))
+        else:
+            axes = np.eye(6) if segment.axes is None else segment.axes
+            out += [Group(first + k, 1, axes) for k in range(n)]
+        first += n
+    return [group for group in out if group.tie.shape[1]]
+
+
+class MoveProgram:
+    """The programs of one motion, for any turns and any reach.
+
+    The variables of a block are the durations of its moves, the sizes of its turns' components and the changes of its
+    unknowns.
+
+    Args:
+        motion: The motion.
+        weights: What is to be least.
+    """
+
+    def __init__(self, motion: MoveShooting, weights: Weights) -> None:
+        cost: list[float] = []
+        walls: list[Array] = []
+        linked: list[int] = []
+        kinds: list[tuple[int, int, int]] = []  # of a wall: its sign, the component it is about, whether it is a reach
+        ours: list[tuple[int, int]] = []  # of a variable: its move, or its component beyond all moves, or neither
+        for group in groups(motion):
+            tie = group.tie
+            felt = np.flatnonzero(np.any(tie != 0.0, axis=1))
+            n, c, f = group.moves, len(felt), tie.shape[1]
+            wall = np.zeros((3 * c + 2 * f, n + c + f))
+            row, change = np.arange(c), slice(n + c, None)
+            for low, sign in ((0, 1.0), (c, -1.0)):
+                wall[low + row, n + row] = -1.0
+                wall[low : low + c, change] = sign * tie[felt]
+            wall[2 * c + row, n + row] = 1.0
+            wall[2 * c + row, felt // 6] = -1.0
+            wall[3 * c : 3 * c + f, change] = np.eye(f)
+            wall[3 * c + f :, change] = -np.eye(f)
+            component = 6 * group.first + felt
+            kinds += [(-1, int(k), 0) for k in component] + [(1, int(k), 0) for k in component]
+            kinds += [(0, 0, 0)] * c + [(0, 0, 1)] * (2 * f)
+            ours += [(group.first + k, -1) for k in range(n)] + [(-1, int(k)) for k in component] + [(-1, -1)] * f
+            played = float(motion.cycles[group.first])
+            cost += [weights.time * played] * n + [weights.travel * played] * c + [0.0] * f
+            linked.append(f)
+            walls.append(wall)
+        self.motion, self.weights = motion, weights
+        self._deepest = 1.0 - cos(motion.swimmer.max_bend_rad)
+        self._share = min(1.0, motion.swimmer.max_bend_rad)
+        self.blocks = Blocks.of(walls, linked, cost)
+        self._sign, self._component, self._reach = np.array(kinds).T
+        self._move, self._size = np.array(ours).T
+
+    def cost(self, values: Values) -> float:
+        """Return what the motion costs."""
+        return self.weights.cost(values.turn, self.motion.cycles)
+
+    def step(self, values: Values, price: float, reach: float) -> tuple[Array, float] | None:
+        """Return the change of the unknowns that costs least, within reach, and what the motion then costs.
+
+        Args:
+            values: The equations where it starts.
+            price: What a violation costs [1 per L or rad].
+            reach: The largest change of an unknown [rad], at a bend limit of 1 rad or more; less in proportion below.
+        """
+        reach = reach * self._share
+        turn = values.turn.ravel()
+        bound = self._sign * turn[self._component] + self._reach * reach
+        margin = 0.5 * reach
+        largest = np.max(np.abs(values.turn), axis=1)
+        begun = np.where(self._move >= 0, largest[self._move] + 2.0 * margin, 0.0)
+        begun = np.where(self._size >= 0, np.abs(turn[self._size]) + margin, begun)
+        enough = _ACCURATE * (1.0 + self.weights.cost(values.turn, self.motion.cycles))
+        m, near = len(values.residual), values.room < _NEAR * reach * self._deepest
+        for _ in range(_MORE):
+            slope = np.concatenate([values.derivative, -values.room_derivative[near]])
+            wanted = np.concatenate([-values.residual, values.room[near]])
+            found = least(self.blocks, bound, slope.T, wanted, m, price, begun, enough)
+            if found is None:
+                return None
+            change = found[(self._move < 0) & (self._size < 0)]
+            room = values.room + (values.room_derivative * change).sum(axis=1)
+            broken = (room < 0.0) & ~near
+            if not np.any(broken):
+                break
+            near = near | broken
+        cost = self.weights.cost(self.motion.turn_at(change, values.turn), self.motion.cycles)
+        missed = np.abs((values.derivative * change).sum(axis=1) + values.residual)
+        return change, cost + price * (float(np.add.reduce(missed)) - float(np.add.reduce(np.minimum(room, 0.0))))
