@@ -21,7 +21,7 @@ FLOORS = [
     ("files",),
     ("solution",),
     ("explanation",),
-    ("pictures", "batch"),
+    ("pictures", "batch", "exports"),
     ("cli",),
     ("__main__",),
 ]

@@ -185,6 +185,8 @@ COMMANDS = {
     "plot a gait": ["plot", "x-motion", "--out", "gait.svg"],
     "figures": ["figures"],
     "view": ["view", "swim.csv"],
+    "export to servos": ["export", "swim.csv", "--to", "servo"],
+    "export to urdf": ["export", "swim.csv", "--to", "urdf"],
     "init": ["init", "new"],
     "validate": ["validate", "batch/still.yaml", "batch/refused.yaml", "outside.yaml"],
     "failure": ["plan", "nowhere.yaml"],

@@ -44,6 +44,9 @@ INPUTS: dict[tuple[str, str], str] = {
     ("run", "document"): "plan",
     ("plot", "what"): "trajectory",
     ("view", "trajectory"): "trajectory",
+    ("export", "trajectory"): "trajectory",
+    ("export", "servo_map"): "servos",
+    ("export", "swimmer"): "swimmer",
     ("batch", "paths"): "scenario",
     ("batch", "baseline"): "summary",
 }
@@ -54,6 +57,7 @@ OUTPUTS: dict[tuple[str, str], str] = {
     ("plan", "plan_out"): "json",
     ("plot", "out"): "png",
     ("view", "out"): "html",
+    ("export", "out"): "csv",
     ("figures", "out"): "",
     ("design", "out"): "yaml",
     ("controllability", "plot"): "svg",
@@ -77,9 +81,13 @@ POSITIONAL = {
     "gait": {"name": "x-motion"},
     "plot": {"what": "x-motion"},
     "view": {"trajectory": "trajectory.yaml"},
+    "export": {"trajectory": "trajectory.yaml"},
     "batch": {"paths": "scenario.yaml"},
 }
 """What stands on a command's places where nothing else does."""
+
+ALWAYS = {"controllability": ["--map"], "export": ["--to", "servo"]}
+"""What a command is given besides, to write something."""
 
 FOLDERS = {"figures": "x-motion-stroke.svg", "batch": "a.json"}
 """Names of files that a command writes into its folder."""
@@ -111,6 +119,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     texts = {
         "start": STILL,
         "swimmer": "slenderness: 0.02\n",
+        "servos": "lock_margin_deg: 4.0\n",
         "gaits/own": GAIT,
         "scenario": SCENARIO,
         "summary": SUMMARY,
@@ -168,7 +177,7 @@ def words(command: str, name: str, value: str) -> list[str]:
     """Return a command with one of its inputs given, and its places filled."""
     places = {**POSITIONAL.get(command, {}), **({name: value} if name in POSITIONAL.get(command, {}) else {})}
     given = [] if name in places else option(command, name, value)
-    return [command, *places.values(), *(["--map"] if command == "controllability" else []), *given]
+    return [command, *places.values(), *ALWAYS.get(command, []), *given]
 
 
 def placed(kind: str, ending: str, command: str) -> tuple[Path, Path]:
@@ -218,6 +227,7 @@ def test_an_output_that_is_an_input_is_refused(
         (["run", "trajectory.csv"], "plan"),
         (["gait", "x-motion", "--swimmer", "x-motion.csv"], "swimmer"),
         (["view", "swim.html"], "trajectory"),
+        (["export", "trajectory.yaml", "--to", "urdf", "--swimmer", "trajectory.urdf"], "swimmer"),
         (["plot", "swim.png"], "trajectory"),
         (["design", "--swimmer", "my-gait.yaml"], "swimmer"),
     ],
@@ -258,6 +268,11 @@ def test_the_file_that_is_written_where_none_is_named_is_no_input_either(
         (["run", "plan.yaml", "--out", "t.bag"], ".csv, .parquet, .npz, .tum is wanted, found .bag"),
         (["plan", "start.yaml", "start.yaml", "--plan-out", "p.csv"], "--plan-out: wanted a name that ends in .json"),
         (["gait", "--all", "--out", "a.parquet"], "--out: wanted a name that ends in .csv, found .parquet"),
+        (
+            ["export", "trajectory.yaml", "--to", "servo", "--out", "a.xlsx"],
+            "--out: wanted a name that ends in .csv, found",
+        ),
+        (["export", "trajectory.yaml", "--to", "urdf", "--out", "a.sdf"], "ends in .urdf, .xml, found .sdf in a.sdf"),
         (["view", "trajectory.yaml", "--out", "a.pdf"], "--out: wanted a name that ends in .html, .htm, found .pdf"),
         (["design", "--out", "a.csv"], "--out: wanted a name that ends in .yaml, .yml, found .csv"),
         (["schema", "gait", "--out", "a.yaml"], "--out: wanted a name that ends in .json, found .yaml"),

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from purcell_cli.cli.terminal import GaitFolder, Json, SwimmerFile, busy, show, swimmer_of
+from purcell_cli.cli.terminal import GaitFolder, Json, SwimmerFile, busy, fitting_swimmer, show, swimmer_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -117,20 +116,15 @@ def view(
     json: Json = False,
 ) -> None:
     """Make one page of HTML that plays a trajectory in any browser, without a network."""
-    from purcell_cli.errors import PurcellWarning
     from purcell_cli.files.atomic_file import writable
     from purcell_cli.files.place import shortened
     from purcell_cli.files.trajectory_reader import read_csv
     from purcell_cli.pictures.html_view import shown_rows, write_page
-    from purcell_cli.verification.verify import MISFIT, misfit
 
     file = out or Path(f"{trajectory.stem}.html")
     writable(file, "--out", ("html", "htm"))
-    body = swimmer_of(swimmer)
     table = read_csv(trajectory)
-    if (off := misfit(table, body)) > MISFIT:
-        text = f"{trajectory}: its rows move otherwise than this swimmer does (off by {off:.2g} of the joints' rates)"
-        warnings.warn(f"{text}; --swimmer takes the swimmer's file or the plan document", PurcellWarning, stacklevel=2)
+    body = fitting_swimmer(swimmer, table, trajectory)
     with busy("drawing"):
         size = write_page(table, body, shortened(trajectory.name, _LONGEST_TITLE), file)
     document: ViewDocument = {

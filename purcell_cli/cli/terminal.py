@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from purcell_cli.mechanics.swimmer import Swimmer
+    from purcell_cli.motion.trajectory_table import Table
 
 D = TypeVar("D", bound=Mapping[str, object])
 
@@ -85,3 +86,17 @@ def swimmer_of(path: Path | None) -> Swimmer:
     if path is None:
         return Swimmer()
     return load_plan(path).plan.swimmer if is_plan(path) else load_swimmer(path)
+
+
+def fitting_swimmer(path: Path | None, table: Table, trajectory: Path) -> Swimmer:
+    """Return the swimmer as `swimmer_of` does, with a warning where a trajectory's rows are not its motion."""
+    import warnings
+
+    from purcell_cli.errors import PurcellWarning
+    from purcell_cli.verification.verify import MISFIT, misfit
+
+    body = swimmer_of(path)
+    if (off := misfit(table, body)) > MISFIT:
+        text = f"{trajectory}: its rows move otherwise than this swimmer does (off by {off:.2g} of the joints' rates)"
+        warnings.warn(f"{text}; --swimmer takes the swimmer's file or the plan document", PurcellWarning, stacklevel=2)
+    return body

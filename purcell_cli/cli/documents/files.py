@@ -6,7 +6,7 @@ from typing import Annotated, Literal, TypedDict
 
 from purcell_cli.cli.documents.common import Done
 
-Kind = Literal["start", "goal", "swimmer", "scenario", "gait", "plan"]
+Kind = Literal["start", "goal", "swimmer", "scenario", "gait", "plan", "servo-map"]
 
 
 class InitDocument(TypedDict):
