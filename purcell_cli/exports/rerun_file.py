@@ -22,7 +22,7 @@ try:
     import rerun as rr
 except ImportError:
     raise MissingPackageError(
-        "exports to rerun need rerun-sdk, found none; install it: python -m pip install 'rerun-sdk>=0.24'"
+        "exports to rerun need rerun-sdk, found none; install it: python -m pip install 'rerun-sdk>=0.41'"
     ) from None
 
 _COLOURS = ((34, 34, 34), (0, 114, 178), (213, 94, 0))
@@ -58,7 +58,7 @@ def write_rerun(table: Table, swimmer: Swimmer, title: str, stream: IO[bytes]) -
     path = rr.LineStrips3D([place], colors=[(128, 128, 128)])
     recording.log("world/path", path, static=True)
     _links(recording, swimmer)
-    clock = [rr.TimeColumn("time", duration=table.time_s)]
+    clock = [rr.TimeColumn("time", duration=np.round(table.time_s * 1e9).astype("timedelta64[ns]"))]
     joints = np.array([[joint_m(swimmer, limb), 0.0, 0.0] for limb in (1, 2)])
     places: list[Array] = [place, *(np.broadcast_to(joint, place.shape) for joint in joints)]
     turns = [table.base, table.limbs[:, 0], table.limbs[:, 1]]
