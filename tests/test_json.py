@@ -185,6 +185,7 @@ COMMANDS = {
     "plot a gait": ["plot", "x-motion", "--out", "gait.svg"],
     "figures": ["figures"],
     "view": ["view", "swim.csv"],
+    "film": ["view", "swim.csv", "--out", "swim.gif", "--duration", "0.2", "--size", "64x64"],
     "export to servos": ["export", "swim.csv", "--to", "servo"],
     "export to urdf": ["export", "swim.csv", "--to", "urdf"],
     "init": ["init", "new"],

@@ -273,7 +273,10 @@ def test_the_file_that_is_written_where_none_is_named_is_no_input_either(
             "--out: wanted a name that ends in .csv, found",
         ),
         (["export", "trajectory.yaml", "--to", "urdf", "--out", "a.sdf"], "ends in .urdf, .xml, found .sdf in a.sdf"),
-        (["view", "trajectory.yaml", "--out", "a.pdf"], "--out: wanted a name that ends in .html, .htm, found .pdf"),
+        (
+            ["view", "trajectory.yaml", "--out", "a.pdf"],
+            "--out: wanted a name that ends in .html, .htm, .gif, .mp4, found .pdf",
+        ),
         (["design", "--out", "a.csv"], "--out: wanted a name that ends in .yaml, .yml, found .csv"),
         (["schema", "gait", "--out", "a.yaml"], "--out: wanted a name that ends in .json, found .yaml"),
         (["batch", "scenario.yaml", "--junit", "a.json"], "--junit: wanted a name that ends in .xml, found .json"),

@@ -14,8 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from purcell_cli import Configuration, PlanOptions, plan
+from purcell_cli.pictures.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PINK
 from purcell_cli.pictures.poses_plot import link_points
-from purcell_cli.pictures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, save_figure, styled
+from purcell_cli.pictures.style import save_figure, styled
 from purcell_cli.solution import Solution, stroke_cycles
 
 PICTURE = Path(__file__).resolve().parent.parent / "docs" / "pictures" / "plan.svg"

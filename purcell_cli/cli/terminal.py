@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeVar
@@ -62,8 +63,13 @@ def busy(message: str) -> Iterator[Callable[[str], None]]:
 
 
 @contextlib.contextmanager
-def bar(message: str) -> Iterator[Callable[[int, int, str], None]]:
-    """Show a bar on a terminal's stderr; what is yielded takes how many are done, of how many, and the news."""
+def bar(message: str, after_s: float = 0.0) -> Iterator[Callable[[int, int, str], None]]:
+    """Show a bar on a terminal's stderr; what is yielded takes how many are done, of how many, and the news.
+
+    Args:
+        message: What is done.
+        after_s: How long the work must last before the bar is shown [s].
+    """
     if not sys.stderr.isatty():
         yield lambda _done, _total, _news: None
         return
@@ -72,9 +78,20 @@ def bar(message: str) -> Iterator[Callable[[int, int, str], None]]:
 
     news = TextColumn("{task.description}", markup=False)
     columns = (TextColumn(message), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), news)
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("", total=None)
-        yield lambda done, total, news: progress.update(task, completed=done, total=total, description=news)
+    progress, begun = Progress(*columns, console=Console(stderr=True), transient=True), time.monotonic()
+    task = progress.add_task("", total=None)
+
+    def told(done: int, total: int, news: str) -> None:
+        progress.update(task, completed=done, total=total, description=news)
+        if not progress.live.is_started and time.monotonic() - begun >= after_s:
+            progress.start()
+
+    if after_s <= 0.0:
+        progress.start()
+    try:
+        yield told
+    finally:
+        progress.stop()
 
 
 def swimmer_of(path: Path | None) -> Swimmer:

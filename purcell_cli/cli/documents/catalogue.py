@@ -12,6 +12,7 @@ from purcell_cli.cli.documents.controllability import ControllabilityDocument, M
 from purcell_cli.cli.documents.export import ExportDocument
 from purcell_cli.cli.documents.files import (
     FiguresDocument,
+    FilmDocument,
     InitDocument,
     PlotDocument,
     ValidateDocument,
@@ -45,6 +46,7 @@ DOCUMENTS: Mapping[str, Any] = MappingProxyType(
         "purcell/plot/1": PlotDocument,
         "purcell/figures/1": FiguresDocument,
         "purcell/view/1": ViewDocument,
+        "purcell/film/1": FilmDocument,
         "purcell/export/1": ExportDocument,
         "purcell/init/1": InitDocument,
         "purcell/validate/1": ValidateDocument,
