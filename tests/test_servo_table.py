@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -296,3 +298,27 @@ def test_a_trajectory_of_another_swimmer_is_warned_of(run: Run, capsys: pytest.C
     assert "its rows move otherwise than this swimmer does" in err
     assert run()[2] == ""
     assert START.pose[0, 3] == 0.2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("package", "words", "message"),
+    [
+        ("mcap_ros2", ["export", "swim.csv", "--to", "mcap"], "exports to mcap need mcap-ros2-support, found none"),
+        ("rerun", ["export", "swim.csv", "--to", "rerun"], "exports to rerun need rerun-sdk, found none"),
+        ("PIL", ["view", "swim.csv", "--out", "swim.gif"], "films need pillow, found none"),
+        ("av", ["view", "swim.csv", "--out", "swim.mp4", "--size", "64x64"], "films need av, found none"),
+    ],
+)
+def test_without_a_package_one_sentence_says_what_to_install(
+    tmp_path: Path, package: str, words: list[str], message: str
+) -> None:
+    written(usual(), tmp_path)
+    program = f"import sys; sys.modules[{package!r}] = None\nfrom purcell_cli.cli.app import main; main()"
+    arguments = [sys.executable, "-c", program, *words, "--swimmer", "swimmer.yaml"]
+    done = subprocess.run(arguments, cwd=tmp_path, capture_output=True, encoding="utf-8")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert message in done.stderr
+    assert "install it: python -m pip install '" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["swim.csv", "swimmer.yaml"]

@@ -46,6 +46,7 @@ _PARTS = {
 """The messages that are written, each with all that it is made of."""
 
 _LINE = "=" * 80 + "\n"
+"""What stands before each part of a definition: 80 signs, as the format has it."""
 
 DEFINITIONS: Mapping[str, str] = MappingProxyType(
     {
