@@ -94,6 +94,16 @@ def bar(message: str, after_s: float = 0.0) -> Iterator[Callable[[int, int, str]
         progress.stop()
 
 
+def ready(swimmer: Swimmer) -> Swimmer:
+    """Return a swimmer; where its links feel each other and their table must be made, that is shown."""
+    if swimmer.fluid == "beads":
+        from purcell_cli.mechanics.bead_table import bead_table
+
+        with bar("table of the links' drag") as progress:
+            bead_table(swimmer, lambda done, of: progress(done, of, "once for this swimmer"))
+    return swimmer
+
+
 def swimmer_of(path: Path | None) -> Swimmer:
     """Return the swimmer in a file of its own, or in a plan document; the paper's where none is given."""
     from purcell_cli.files.plan_file import is_plan, load_plan
@@ -112,7 +122,7 @@ def fitting_swimmer(path: Path | None, table: Table, trajectory: Path) -> Swimme
     from purcell_cli.errors import PurcellWarning
     from purcell_cli.verification.verify import MISFIT, misfit
 
-    body = swimmer_of(path)
+    body = ready(swimmer_of(path))
     if (off := misfit(table, body)) > MISFIT:
         text = f"{trajectory}: its rows move otherwise than this swimmer does (off by {off:.2g} of the joints' rates)"
         warnings.warn(f"{text}; --swimmer takes the swimmer's file or the plan document", PurcellWarning, stacklevel=2)
