@@ -23,7 +23,7 @@ from helpers import (
 )
 from reference import beads as by_numpy
 
-from purcell_cli import Configuration, load_scenario, plan, stored_scenarios, user_cache
+from purcell_cli import load_scenario, plan, stored_scenarios, user_cache
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis, as_euler, from_quaternion
@@ -320,12 +320,6 @@ def test_plans_arrive_exactly_on_the_beads_themselves(name: str) -> None:
     if np.array_equal(scenario.start.shape, COLLINEAR):
         assert missed(wanted, flown(STOUT, found.plan.blocks)) < 1e-11
         assert missed(wanted, flown(STOUT, alone)) > 1e-2
-
-
-def test_equal_start_and_goal_need_no_table(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bead_table, "made_table", lambda *_: pytest.fail("no table is wanted"))
-    other = dataclasses.replace(STOUT, slenderness=0.04)
-    assert plan(Configuration(), Configuration(), swimmer=other).plan.blocks == ()
 
 
 @pytest.mark.parametrize(
