@@ -127,11 +127,11 @@ def view(
     duration: Annotated[
         float | None,
         typer.Option(
-            "--duration", metavar="S", help="How long a film takes [s]; default: the motion's time, 10 at most."
+            "--duration", metavar="S", help="Seconds that a film takes; default: the motion's time, 10 at most."
         ),
     ] = None,
     size: Annotated[
-        str | None, typer.Option("--size", metavar="WxH", help="A film's width and height [pixels]; default: 640x480.")
+        str | None, typer.Option("--size", metavar="WxH", help="A film's width and height in pixels; default: 640x480.")
     ] = None,
     swimmer: SwimmerFile = None,
     json: Json = False,
