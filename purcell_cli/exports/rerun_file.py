@@ -15,7 +15,7 @@ from purcell_cli.exports.urdf import LINKS, joint_m
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.primitives import CONTROL_NAMES
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.clearance import radius_m
+from purcell_cli.motion.link_sizes import halves_m, radii_m
 from purcell_cli.motion.trajectory_table import Table
 
 try:
@@ -75,13 +75,13 @@ def write_rerun(table: Table, swimmer: Swimmer, title: str, stream: IO[bytes]) -
 
 def _links(recording: rr.RecordingStream, swimmer: Swimmer) -> None:
     """Add the links' shapes, each in its own frame: capsules, as everywhere in the program."""
-    halves = (swimmer.base_half_length_m, swimmer.limb_half_length_m, swimmer.limb_half_length_m)
+    halves, radii = halves_m(swimmer), radii_m(swimmer)
     begins = (-swimmer.base_half_length_m, 0.0, 0.0)
     along = (_ALONG_X, _ALONG_X, _ALONG_MINUS_X)
     for k, entity in enumerate(_ENTITIES):
         capsule = rr.Capsules3D(
             lengths=[2.0 * halves[k]],
-            radii=[radius_m(swimmer, halves[k])],
+            radii=[radii[k]],
             translations=[[begins[k], 0.0, 0.0]],
             quaternions=[along[k]],
             colors=[_COLOURS[k]],

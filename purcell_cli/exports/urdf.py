@@ -14,7 +14,7 @@ from xml.etree import ElementTree as ET
 from purcell_cli.files.servo_map_file import ServoMap
 from purcell_cli.mechanics.hinge_chain import HingeChain
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.clearance import radius_m
+from purcell_cli.motion.link_sizes import halves_m, radii_m
 
 LINKS = ("base", "limb1", "limb2")
 """The links that are there, which are frames in tf too."""
@@ -45,7 +45,7 @@ def write_urdf(swimmer: Swimmer, servo_map: ServoMap, stream: IO[bytes]) -> tupl
     robot = ET.Element("robot", name="purcell")
     for name, colour in zip(LINKS, _COLOURS, strict=True):
         ET.SubElement(ET.SubElement(robot, "material", name=f"{name}_colour"), "color", rgba=colour)
-    _link(robot, "base", swimmer.base_half_length_m, radius_m(swimmer, swimmer.base_half_length_m), 0.0)
+    _link(robot, "base", halves_m(swimmer)[0], radii_m(swimmer)[0], 0.0)
     for chain in servo_map.chains:
         _limb(robot, swimmer, servo_map, chain)
     ET.indent(robot)
@@ -55,7 +55,7 @@ def write_urdf(swimmer: Swimmer, servo_map: ServoMap, stream: IO[bytes]) -> tupl
 
 def _limb(robot: ET.Element, swimmer: Swimmer, servo_map: ServoMap, chain: HingeChain) -> None:
     """Add a limb's hinges and links."""
-    half, limb = swimmer.limb_half_length_m, f"limb{chain.limb}"
+    half, radius, limb = halves_m(swimmer)[chain.limb], radii_m(swimmer)[chain.limb], f"limb{chain.limb}"
     # A hinge turns faster than the limb, most where it is as near to its lock as the map allows.
     fastest = math.sqrt(3.0) * swimmer.joint_rate_rad_s / math.sin(servo_map.lock_margin_rad)
     parent, at = "base", joint_m(swimmer, chain.limb)
@@ -75,7 +75,7 @@ def _limb(robot: ET.Element, swimmer: Swimmer, servo_map: ServoMap, chain: Hinge
         limits = {"lower": low, "upper": high, "effort": _EFFORT, "velocity": fastest}
         ET.SubElement(joint, "limit", {key: repr(value) for key, value in limits.items()})
         if child == limb:
-            _link(robot, limb, half, radius_m(swimmer, half), half if chain.limb == 1 else -half)
+            _link(robot, limb, half, radius, half if chain.limb == 1 else -half)
         else:
             ET.SubElement(robot, "link", name=child)
         parent, at = child, 0.0

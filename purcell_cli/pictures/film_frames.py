@@ -14,7 +14,7 @@ from PIL import Image, ImageColor, ImageDraw, ImageFont
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.clearance import radius_m
+from purcell_cli.motion.link_sizes import halves_m, radii_m
 from purcell_cli.motion.table_sampling import base_at, limbs_at, rows_at
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.pictures.colours import BLACK, BLUE, GREY, ORANGE
@@ -100,11 +100,11 @@ class Stage:
 
     def _swim(self, pen: ImageDraw.ImageDraw, k: int, colours: tuple[str, ...]) -> None:
         """Draw the swimmer, the farthest link first."""
-        halves = (self._swimmer.base_half_length_m, *[self._swimmer.limb_half_length_m] * 2)
+        radii = radii_m(self._swimmer)
         depth = self._ends[k].mean(axis=1) @ self._towards
         for link in np.argsort(depth, kind="stable").tolist():
             self._line(pen, self._marks[k, link], colours[link], 1.2)
-            radius = max(radius_m(self._swimmer, halves[link]) * self._scale, 0.5 * _TWICE * _THINNEST)
+            radius = max(radii[link] * self._scale, 0.5 * _TWICE * _THINNEST)
             ends = self._seen(self._ends[k, link])
             pen.line(ends, fill=colours[link], width=round(2.0 * radius))
             for x, y in ends:
@@ -158,10 +158,10 @@ class Palette:
 
 def _links(swimmer: Swimmer, base: Array, limbs: list[Array]) -> tuple[Array, Array]:
     """Return the ends of base, limb 1 and limb 2, and their marks of roll, in the world. Each of shape (n, 3, 2, 3)."""
-    b, l = swimmer.base_half_length_m, swimmer.limb_half_length_m
+    b, one, two = halves_m(swimmer)
     ends, marks = np.empty((len(base), 3, 2, 3)), np.empty((len(base), 3, 2, 3))
     own = [np.broadcast_to(np.eye(3), limbs[0].shape), *limbs]
-    begins, lengths = ((-b, 0.0, 0.0), (b, 0.0, 0.0), (-b, 0.0, 0.0)), (2.0 * b, 2.0 * l, -2.0 * l)
+    begins, lengths = ((-b, 0.0, 0.0), (b, 0.0, 0.0), (-b, 0.0, 0.0)), (2.0 * b, 2.0 * one, -2.0 * two)
     for k, (turn, begin, length) in enumerate(zip(own, begins, lengths, strict=True)):
         ends[:, k, 0] = begin
         ends[:, k, 1] = np.array(begin) + length * turn[:, :, 0]
