@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from purcell_cli import read_csv
 from purcell_cli.mechanics.primitives import CONTROL_NAMES
 
-chunk: Any = pytest.importorskip("rerun.chunk", reason="no rerun-sdk, 170 MB: no recording is written or read")
+chunk: Any = pytest.importorskip("rerun.chunk", reason="no rerun-sdk, 660 MB: no recording is written or read")
 
 
 @pytest.fixture
