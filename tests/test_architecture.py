@@ -21,7 +21,7 @@ FLOORS = [
     ("files",),
     ("solution",),
     ("explanation",),
-    ("pictures", "batch", "exports"),
+    ("pictures", "batch", "exports", "feedback"),
     ("cli",),
     ("__main__",),
 ]

@@ -134,6 +134,12 @@ def view(
         str | None, typer.Option("--size", metavar="WxH", help="A film's width and height in pixels; default: 640x480.")
     ] = None,
     swimmer: SwimmerFile = None,
+    beside: Annotated[
+        Path | None,
+        typer.Option(
+            "--beside", metavar="FILE", help="A trajectory of the same times, played with it, such as the plan's."
+        ),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Make one page of HTML that plays a trajectory in any browser, without a network; or a film of it."""
@@ -152,13 +158,16 @@ def view(
             raise ParameterError(
                 f"--{name}: no such option is wanted for a page, which plays at any size, found {value!r}"
             )
+    if film is not None and beside is not None:
+        raise ParameterError(f"--beside: no other trajectory is wanted for a film, found {beside}")
     table = read_csv(trajectory)
     body = fitting_swimmer(swimmer, table, trajectory)
     if film is not None:
         show(_film(table, body, film, trajectory, file), json, _show_film)
         return
     with busy("drawing"):
-        written = write_page(table, body, shortened(trajectory.name, _LONGEST_TITLE), file)
+        other = None if beside is None else read_csv(beside)
+        written = write_page(table, body, shortened(trajectory.name, _LONGEST_TITLE), file, other)
     document: ViewDocument = {
         "schema": "purcell/view/1",
         "verdict": "done",

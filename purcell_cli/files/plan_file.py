@@ -24,6 +24,7 @@ from purcell_cli.files.option_elements import OPTION_FIELDS, options_read, optio
 from purcell_cli.files.place import Place
 from purcell_cli.files.scalars import Choice, Number, Text, Whole
 from purcell_cli.files.scenario_file import SCHEMAS
+from purcell_cli.files.swimmer_file import swimmer_written
 from purcell_cli.files.yaml_source import load
 from purcell_cli.geometry.rotations import INPUT_SLACK
 from purcell_cli.mechanics.configuration import Configuration
@@ -70,7 +71,7 @@ class PlanDocument:
         head = {
             "schema": SCHEMA,
             "purcell": self.version,
-            "swimmer": dataclasses.asdict(plan.swimmer),
+            "swimmer": swimmer_written(plan.swimmer),
             "start": _configuration(plan.start),
             "goal": _configuration(plan.goal),
             **options_written(self.options),
