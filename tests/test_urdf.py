@@ -14,11 +14,12 @@ from helpers import Run, assert_close, is_close, random_swimmer, runner
 from motions import usual, written
 from scipy.spatial.transform import Rotation
 
-from purcell_cli import Configuration, read_csv
+from purcell_cli import Configuration, Swimmer, read_csv
 from purcell_cli.exports.joint_path import joint_path
 from purcell_cli.exports.urdf import write_urdf
 from purcell_cli.files.servo_map_file import Channel, ServoMap
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.drag import LinkSize, LinkSizes
 
 yourdfpy: Any = pytest.importorskip("yourdfpy", reason="no yourdfpy: URDF is not read back (pip install yourdfpy)")
 HALF = {"base": 0.1, "limb1": 0.07, "limb2": 0.07}
@@ -68,11 +69,11 @@ def test_cylinders_have_the_links_true_lengths_radii_and_places() -> None:
         write_urdf(swimmer, ServoMap.of({}, {}), stream)
         stream.seek(0)
         found = robot(stream)
-        halves = (swimmer.base_half_length_m, swimmer.limb_half_length_m, swimmer.limb_half_length_m)
-        for name, half, middle in zip(("base", "limb1", "limb2"), halves, (0.0, halves[1], -halves[1]), strict=True):
+        halves = swimmer.halves_m
+        for name, half, middle in zip(("base", "limb1", "limb2"), halves, (0.0, halves[1], -halves[2]), strict=True):
             for part in (found.link_map[name].visuals[0], found.link_map[name].collisions[0]):
                 cylinder = part.geometry.cylinder
-                assert (cylinder.length, cylinder.radius) == (2.0 * half, swimmer.slenderness * 2.0 * half)
+                assert (cylinder.length, cylinder.radius) == (2.0 * half, swimmer.radii_m[halves.index(half)])
                 assert_close(part.origin @ [0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0], 1e-15)
                 assert_close(part.origin[:3, 3], [middle, 0.0, 0.0], 1e-15)
         assert sum(bool(link.visuals) for link in found.link_map.values()) == 3
@@ -123,3 +124,18 @@ def test_a_hinge_at_its_own_zero_is_the_collinear_shape(run: Run, tmp_path: Path
     assert_close(in_base(found, names, np.zeros(6)), wanted, 1e-15)
     bent = Configuration.from_angles(limb1_euler_deg=[30, 0, 0]).shape[0]
     assert_close(in_base(found, names, np.array([math.radians(30.0), *[0.0] * 5]))[0][:3, :3], bent, 1e-15)
+
+
+def test_limbs_of_their_own_sizes_and_a_body_are_there() -> None:
+    sizes = LinkSizes(limb1=LinkSize(half_length_m=0.05), limb2=LinkSize(half_length_m=0.08, slenderness=0.03))
+    swimmer, stream = Swimmer(links=sizes, body_radius_m=0.03), io.BytesIO()
+    write_urdf(swimmer, ServoMap.of({}, {}), stream)
+    stream.seek(0)
+    links = robot(stream).link_map
+    told = {name: links[name].visuals[0].geometry.cylinder for name in ("limb1", "limb2")}
+    assert (told["limb1"].length, told["limb2"].length) == (0.1, 0.16)
+    assert_close([told["limb1"].radius, told["limb2"].radius], [0.001, 0.0048], 1e-15)
+    assert_close(links["limb2"].visuals[0].origin[:3, 3], [-0.08, 0.0, 0.0], 1e-15)
+    assert [part.geometry.sphere.radius for part in (links["base"].visuals[1], links["base"].collisions[1])] == [
+        0.03
+    ] * 2

@@ -15,7 +15,6 @@ from purcell_cli.exports.urdf import LINKS, joint_m
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.primitives import CONTROL_NAMES
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.link_sizes import halves_m, radii_m
 from purcell_cli.motion.trajectory_table import Table
 
 try:
@@ -75,7 +74,7 @@ def write_rerun(table: Table, swimmer: Swimmer, title: str, stream: IO[bytes]) -
 
 def _links(recording: rr.RecordingStream, swimmer: Swimmer) -> None:
     """Add the links' shapes, each in its own frame: capsules, as everywhere in the program."""
-    halves, radii = halves_m(swimmer), radii_m(swimmer)
+    halves, radii = swimmer.halves_m, swimmer.radii_m
     begins = (-swimmer.base_half_length_m, 0.0, 0.0)
     along = (_ALONG_X, _ALONG_X, _ALONG_MINUS_X)
     for k, entity in enumerate(_ENTITIES):
@@ -89,3 +88,6 @@ def _links(recording: rr.RecordingStream, swimmer: Swimmer) -> None:
             show_labels=False,
         )
         recording.log(f"{entity}/link", capsule, static=True)
+    if swimmer.body_radius_m:
+        half_sizes = [[swimmer.body_radius_m] * 3]
+        recording.log(f"{_ENTITIES[0]}/body", rr.Ellipsoids3D(half_sizes=half_sizes, colors=[_COLOURS[0]]), static=True)

@@ -14,7 +14,6 @@ from xml.etree import ElementTree as ET
 from purcell_cli.files.servo_map_file import ServoMap
 from purcell_cli.mechanics.hinge_chain import HingeChain
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.link_sizes import halves_m, radii_m
 
 LINKS = ("base", "limb1", "limb2")
 """The links that are there, which are frames in tf too."""
@@ -45,7 +44,9 @@ def write_urdf(swimmer: Swimmer, servo_map: ServoMap, stream: IO[bytes]) -> tupl
     robot = ET.Element("robot", name="purcell")
     for name, colour in zip(LINKS, _COLOURS, strict=True):
         ET.SubElement(ET.SubElement(robot, "material", name=f"{name}_colour"), "color", rgba=colour)
-    _link(robot, "base", halves_m(swimmer)[0], radii_m(swimmer)[0], 0.0)
+    base = _link(robot, "base", swimmer.halves_m[0], swimmer.radii_m[0], 0.0)
+    if swimmer.body_radius_m:
+        _body(base, swimmer.body_radius_m)
     for chain in servo_map.chains:
         _limb(robot, swimmer, servo_map, chain)
     ET.indent(robot)
@@ -55,7 +56,7 @@ def write_urdf(swimmer: Swimmer, servo_map: ServoMap, stream: IO[bytes]) -> tupl
 
 def _limb(robot: ET.Element, swimmer: Swimmer, servo_map: ServoMap, chain: HingeChain) -> None:
     """Add a limb's hinges and links."""
-    half, radius, limb = halves_m(swimmer)[chain.limb], radii_m(swimmer)[chain.limb], f"limb{chain.limb}"
+    half, radius, limb = swimmer.halves_m[chain.limb], swimmer.radii_m[chain.limb], f"limb{chain.limb}"
     # A hinge turns faster than the limb, most where it is as near to its lock as the map allows.
     fastest = math.sqrt(3.0) * swimmer.joint_rate_rad_s / math.sin(servo_map.lock_margin_rad)
     parent, at = "base", joint_m(swimmer, chain.limb)
@@ -81,8 +82,18 @@ def _limb(robot: ET.Element, swimmer: Swimmer, servo_map: ServoMap, chain: Hinge
         parent, at = child, 0.0
 
 
-def _link(robot: ET.Element, name: str, half_m: float, radius: float, middle_m: float) -> None:
-    """Add a link that is a cylinder along its frame's x axis, its middle somewhere on that."""
+def _body(link: ET.Element, radius: float) -> None:
+    """Add the sphere at the middle of the base to its link."""
+    for kind in ("visual", "collision"):
+        part = ET.SubElement(link, kind)
+        ET.SubElement(part, "origin", xyz="0 0 0", rpy="0 0 0")
+        ET.SubElement(ET.SubElement(part, "geometry"), "sphere", radius=repr(radius))
+        if kind == "visual":
+            ET.SubElement(part, "material", name="base_colour")
+
+
+def _link(robot: ET.Element, name: str, half_m: float, radius: float, middle_m: float) -> ET.Element:
+    """Add, and return, a link that is a cylinder along its frame's x axis, its middle somewhere on that."""
     link = ET.SubElement(robot, "link", name=name)
     for kind in ("visual", "collision"):
         part = ET.SubElement(link, kind)
@@ -90,3 +101,4 @@ def _link(robot: ET.Element, name: str, half_m: float, radius: float, middle_m: 
         ET.SubElement(ET.SubElement(part, "geometry"), "cylinder", length=repr(2.0 * half_m), radius=repr(radius))
         if kind == "visual":
             ET.SubElement(part, "material", name=f"{name}_colour")
+    return link

@@ -14,7 +14,6 @@ from PIL import Image, ImageColor, ImageDraw, ImageFont
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.link_sizes import halves_m, radii_m
 from purcell_cli.motion.table_sampling import base_at, limbs_at, rows_at
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.pictures.colours import BLACK, BLUE, GREY, ORANGE
@@ -100,15 +99,19 @@ class Stage:
 
     def _swim(self, pen: ImageDraw.ImageDraw, k: int, colours: tuple[str, ...]) -> None:
         """Draw the swimmer, the farthest link first."""
-        radii = radii_m(self._swimmer)
+        radii = self._swimmer.radii_m
         depth = self._ends[k].mean(axis=1) @ self._towards
         for link in np.argsort(depth, kind="stable").tolist():
             self._line(pen, self._marks[k, link], colours[link], 1.2)
             radius = max(radii[link] * self._scale, 0.5 * _TWICE * _THINNEST)
             ends = self._seen(self._ends[k, link])
             pen.line(ends, fill=colours[link], width=round(2.0 * radius))
-            for x, y in ends:
-                pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=colours[link])
+            discs = [(*end, radius) for end in ends]
+            if link == 0 and self._swimmer.body_radius_m:
+                middle = self._seen(self._ends[k, link].mean(axis=0, keepdims=True))[0]
+                discs.append((*middle, self._swimmer.body_radius_m * self._scale))
+            for x, y, disc in discs:
+                pen.ellipse((x - disc, y - disc, x + disc, y + disc), fill=colours[link])
 
     def _words(self, pen: ImageDraw.ImageDraw, k: int, width: int, height: int) -> None:
         """Write the time, the phase and the stroke, and draw a bar of a known length."""
@@ -158,7 +161,7 @@ class Palette:
 
 def _links(swimmer: Swimmer, base: Array, limbs: list[Array]) -> tuple[Array, Array]:
     """Return the ends of base, limb 1 and limb 2, and their marks of roll, in the world. Each of shape (n, 3, 2, 3)."""
-    b, one, two = halves_m(swimmer)
+    b, one, two = swimmer.halves_m
     ends, marks = np.empty((len(base), 3, 2, 3)), np.empty((len(base), 3, 2, 3))
     own = [np.broadcast_to(np.eye(3), limbs[0].shape), *limbs]
     begins, lengths = ((-b, 0.0, 0.0), (b, 0.0, 0.0), (-b, 0.0, 0.0)), (2.0 * b, 2.0 * one, -2.0 * two)
