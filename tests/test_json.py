@@ -176,6 +176,7 @@ COMMANDS = {
     "verify a fault": ["verify", "swim.csv", "roll"],
     "simulate": ["simulate", "swim.csv", "--swimmer", "truth.yaml", "--noise", "rate=0.02", "--out", "real.csv"],
     "simulate a plan": ["simulate", "plan.json", "--swimmer", "truth.yaml"],
+    "track": ["track", "roll", "--truth", "truth.yaml", "--replans", "1", "--out", "tracked.csv"],
     "gait": ["gait", "x-motion"],
     "gait of moves": ["gait", "max-efficiency"],
     "gait list": ["gait", "--list"],

@@ -28,6 +28,7 @@ from purcell_cli.cli.documents.gait import (
 )
 from purcell_cli.cli.documents.plan import PlanDocument, VerifyDocument
 from purcell_cli.cli.documents.simulate import SimulateDocument
+from purcell_cli.cli.documents.track import TrackDocument
 
 DOCUMENTS: Mapping[str, Any] = MappingProxyType(
     {
@@ -35,6 +36,7 @@ DOCUMENTS: Mapping[str, Any] = MappingProxyType(
         "purcell/run/1": PlanDocument,
         "purcell/verify/1": VerifyDocument,
         "purcell/simulate/1": SimulateDocument,
+        "purcell/track/1": TrackDocument,
         "purcell/gait/1": GaitDocument,
         "purcell/gait-list/1": GaitListDocument,
         "purcell/atlas/1": AtlasDocument,

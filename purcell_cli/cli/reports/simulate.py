@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, cast
 
 from purcell_cli.cli.documents.common import as_part
 from purcell_cli.cli.documents.simulate import CoordinatesPart, LossPart, NoisePart, SimulateDocument
-from purcell_cli.cli.reports.common import _deviation, plain_table, swimmer_document
+from purcell_cli.cli.reports.common import deviation_document, plain_table, swimmer_document
 from purcell_cli.feedback.simulate import Simulation, off_by_coordinate
 from purcell_cli.mechanics.swimmer import Swimmer
 
@@ -49,7 +49,7 @@ def simulate_document(found: Simulation, trajectory: str, model: Swimmer | None,
         "model": None if model is None else swimmer_document(model),
         "swimmer": swimmer_document(found.swimmer),
         "noise": as_part(found.noise, NoisePart),
-        "off": _deviation(found.off, size),
+        "off": deviation_document(found.off, size),
         "coordinates": cast(CoordinatesPart, off_by_coordinate(found.end, found.planned)),
         "strokes": strokes,
         "worst_stroke": found.worst,
