@@ -188,9 +188,8 @@ def words(command: str, name: str, value: str) -> list[str]:
     """Return a command with one of its inputs given, and its places filled."""
     places = {**POSITIONAL.get(command, {}), **({name: value} if name in POSITIONAL.get(command, {}) else {})}
     given = [] if name in places else option(command, name, value)
-    return [command, *places.values(), *ALWAYS.get(command, []), *given]
     needs = {"simulate": "swimmer", "track": "truth"}.get(command, name)
-    more = {"controllability": ["--map"]}.get(command, [])
+    more = ALWAYS.get(command, [])
     more = more if needs == name else [*more, f"--{needs}", "truth.yaml"]
     return [command, *places.values(), *more, *given]
 
