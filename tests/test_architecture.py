@@ -21,7 +21,7 @@ FLOORS = [
     ("files",),
     ("solution",),
     ("explanation",),
-    ("pictures", "batch", "feedback"),
+    ("pictures", "batch", "exports", "feedback"),
     ("cli",),
     ("__main__",),
 ]

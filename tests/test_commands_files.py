@@ -35,7 +35,7 @@ def test_init_writes_files_that_are_good_and_refuses_to_write_over_any(run: Run,
     assert load_swimmer("swim/first/swimmer.yaml") == scenario.swimmer == Swimmer(), "the values shown are the defaults"
     code, out, _ = run("validate", *(f"swim/first/{name}" for name in FILES))
     assert code == 0
-    assert out.count(": good, a ") == 4
+    assert out.count(": good, a ") == 5
     (tmp_path / "swim" / "first" / "start.yaml").unlink()
     (tmp_path / "swim" / "first" / "goal.yaml").write_text("mine")
     code, out, err = run("init", "swim/first")
@@ -141,7 +141,7 @@ def test_schema_writes_a_file_and_refuses_a_kind_that_there_is_not(run: Run, tmp
     ("words", "wanted"),
     [
         ("purcell b", {"batch"}),
-        ("purcell schema s", {"start", "swimmer", "scenario"}),
+        ("purcell schema s", {"start", "swimmer", "scenario", "servo-map"}),
         ("purcell batch --ju", {"--junit"}),
     ],
 )

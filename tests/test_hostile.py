@@ -22,8 +22,8 @@ from hypothesis import strategies as st
 
 from purcell_cli.cli.app import _run
 from purcell_cli.files import yaml_source
-from purcell_cli.files.plan_file import PLAN as PLAN_SCHEMA
-from purcell_cli.files.scenario_file import SCHEMAS
+from purcell_cli.files.trajectory_csv import COLUMNS
+from purcell_cli.files.validate import KINDS
 
 MISUSE = 2
 MOST_CALLS, MOST_BYTES = 2_000_000, 300 << 20
@@ -73,6 +73,14 @@ PLAN = {
     "dt_s": 0.05,
     "blocks": [{"phase": 1, "gait": "g", "cycles": 1, "primitives": [["limb1 yaw", 0.5], ["limb1 yaw", -0.5]]}],
 }
+SERVO_MAP = {
+    "hinge_order": {"limb1": "zyx", "limb2": "xyz"},
+    "lock_margin_deg": 5,
+    "channels": {
+        "limb1_yaw": {"unit": "us", "zero": 1500, "sign": -1, "scale": 11.1, "range": [500, 2500]},
+        "limb2_roll": {"unit": "deg", "range": [-90, 90.5]},
+    },
+}
 DOCUMENTS: dict[str, tuple[dict[str, Any], list[str]]] = {
     "start": (START, ["plan", "bad.yaml", "goal.yaml"]),
     "goal": (GOAL, ["plan", "start.yaml", "bad.yaml"]),
@@ -80,6 +88,7 @@ DOCUMENTS: dict[str, tuple[dict[str, Any], list[str]]] = {
     "scenario": (SCENARIO, ["plan", "bad.yaml"]),
     "gait": (GAIT, ["gait", "own", "--gaits", "gaits"]),
     "plan": (PLAN, ["run", "bad.yaml"]),
+    "servo-map": (SERVO_MAP, ["export", "still.csv", "--to", "servo", "--map", "bad.yaml"]),
 }
 BAD_VALUES = [
     *(".nan", ".inf", "-.inf", "1e400", "-1e999", "9" * 400, "0x" + "f" * 300, "1:60:60.5", "2001-01-01"),
@@ -89,6 +98,10 @@ BAD_VALUES = [
     *("{<<: {a: 1}}", "{a: 1, a: 1}", "[1, 2", "{a: 1", "'open", '"open', '"\\x1b"', '"\\q"', "@", "`", "%"),
 ]
 """Values, as YAML, that are wrong wherever they stand."""
+
+
+STILL = f"{','.join(COLUMNS)}\n0.0,1,g,{','.join(['0.0'] * 3 + ['1.0', *['0.0'] * 6] * 3 + ['0.0'] * 6)}\n"
+"""A trajectory of one row, collinear and at rest."""
 
 
 class Raw(str):
@@ -238,6 +251,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "gaits").mkdir()
     for name, document in (("start", START), ("goal", GOAL)):
         (tmp_path / f"{name}.yaml").write_text(yaml_of(document))
+    (tmp_path / "still.csv").write_text(STILL)
     return tmp_path
 
 
@@ -316,7 +330,7 @@ def test_thousands_of_bad_documents_are_refused_in_one_clear_line(folder: Path, 
             told.append(called(arguments))
         path.unlink()
         assert_refused(*told[0], "--json" in arguments)
-        assert sorted(p.name for p in folder.rglob("*")) == ["gaits", "goal.yaml", "start.yaml"]
+        assert sorted(p.name for p in folder.rglob("*")) == ["gaits", "goal.yaml", "start.yaml", "still.csv"]
 
     refused()
     assert len(seen) == most
@@ -328,7 +342,7 @@ def test_thousands_of_bad_documents_are_refused_in_one_clear_line(folder: Path, 
 def test_what_the_bad_documents_are_made_of_is_good(folder: Path, kind: str) -> None:
     path = folder / file_of(kind)
     path.write_text(yaml_of(DOCUMENTS[kind][0]))
-    yaml_source.load(path, PLAN_SCHEMA if kind == "plan" else SCHEMAS[kind])
+    yaml_source.load(path, KINDS[kind])
 
 
 # What is no document at all, in a process of its own ---------------------------------------------------------------

@@ -48,6 +48,9 @@ INPUTS: dict[tuple[str, str], str] = {
     ("run", "document"): "plan",
     ("plot", "what"): "trajectory",
     ("view", "trajectory"): "trajectory",
+    ("export", "trajectory"): "trajectory",
+    ("export", "servo_map"): "servos",
+    ("export", "swimmer"): "swimmer",
     ("view", "beside"): "trajectory",
     ("simulate", "trajectory"): "trajectory",
     ("simulate", "swimmer"): "swimmer",
@@ -62,6 +65,7 @@ OUTPUTS: dict[tuple[str, str], str] = {
     ("plan", "plan_out"): "json",
     ("plot", "out"): "png",
     ("view", "out"): "html",
+    ("export", "out"): "csv",
     ("figures", "out"): "",
     ("design", "out"): "yaml",
     ("controllability", "plot"): "svg",
@@ -87,9 +91,13 @@ POSITIONAL = {
     "gait": {"name": "x-motion"},
     "plot": {"what": "x-motion"},
     "view": {"trajectory": "trajectory.yaml"},
+    "export": {"trajectory": "trajectory.yaml"},
     "batch": {"paths": "scenario.yaml"},
 }
 """What stands on a command's places where nothing else does."""
+
+ALWAYS = {"controllability": ["--map"], "export": ["--to", "servo"]}
+"""What a command is given besides, to write something."""
 
 FOLDERS = {"figures": "x-motion-stroke.svg", "batch": "a.json"}
 """Names of files that a command writes into its folder."""
@@ -121,6 +129,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     texts = {
         "start": STILL,
         "swimmer": "slenderness: 0.02\n",
+        "servos": "lock_margin_deg: 4.0\n",
         "truth": "slenderness: 0.03\n",
         "gaits/own": GAIT,
         "scenario": SCENARIO,
@@ -180,7 +189,7 @@ def words(command: str, name: str, value: str) -> list[str]:
     places = {**POSITIONAL.get(command, {}), **({name: value} if name in POSITIONAL.get(command, {}) else {})}
     given = [] if name in places else option(command, name, value)
     needs = {"simulate": "swimmer", "track": "truth"}.get(command, name)
-    more = {"controllability": ["--map"]}.get(command, [])
+    more = ALWAYS.get(command, [])
     more = more if needs == name else [*more, f"--{needs}", "truth.yaml"]
     return [command, *places.values(), *more, *given]
 
@@ -232,6 +241,7 @@ def test_an_output_that_is_an_input_is_refused(
         (["run", "trajectory.csv"], "plan"),
         (["gait", "x-motion", "--swimmer", "x-motion.csv"], "swimmer"),
         (["view", "swim.html"], "trajectory"),
+        (["export", "trajectory.yaml", "--to", "urdf", "--swimmer", "trajectory.urdf"], "swimmer"),
         (["plot", "swim.png"], "trajectory"),
         (["design", "--swimmer", "my-gait.yaml"], "swimmer"),
     ],
@@ -272,7 +282,15 @@ def test_the_file_that_is_written_where_none_is_named_is_no_input_either(
         (["run", "plan.yaml", "--out", "t.bag"], ".csv, .parquet, .npz, .tum is wanted, found .bag"),
         (["plan", "start.yaml", "start.yaml", "--plan-out", "p.csv"], "--plan-out: wanted a name that ends in .json"),
         (["gait", "--all", "--out", "a.parquet"], "--out: wanted a name that ends in .csv, found .parquet"),
-        (["view", "trajectory.yaml", "--out", "a.pdf"], "--out: wanted a name that ends in .html, .htm, found .pdf"),
+        (
+            ["export", "trajectory.yaml", "--to", "servo", "--out", "a.xlsx"],
+            "--out: wanted a name that ends in .csv, found",
+        ),
+        (["export", "trajectory.yaml", "--to", "urdf", "--out", "a.sdf"], "ends in .urdf, .xml, found .sdf in a.sdf"),
+        (
+            ["view", "trajectory.yaml", "--out", "a.pdf"],
+            "--out: wanted a name that ends in .html, .htm, .gif, .mp4, found .pdf",
+        ),
         (["design", "--out", "a.csv"], "--out: wanted a name that ends in .yaml, .yml, found .csv"),
         (["schema", "gait", "--out", "a.yaml"], "--out: wanted a name that ends in .json, found .yaml"),
         (["batch", "scenario.yaml", "--junit", "a.json"], "--junit: wanted a name that ends in .xml, found .json"),

@@ -16,6 +16,7 @@ from purcell_cli.files import builtin, trajectory_csv, trajectory_reader
 from purcell_cli.files.configuration_file import load_configuration
 from purcell_cli.files.gait_file import load_gait
 from purcell_cli.files.scenario_file import load_scenario
+from purcell_cli.files.servo_map_file import load_servo_map
 from purcell_cli.files.swimmer_file import load_swimmer
 from purcell_cli.mechanics.swimmer import Swimmer
 
@@ -134,6 +135,7 @@ def test_files_that_are_shown_can_be_read(tmp_path: Path) -> None:
         "swimmer.yaml": load_swimmer, "thin.yaml": load_swimmer,
         "across.yaml": load_scenario, "scenario.yaml": load_scenario, "ahead.yaml": load_scenario,
         "my-gaits/pitch-cruise.yaml": load_gait, "my-gaits/twist.yaml": load_gait,
+        "servos.yaml": load_servo_map, "pulses.yaml": load_servo_map,
         "rolls.yaml": lambda path: find_cases([str(path)]).count == 4 or pytest.fail("wanted 4 scenarios"),
     }  # fmt: skip
     shown = set()

@@ -41,6 +41,7 @@ def _loaded(*arguments: str) -> set[str]:
         ["run", "--help"],
         ["plot", "--help"],
         ["batch", "--help"],
+        ["export", "--help"],
         ["init", "--help"],
         ["controllability", "--help"],
     ],

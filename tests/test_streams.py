@@ -214,7 +214,20 @@ def test_misspelt_words_are_met_with_the_nearest_whatever_their_case(run: Run, t
 
 
 def test_help_answers_to_h_and_shows_no_type_after_a_flag(run: Run) -> None:
-    for command in ("plan", "run", "gait", "verify", "plot", "figures", "view", "design", "batch", "init", "validate"):
+    for command in (
+        "plan",
+        "run",
+        "gait",
+        "verify",
+        "plot",
+        "figures",
+        "view",
+        "export",
+        "design",
+        "batch",
+        "init",
+        "validate",
+    ):
         code, out, _ = run(command, "-h")
         assert (code, out) == run(command, "--help")[:2]
         assert code == 0

@@ -1,7 +1,8 @@
-"""Draw a plan of three phases, ``docs/pictures/plan.svg``: ``python tools/plan_picture.py``.
+"""Draw a plan of three phases, ``docs/pictures/plan.svg``, and a film of another: ``python tools/plan_picture.py``.
 
 The swimmer straightens its limbs, swims along arcs with a roll between them that chooses the plane of the next, and
-bends its limbs. The plan is made anew, and must arrive.
+bends its limbs. The plan is made anew, and must arrive. The film, ``docs/pictures/swim.gif``, shows the stored scenario
+`nearby` in its own time.
 """
 
 from __future__ import annotations
@@ -13,12 +14,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from purcell_cli import Configuration, PlanOptions, plan
+from purcell_cli import Configuration, PlanOptions, load_scenario, plan, stored_scenarios
+from purcell_cli.files.atomic_file import whole_file
+from purcell_cli.motion.trajectory import as_table
+from purcell_cli.pictures.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PINK
+from purcell_cli.pictures.film import FilmOptions, write_film
 from purcell_cli.pictures.poses_plot import link_points
-from purcell_cli.pictures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, save_figure, styled
+from purcell_cli.pictures.style import save_figure, styled
 from purcell_cli.solution import Solution, stroke_cycles
 
 PICTURE = Path(__file__).resolve().parent.parent / "docs" / "pictures" / "plan.svg"
+FILM = PICTURE.with_name("swim.gif")
 START = Configuration.from_angles(limb1_euler_deg=(55, 25, 0), limb2_euler_deg=(50, -25, 0))
 GOAL = Configuration.from_angles((1.05, 0.95, 0.45), (95, -35, 20), (60, 10, 0), (-10, -55, 0))
 
@@ -125,6 +131,10 @@ def main() -> None:
         figure = Figure(figsize=(8.0, 5.0))
         draw_way(figure.add_subplot(), solution)
     save_figure(figure, PICTURE)
+    near = load_scenario(stored_scenarios()["nearby"])
+    rows = as_table(plan(near.start, near.goal, swimmer=near.swimmer).trajectory)
+    with whole_file(FILM) as stream:
+        write_film(rows, near.swimmer, FilmOptions("gif", 12.5, size=(480, 320)), stream, lambda _done, _total: None)
 
 
 if __name__ == "__main__":

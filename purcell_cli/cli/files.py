@@ -48,7 +48,7 @@ def init(
     ] = Path(),
     json: Json = False,
 ) -> None:
-    """Write a start, a goal, a swimmer and a scenario to begin with, every key explained."""
+    """Write a start, a goal, a swimmer, a servo map and a scenario to begin with, every key explained."""
     from purcell_cli.errors import InputError
     from purcell_cli.files.atomic_file import whole_file, writable_folder
     from purcell_cli.files.paths import is_link, status

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from purcell_cli.cli.terminal import GaitFolder, Json, SwimmerFile, busy, ready, show, swimmer_of
+from purcell_cli.cli.terminal import GaitFolder, Json, SwimmerFile, bar, busy, fitting_swimmer, ready, show, swimmer_of
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from purcell_cli.cli.documents.files import FiguresDocument, PlotDocument, ViewDocument
+    from purcell_cli.cli.documents.files import FiguresDocument, FilmDocument, PlotDocument, ViewDocument
+    from purcell_cli.mechanics.swimmer import Swimmer
+    from purcell_cli.motion.trajectory_table import Table
+    from purcell_cli.pictures.film import FilmOptions
 
 PAPER_MOTIONS = ("x-motion", "y-motion", "z-motion", "z-rotation", "y-rotation", "x-rotation")
 """The gaits of the six motions that the paper draws, in its order: x, y, z, psi, theta, phi."""
@@ -25,6 +27,9 @@ _KINDS = ("stroke", "poses", "time")
 
 _LONGEST_TITLE = 300
 """Characters of a page's title at most: as many as a file's name has."""
+
+_PATIENCE_S = 2.0
+"""How long the drawing of a film lasts before a bar is shown [s]."""
 
 _SMOOTH = 0.01
 """Longest time between rows of a stroke that is drawn, for a joint rate of 1 rad/s [s]."""
@@ -112,7 +117,22 @@ def figures(
 
 def view(
     trajectory: Annotated[Path, typer.Argument(metavar="TRAJECTORY", help="A trajectory's CSV file.")],
-    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="The page; default: NAME.html.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="FILE", help="The page, or a film (.gif, .mp4); default: NAME.html."),
+    ] = None,
+    fps: Annotated[
+        float | None, typer.Option("--fps", metavar="X", help="A film's frames in a second; default: 25.")
+    ] = None,
+    duration: Annotated[
+        float | None,
+        typer.Option(
+            "--duration", metavar="S", help="Seconds that a film takes; default: the motion's time, 10 at most."
+        ),
+    ] = None,
+    size: Annotated[
+        str | None, typer.Option("--size", metavar="WxH", help="A film's width and height in pixels; default: 640x480.")
+    ] = None,
     swimmer: SwimmerFile = None,
     beside: Annotated[
         Path | None,
@@ -122,24 +142,32 @@ def view(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Make one page of HTML that plays a trajectory in any browser, without a network."""
-    from purcell_cli.errors import PurcellWarning
+    """Make one page of HTML that plays a trajectory in any browser, without a network; or a film of it."""
+    from purcell_cli.errors import ParameterError
     from purcell_cli.files.atomic_file import writable
     from purcell_cli.files.place import shortened
     from purcell_cli.files.trajectory_reader import read_csv
     from purcell_cli.pictures.html_view import shown_rows, write_page
-    from purcell_cli.verification.verify import MISFIT, misfit
 
     file = out or Path(f"{trajectory.stem}.html")
-    writable(file, "--out", ("html", "htm"))
-    body = ready(swimmer_of(swimmer))
+    writable(file, "--out", ("html", "htm", "gif", "mp4"))
+    ending = file.suffix.removeprefix(".").lower()
+    film = _film_options(ending, fps, duration, size) if ending in {"gif", "mp4"} else None
+    for name, value in (("fps", fps), ("duration", duration), ("size", size)):
+        if film is None and value is not None:
+            raise ParameterError(
+                f"--{name}: no such option is wanted for a page, which plays at any size, found {value!r}"
+            )
+    if film is not None and beside is not None:
+        raise ParameterError(f"--beside: no other trajectory is wanted for a film, found {beside}")
     table = read_csv(trajectory)
-    if (off := misfit(table, body)) > MISFIT:
-        text = f"{trajectory}: its rows move otherwise than this swimmer does (off by {off:.2g} of the joints' rates)"
-        warnings.warn(f"{text}; --swimmer takes the swimmer's file or the plan document", PurcellWarning, stacklevel=2)
+    body = fitting_swimmer(swimmer, table, trajectory)
+    if film is not None:
+        show(_film(table, body, film, trajectory, file), json, _show_film)
+        return
     with busy("drawing"):
         other = None if beside is None else read_csv(beside)
-        size = write_page(table, body, shortened(trajectory.name, _LONGEST_TITLE), file, other)
+        written = write_page(table, body, shortened(trajectory.name, _LONGEST_TITLE), file, other)
     document: ViewDocument = {
         "schema": "purcell/view/1",
         "verdict": "done",
@@ -147,9 +175,38 @@ def view(
         "page": str(file),
         "rows": len(table.time_s),
         "frames": len(shown_rows(table)),
-        "bytes": size,
+        "bytes": written,
     }
     show(document, json, _show_view)
+
+
+def _film_options(ending: str, fps: float | None, duration: float | None, size: str | None) -> FilmOptions:
+    """Return how a film is made, by the options that are given."""
+    from purcell_cli.pictures.film import FilmOptions, parsed_size
+
+    given: dict[str, Any] = {"fps": fps, "duration_s": duration, "size": None if size is None else parsed_size(size)}
+    return FilmOptions(ending, **{name: value for name, value in given.items() if value is not None})
+
+
+def _film(table: Table, body: Swimmer, options: FilmOptions, trajectory: Path, file: Path) -> FilmDocument:
+    """Write a film and return the document about it."""
+    from purcell_cli.files.atomic_file import whole_file
+    from purcell_cli.pictures.film import write_film
+
+    with bar("drawing", _PATIENCE_S) as told, whole_file(file) as stream:
+        frames = write_film(table, body, options, stream, lambda done, total: told(done, total, "frames"))
+    return {
+        "schema": "purcell/film/1",
+        "verdict": "done",
+        "trajectory": str(trajectory),
+        "film": str(file),
+        "rows": len(table.time_s),
+        "frames": frames,
+        "fps": options.fps,
+        "width_px": options.size[0],
+        "height_px": options.size[1],
+        "bytes": file.stat().st_size,
+    }
 
 
 def _stroke_figures(name: str, amplitude: float | None, swimmer: Path | None, gaits: Path | None) -> dict[str, Any]:
@@ -189,3 +246,8 @@ def _show_figures(console: Console, document: FiguresDocument) -> None:
 def _show_view(console: Console, document: ViewDocument) -> None:
     text = f"{document['frames']} of {document['rows']} rows" if document["frames"] < document["rows"] else "all rows"
     console.print(f"page in {document['page']}: {text}, {document['bytes'] / 1e6:.2f} MB", soft_wrap=True)
+
+
+def _show_film(console: Console, document: FilmDocument) -> None:
+    text = f"{document['frames']} frames of {document['width_px']} x {document['height_px']}"
+    console.print(f"film in {document['film']}: {text}, {document['bytes'] / 1e6:.2f} MB", soft_wrap=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeVar
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from purcell_cli.mechanics.swimmer import Swimmer
+    from purcell_cli.motion.trajectory_table import Table
 
 D = TypeVar("D", bound=Mapping[str, object])
 
@@ -61,8 +63,13 @@ def busy(message: str) -> Iterator[Callable[[str], None]]:
 
 
 @contextlib.contextmanager
-def bar(message: str) -> Iterator[Callable[[int, int, str], None]]:
-    """Show a bar on a terminal's stderr; what is yielded takes how many are done, of how many, and the news."""
+def bar(message: str, after_s: float = 0.0) -> Iterator[Callable[[int, int, str], None]]:
+    """Show a bar on a terminal's stderr; what is yielded takes how many are done, of how many, and the news.
+
+    Args:
+        message: What is done.
+        after_s: How long the work must last before the bar is shown [s].
+    """
     if not sys.stderr.isatty():
         yield lambda _done, _total, _news: None
         return
@@ -71,9 +78,20 @@ def bar(message: str) -> Iterator[Callable[[int, int, str], None]]:
 
     news = TextColumn("{task.description}", markup=False)
     columns = (TextColumn(message), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), news)
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("", total=None)
-        yield lambda done, total, news: progress.update(task, completed=done, total=total, description=news)
+    progress, begun = Progress(*columns, console=Console(stderr=True), transient=True), time.monotonic()
+    task = progress.add_task("", total=None)
+
+    def told(done: int, total: int, news: str) -> None:
+        progress.update(task, completed=done, total=total, description=news)
+        if not progress.live.is_started and time.monotonic() - begun >= after_s:
+            progress.start()
+
+    if after_s <= 0.0:
+        progress.start()
+    try:
+        yield told
+    finally:
+        progress.stop()
 
 
 def ready(swimmer: Swimmer) -> Swimmer:
@@ -95,3 +113,17 @@ def swimmer_of(path: Path | None) -> Swimmer:
     if path is None:
         return Swimmer()
     return load_plan(path).plan.swimmer if is_plan(path) else load_swimmer(path)
+
+
+def fitting_swimmer(path: Path | None, table: Table, trajectory: Path) -> Swimmer:
+    """Return the swimmer as `swimmer_of` does, with a warning where a trajectory's rows are not its motion."""
+    import warnings
+
+    from purcell_cli.errors import PurcellWarning
+    from purcell_cli.verification.verify import MISFIT, misfit
+
+    body = ready(swimmer_of(path))
+    if (off := misfit(table, body)) > MISFIT:
+        text = f"{trajectory}: its rows move otherwise than this swimmer does (off by {off:.2g} of the joints' rates)"
+        warnings.warn(f"{text}; --swimmer takes the swimmer's file or the plan document", PurcellWarning, stacklevel=2)
+    return body

@@ -1,4 +1,4 @@
-"""The files that `purcell init` writes: a start, a goal, a swimmer and a scenario, with every key explained."""
+"""The files that `purcell init` writes: start, goal, swimmer, servo map and scenario, with every key explained."""
 
 from __future__ import annotations
 
@@ -66,5 +66,31 @@ expect:
 #   goal.base.position_m[0]: {start: 0.0, stop: 0.01, num: 11}
 """
 
-FILES = {"start.yaml": START, "goal.yaml": GOAL, "swimmer.yaml": SWIMMER, "scenario.yaml": SCENARIO}
+SERVOS = """\
+# A servo map, for a robot that plays a plan: which hinges a limb's joint is made of, and what their servos are told.
+#   purcell export trajectory.csv --to servo --map servos.yaml
+# Every key may be left out; nothing else may stand here.
+# The hinges' axes from the base outwards: z yaw, y pitch, x roll. A joint with one hinge or two has fewer letters.
+hinge_order: {limb1: zyx, limb2: zyx}
+# How far the middle one of three hinges must stay from +-90 degrees, where the outer two share an axis.
+lock_margin_deg: 5.0
+# A servo is told zero + sign * scale * angle; the angle is in degrees, and 0 with the limbs in line with the base.
+channels:
+  limb1_yaw: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
+  limb1_pitch: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
+  limb1_roll: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
+  limb2_yaw: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
+  limb2_pitch: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
+  limb2_roll: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
+# A hobby servo takes pulses: 1500 microseconds in the middle, 1000 more or less for 90 degrees.
+# limb1_yaw: {unit: us, zero: 1500.0, sign: -1, scale: 11.111, range: [500.0, 2500.0]}
+"""
+
+FILES = {
+    "start.yaml": START,
+    "goal.yaml": GOAL,
+    "swimmer.yaml": SWIMMER,
+    "servos.yaml": SERVOS,
+    "scenario.yaml": SCENARIO,
+}
 """Each file's text by name."""

@@ -11,11 +11,12 @@ from purcell_cli.files.elements import Element
 from purcell_cli.files.place import Place
 from purcell_cli.files.plan_file import PLAN
 from purcell_cli.files.scenario_file import SCHEMAS
+from purcell_cli.files.servo_map_file import SERVO_MAP
 from purcell_cli.files.sweep import combinations, variants
 from purcell_cli.files.yaml_source import compose_file
 from purcell_cli.wording import nearest
 
-KINDS: dict[str, Element[object]] = {**SCHEMAS, "plan": PLAN}
+KINDS: dict[str, Element[object]] = {**SCHEMAS, "plan": PLAN, "servo-map": SERVO_MAP}
 """Every kind of document by name."""
 
 MOST_CHECKED = 500

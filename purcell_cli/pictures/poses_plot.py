@@ -15,7 +15,8 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.primitives import CONTROL_NAMES
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.trajectory import Trajectory
-from purcell_cli.pictures.style import BLACK, BLUE, GREY, ORANGE, control_legs, styled
+from purcell_cli.pictures.colours import BLACK, BLUE, GREY, ORANGE
+from purcell_cli.pictures.style import control_legs, styled
 
 _IN_A_ROW = 5
 """Poses side by side: on a page's width their labels of 8 points still stand apart."""

@@ -20,7 +20,8 @@ from purcell_cli.geometry.rotations import Array, as_euler
 from purcell_cli.lie_brackets.planar_curvature import Plane, angles_in, planar_curvature, plane_of
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.trajectory import Trajectory
-from purcell_cli.pictures.style import BLACK, BLUE, GREY, ORANGE, control_legs, styled
+from purcell_cli.pictures.colours import BLACK, BLUE, GREY, ORANGE
+from purcell_cli.pictures.style import control_legs, styled
 
 _GRID = 111
 """Points of the curvature along each axis: the colours show no steps at the size of the picture."""

@@ -1,4 +1,4 @@
-"""What all pictures share: colours, formats and how they are saved."""
+"""What all pictures share: style, formats and how they are saved."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from purcell_cli.errors import InputError, MissingPackageError
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.pictures.colours import GREY
 from purcell_cli.pictures.settings import untouched_by_the_user
 
 try:
@@ -24,8 +25,6 @@ except ImportError:
 
 FORMATS = ("png", "svg", "pdf")
 """The formats of a picture, by the file's ending."""
-
-BLUE, ORANGE, GREEN, PINK, BLACK, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#222222", "#666666"
 
 _STYLE: Any = {
     "axes.edgecolor": GREY,

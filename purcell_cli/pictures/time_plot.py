@@ -15,8 +15,9 @@ from matplotlib.figure import Figure
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import PHASES
 from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.pictures.colours import BLUE, GREEN, GREY, ORANGE
 from purcell_cli.pictures.html_view import origin_told
-from purcell_cli.pictures.style import BLUE, GREEN, GREY, ORANGE, styled
+from purcell_cli.pictures.style import styled
 from purcell_cli.wording import length_unit
 
 _TINTS = {1: "#E69F00", 2: "#56B4E9", 3: "#009E73"}

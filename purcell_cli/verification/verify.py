@@ -28,6 +28,9 @@ _RATE_SLACK = 1e-9
 and below what anybody would call faster."""
 _PART = 0.1
 """Each part of a trajectory is replayed so well that its bound is small against this part of the tolerance."""
+_MOST_TURNED_RAD = 100.0
+"""A row whose controls turn farther before the next one is not looked at [rad]: to integrate it would take long."""
+
 _LOOKED_AT = 64
 """Rows whose motion is compared with the swimmer's, to tell whether it can have made them."""
 _ROUNDING = 1e-14
@@ -151,7 +154,8 @@ def misfit(table: Table, swimmer: Swimmer) -> float:
     Each of these rows must move to the next as the swimmer does by the row's controls from the row's shape.
     """
     poses, shapes = se3.pose(from_quaternion(table.base), table.position_m), from_quaternion(table.limbs)
-    moving = np.flatnonzero(np.any(table.rate_rad_s[:-1] != 0.0, axis=1) & (np.diff(table.time_s) > 0.0))
+    turned = np.linalg.norm(table.rate_rad_s[:-1], axis=1) * np.diff(table.time_s)
+    moving = np.flatnonzero((turned > 0.0) & (turned <= _MOST_TURNED_RAD))
     k = moving[np.unique(np.linspace(0, len(moving) - 1, min(_LOOKED_AT, len(moving))).astype(np.int64))]
     if not len(k):
         return 0.0

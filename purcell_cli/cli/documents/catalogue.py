@@ -9,8 +9,10 @@ from typing import Any
 from purcell_cli.batch.rows import Summary
 from purcell_cli.cli.documents.batch import BatchDocument
 from purcell_cli.cli.documents.controllability import ControllabilityDocument, MapDocument
+from purcell_cli.cli.documents.export import ExportDocument
 from purcell_cli.cli.documents.files import (
     FiguresDocument,
+    FilmDocument,
     InitDocument,
     PlotDocument,
     ValidateDocument,
@@ -48,6 +50,8 @@ DOCUMENTS: Mapping[str, Any] = MappingProxyType(
         "purcell/plot/1": PlotDocument,
         "purcell/figures/1": FiguresDocument,
         "purcell/view/1": ViewDocument,
+        "purcell/film/1": FilmDocument,
+        "purcell/export/1": ExportDocument,
         "purcell/init/1": InitDocument,
         "purcell/validate/1": ValidateDocument,
     }

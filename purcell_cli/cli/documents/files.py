@@ -6,7 +6,7 @@ from typing import Annotated, Literal, TypedDict
 
 from purcell_cli.cli.documents.common import Done
 
-Kind = Literal["start", "goal", "swimmer", "scenario", "gait", "plan"]
+Kind = Literal["start", "goal", "swimmer", "scenario", "gait", "plan", "servo-map"]
 
 
 class InitDocument(TypedDict):
@@ -62,3 +62,18 @@ class ViewDocument(TypedDict):
     rows: Annotated[int, "rows of the trajectory"]
     frames: Annotated[int, "rows that the page has"]
     bytes: Annotated[int, "size of the page [bytes]"]
+
+
+class FilmDocument(TypedDict):
+    """What `purcell view` prints of a film."""
+
+    schema: Annotated[Literal["purcell/film/1"], "the form of the document"]
+    verdict: Done
+    trajectory: Annotated[str, "the trajectory's file"]
+    film: Annotated[str, "the film's file"]
+    rows: Annotated[int, "rows of the trajectory"]
+    frames: Annotated[int, "frames of the film"]
+    fps: Annotated[float, "frames in a second"]
+    width_px: Annotated[int, "width of a frame [pixels]"]
+    height_px: Annotated[int, "height of a frame [pixels]"]
+    bytes: Annotated[int, "size of the film [bytes]"]
