@@ -179,7 +179,8 @@ def main() -> int:
             begun, told = time.perf_counter(), Counter[str]()
             for text in found:
                 told[text] += 1
-                print(f"{attack}: {told.total()}, {text}", file=sys.stderr, flush=True)
+                spent = time.perf_counter() - begun
+                print(f"{attack}: {told.total()} in {spent:.0f} s, {text}", file=sys.stderr, flush=True)
             print(f"{attack}: {told.total()} in {time.perf_counter() - begun:.0f} s")
             for text, count in told.most_common():
                 print(f"  {count:5d}  {text}", flush=True)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -10,6 +13,7 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.motion import memory
 from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.memory import refuse_huge
+from purcell_cli.planner.refine.simultaneous import quickened
 
 QUICK = PlanOptions(effort="quick")
 
@@ -32,6 +36,24 @@ def test_the_default_is_half_of_what_is_free_if_that_is_less(monkeypatch: pytest
     refuse_huge(10, 1e6, 0.9)
     monkeypatch.setattr(memory, "free_bytes", lambda: None)
     refuse_huge(10, 1e6, memory.DEFAULT_GB)
+
+
+def test_what_holds_copies_of_files_counts_as_free(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    told = tmp_path / "meminfo"
+    told.write_text("MemTotal:  24684092 kB\nMemFree:    310000 kB\nMemAvailable:  17254400 kB\n")
+    monkeypatch.setattr(memory, "_KNOWN_TO_LINUX", told)
+    assert memory.free_bytes() == 17254400 * 1024
+    told.write_text("Nonsense: 1 kB\n")  # an old kernel: what the C library says
+    other = memory.free_bytes()
+    assert other is None or other != 17254400 * 1024
+
+
+def test_plans_of_many_moves_are_not_made_simultaneous() -> None:
+    """The derivatives of some 9,000 moves took 7 GB."""
+    few = plan(Configuration(), Configuration.from_angles((0.3, 0.0, 0.0)), options=QUICK).plan
+    many = dataclasses.replace(few, blocks=few.blocks * 300)
+    assert sum(len(block.sequence) for block in many.blocks) > 1000
+    assert quickened(many) is many
 
 
 def test_a_plan_beyond_the_budget_is_refused() -> None:

@@ -51,6 +51,9 @@ _UNFELT_RAD = 1e-13
 """Moves that turn no joint further than this are dropped from the plan [rad]."""
 _MARGIN_RAD = 1e-6
 """Margin below the bend limit, left to the exact arrival [rad]; at most half the limit."""
+_MOST_MOVES = 1000
+"""Plans of more moves, one cycle of each stroke counted, stay as they are: derivatives grow with the square of that, to
+some 7 GB at 9,000."""
 
 TOGETHER, ROLLED, ROUNDED = "simultaneous moves", "limb rolls", "rounded shape loop"
 """Names of strokes that are not in the primitive plan."""
@@ -63,7 +66,7 @@ def quickened(plan: Plan, limits: Limits | None = None) -> Plan:
         plan: A plan by primitives.
         limits: What the plan must keep besides the bend limit; what breaks them is not taken.
     """
-    if not plan.blocks:
+    if not plan.blocks or sum(len(block.sequence) for block in plan.blocks) > _MOST_MOVES:
         return plan
     wanted = displacement_between(plan.start, plan.goal, plan.swimmer.length_m)
     unit = plan.swimmer.scaled()
