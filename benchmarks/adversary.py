@@ -2,9 +2,10 @@
 
     python benchmarks/adversary.py --count 300
 
-Plans: random swimmers over the whole stated space, and random queries for them. A plan called reached is written,
-read back and replayed in extended precision, by the integrator that the planner does not have; a plan that is not
-reached is counted by its verdict. Trajectories: a number of a good file is changed, and verify must find it. Signals:
+Plans: random swimmers for which plans are promised (docs/explanation/cannot.md), and random queries for them. A plan
+called reached is written, read back and replayed in extended precision, by the integrator that the planner does not
+have; a plan that is not reached is counted by its verdict.
+Trajectories: a number of a good file is changed, and verify must find it. Signals:
 a command is interrupted, terminated or killed at a random moment, and neither a half file nor a process may be left.
 Names: outputs with names that are hard for shells, patterns and markup.
 
@@ -33,6 +34,7 @@ from purcell_cli.geometry.rotations import from_euler
 from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.motion.clearance import limb_distance
 from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.planner.arcs.straight_way import promised
 from purcell_cli.verification.replay import replay
 from purcell_cli.verification.verify import verify
 
@@ -48,11 +50,10 @@ def between(rng: np.random.Generator, low: float, high: float) -> float:
     return float(np.exp(rng.uniform(math.log(low), math.log(high))))
 
 
-def query(seed: int) -> tuple[Swimmer, Configuration, Configuration]:
-    """Return a swimmer of the stated space, a start and a goal."""
-    rng = np.random.default_rng(seed)
+def drawn(rng: np.random.Generator) -> Swimmer:
+    """Return a random swimmer."""
     base = between(rng, 1e-4, 1.0)
-    swimmer = Swimmer(
+    return Swimmer(
         base_half_length_m=base,
         limb_half_length_m=base * between(rng, 0.05, 20.0),
         slenderness=between(rng, 1e-4, 0.15),
@@ -61,6 +62,13 @@ def query(seed: int) -> tuple[Swimmer, Configuration, Configuration]:
         max_bend_rad=between(rng, 0.05, 3.1),
         joint_rate_rad_s=between(rng, 1e-3, 1e3),
     )
+
+
+def query(seed: int) -> tuple[Swimmer, Configuration, Configuration]:
+    """Return a swimmer of the space for which plans are promised, a start and a goal."""
+    rng = np.random.default_rng(seed)
+    while not promised(swimmer := drawn(rng)):
+        pass
 
     def limb() -> tuple[float, ...]:
         spread = np.degrees(min(swimmer.max_bend_rad, 1.0))

@@ -13,7 +13,9 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.motion import memory
 from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.memory import refuse_huge
+from purcell_cli.planner.arcs.straight_way import primitives_per_length, promised
 from purcell_cli.planner.refine.simultaneous import quickened
+from purcell_cli.solution import carried_out
 
 QUICK = PlanOptions(effort="quick")
 
@@ -61,6 +63,24 @@ def test_a_plan_beyond_the_budget_is_refused() -> None:
     with pytest.raises(ParameterError, match="max-memory"):
         plan(Configuration(), goal, options=PlanOptions(effort="quick", max_memory_gb=0.2))
     assert plan(Configuration(), goal, options=QUICK).verdict == "reached"
+
+
+def test_what_a_length_takes_is_what_a_far_plan_takes() -> None:
+    swimmer = Swimmer(limb_half_length_m=0.06, max_bend_rad=0.4)
+    far = plan(Configuration(), Configuration.from_angles((4.0, 0.0, 0.0)), swimmer=swimmer, options=QUICK).plan
+    lengths = 4.0 / swimmer.length_m
+    np.testing.assert_allclose(far.primitives / lengths, primitives_per_length(swimmer), rtol=0.1)
+
+
+def test_a_swimmer_of_too_many_strokes_is_told_what_takes_fewer() -> None:
+    weak = Swimmer(limb_half_length_m=0.01, drag_ratio=1.1, max_bend_rad=0.06)
+    assert not promised(weak)
+    few = plan(Configuration(), Configuration.from_angles((0.3, 0.0, 0.0)), options=QUICK).plan
+    short = PlanOptions(max_memory_gb=0.15)
+    with pytest.raises(ParameterError, match=r"max-memory: .*primitives to swim its length L.* a larger max_bend_rad"):
+        carried_out(dataclasses.replace(few, swimmer=weak), short)
+    with pytest.raises(ParameterError, match=r"^max-memory: (?!.*max_bend_rad)"):
+        carried_out(few, short)
 
 
 def test_the_largest_coordinate_says_a_quarter_of_the_tolerance() -> None:
