@@ -15,6 +15,7 @@ from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.bead_table import bead_table
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -168,6 +169,8 @@ def plan(
     for name, configuration in (("start", start), ("goal", goal)):
         refuse_large(body, name, configuration)
         limits.refuse(body, name, configuration)
+    if body.fluid == "beads":
+        bead_table(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
     packaged = stored_gaits()
     left_out = unfit_gaits([gait for name, gait in stored.items() if packaged.get(name) is not gait], body)
     stored = {**stored, **{name: packaged[name] for name in left_out if name in packaged}}

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 from purcell_cli.files.containers import Field, Record
 from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.place import Place
-from purcell_cli.files.scalars import Number
+from purcell_cli.files.scalars import Choice, Number
 from purcell_cli.files.yaml_source import load
-from purcell_cli.mechanics.swimmer import LIMITS, Swimmer
+from purcell_cli.mechanics.swimmer import FLUIDS, LIMITS, Swimmer
 
 
-def _swimmer(value: dict[str, float], _: Place) -> Swimmer:
+def _swimmer(value: dict[str, Any], _: Place) -> Swimmer:
     return Swimmer(**value)
+
+
+_NAMED = {"fluid": Field(Choice(FLUIDS), "each link alone, or links that feel each other's flow", default="local")}
+"""The keys that are no numbers."""
 
 
 SWIMMER = Document(
@@ -24,8 +29,10 @@ SWIMMER = Document(
             {
                 field.name: Field(Number(above=above, at_most=at_most), default=field.default)
                 for field in dataclasses.fields(Swimmer)
+                if field.name in LIMITS
                 for above, at_most in (LIMITS[field.name],)
             }
+            | _NAMED
         ),
         _swimmer,
     ),

@@ -21,6 +21,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, cross, hat
 from purcell_cli.lie_brackets.taylor import Taylor, taylor
@@ -176,7 +177,12 @@ def connection_polynomial(
 
     Returns:
         Polynomials on (omega_1, omega_2). Shape (monomials, 6, 6).
+
+    Raises:
+        ParameterError: Links that feel each other's flow: there is no closed form for them.
     """
+    if swimmer.fluid != "local":
+        raise ParameterError(f"fluid: 'local', for brackets of control fields, is wanted, found {swimmer.fluid!r}")
     unit, ring = swimmer.scaled(), taylor(len(controls), degree)
     x = _coordinates(ring, controls)
     p, q = ring.constant(unit.drag(0)), np.zeros((len(ring), 6, 6))
