@@ -20,6 +20,7 @@ class Breadth:
         chains: How many of the steered ways are settled as chains of loops.
         rounds: Rounds in which they settle.
         shorter: Rounds in which every chain tries to do with one cycle fewer of one of its loops.
+        longer: Parts by which the cycles of every chain grow, one after the other, while none is settled.
         library_plans: How many of the library's plans are tried for short ways.
         pace: How long library plans that arrive are shortened.
     """
@@ -30,6 +31,7 @@ class Breadth:
     chains: int = 4
     rounds: int = 5
     shorter: int = 2
+    longer: tuple[float, ...] = ()
     library_plans: int = 6
     pace: Pace = Pace(rounds=2, steps=10)
 
@@ -83,7 +85,7 @@ _THOROUGH = Stage(
 )
 """The second stage of a thorough search: more candidates of each kind, each optimised for longer."""
 _WIDE = Stage(
-    Breadth(pairs=36, starts=432, chains=24, rounds=20, shorter=0, library_plans=24),
+    Breadth(pairs=36, starts=432, chains=24, rounds=20, shorter=0, longer=(0.15, 0.3, 0.6, 1.2), library_plans=24),
     last_resort=True,
 )
 """The last resort of a quick or standard search: more starts, chains and rounds, so that something arrives."""

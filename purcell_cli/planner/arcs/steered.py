@@ -89,6 +89,17 @@ def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> 
         gained = np.flatnonzero(left < off[few])
         few = few[gained]
         chains, off[few], spent[few] = chains.put(few, more[gained]), left[gained], paid[gained] + around[few]
+    full = chains
+    for part in breadth.longer:
+        if np.any(off <= _FAR_OFF):
+            break
+        more, left, paid = full.longer(wanted, part).settled(wanted, breadth.rounds)
+        gained = np.flatnonzero(left < off)
+        chains, off[gained], spent[gained] = (
+            chains.put(gained, more[gained]),
+            left[gained],
+            paid[gained] + around[gained],
+        )
     few = np.argsort(np.round(spent, 9), kind="stable")[: math.ceil(0.5 * len(chains))]
     for _ in range(breadth.shorter):
         fewer, owner = chains[few].shorter()
