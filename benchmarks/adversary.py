@@ -2,9 +2,10 @@
 
     python benchmarks/adversary.py --count 300
 
-Plans: random swimmers over the whole stated space, and random queries for them. A plan called reached is written,
-read back and replayed in extended precision, by the integrator that the planner does not have; a plan that is not
-reached is counted by its verdict. Trajectories: a number of a good file is changed, and verify must find it. Signals:
+Plans: random swimmers for which plans are promised (docs/explanation/cannot.md), and random queries for them. A plan
+called reached is written, read back and replayed in extended precision, by the integrator that the planner does not
+have; a plan that is not reached is counted by its verdict.
+Trajectories: a number of a good file is changed, and verify must find it. Signals:
 a command is interrupted, terminated or killed at a random moment, and neither a half file nor a process may be left.
 Names: outputs with names that are hard for shells, patterns and markup.
 
@@ -31,6 +32,7 @@ from purcell_cli.errors import PurcellError
 from purcell_cli.geometry.rotations import from_euler
 from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.planner.arcs.straight_way import promised
 from purcell_cli.verification.replay import replay
 from purcell_cli.verification.verify import verify
 
@@ -46,11 +48,10 @@ NAMES = ("run[1].csv", "a b.csv", "[red]x.csv", "*.csv", "~.csv", "-x.csv", "%20
 """Names of files that are hard for patterns, markup, shells and other programs."""
 
 
-def query(seed: int) -> tuple[Swimmer, Configuration, Configuration]:
-    """Return a swimmer of the stated space, a start and a goal."""
-    rng = np.random.default_rng(seed)
+def drawn(rng: np.random.Generator) -> Swimmer:
+    """Return a random swimmer."""
     base = between(rng, 1e-4, 1.0)
-    swimmer = Swimmer(
+    return Swimmer(
         base_half_length_m=base,
         limb_half_length_m=base * between(rng, 0.05, 20.0),
         slenderness=between(rng, 1e-4, 0.15),
@@ -60,6 +61,12 @@ def query(seed: int) -> tuple[Swimmer, Configuration, Configuration]:
         joint_rate_rad_s=between(rng, 1e-3, 1e3),
     )
 
+
+def query(seed: int) -> tuple[Swimmer, Configuration, Configuration]:
+    """Return a swimmer of the space for which plans are promised, a start and a goal."""
+    rng = np.random.default_rng(seed)
+    while not promised(swimmer := drawn(rng)):
+        pass
     swimmer = of_its_own(rng, swimmer) if seed % _OF_ITS_OWN == 1 else swimmer
 
     def limb() -> tuple[float, ...]:
@@ -179,7 +186,8 @@ def main() -> int:
             begun, told = time.perf_counter(), Counter[str]()
             for text in found:
                 told[text] += 1
-                print(f"{attack}: {told.total()}, {text}", file=sys.stderr, flush=True)
+                spent = time.perf_counter() - begun
+                print(f"{attack}: {told.total()} in {spent:.0f} s, {text}", file=sys.stderr, flush=True)
             print(f"{attack}: {told.total()} in {time.perf_counter() - begun:.0f} s")
             for text, count in told.most_common():
                 print(f"  {count:5d}  {text}", flush=True)

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from purcell_cli.errors import ParameterError
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
@@ -26,6 +27,7 @@ from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, check_spacing, sample, schedule
 from purcell_cli.motion.verdict import PlanVerdict, Verdict
+from purcell_cli.planner.arcs.straight_way import advice
 from purcell_cli.planner.gait_sequence import unfit_gaits
 from purcell_cli.planner.limbs.quarter_rolls import QuarterRolls
 from purcell_cli.planner.objectives import cost
@@ -211,7 +213,10 @@ def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
     swimmer, start, blocks = plan.swimmer, plan.start, plan.blocks
     wanted, known = Limits.of(options), plan.limits
     check_spacing(swimmer, blocks, options.dt_s)
-    refuse_huge(plan.primitives, plan.duration_s / options.dt_s, options.max_memory_gb)
+    try:
+        refuse_huge(plan.primitives, plan.duration_s / options.dt_s, options.max_memory_gb)
+    except ParameterError as error:
+        raise ParameterError(f"{error}{advice(swimmer)}") from None
     return Solution(
         plan,
         options,

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -10,6 +13,9 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.motion import memory
 from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.memory import refuse_huge
+from purcell_cli.planner.arcs.straight_way import primitives_per_length, promised
+from purcell_cli.planner.refine.simultaneous import quickened
+from purcell_cli.solution import carried_out
 
 QUICK = PlanOptions(effort="quick")
 
@@ -34,11 +40,47 @@ def test_the_default_is_half_of_what_is_free_if_that_is_less(monkeypatch: pytest
     refuse_huge(10, 1e6, memory.DEFAULT_GB)
 
 
+def test_what_holds_copies_of_files_counts_as_free(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    told = tmp_path / "meminfo"
+    told.write_text("MemTotal:  24684092 kB\nMemFree:    310000 kB\nMemAvailable:  17254400 kB\n")
+    monkeypatch.setattr(memory, "_KNOWN_TO_LINUX", told)
+    assert memory.free_bytes() == 17254400 * 1024
+    told.write_text("Nonsense: 1 kB\n")  # an old kernel: what the C library says
+    other = memory.free_bytes()
+    assert other is None or other != 17254400 * 1024
+
+
+def test_plans_of_many_moves_are_not_made_simultaneous() -> None:
+    """The derivatives of some 9,000 moves took 7 GB."""
+    few = plan(Configuration(), Configuration.from_angles((0.3, 0.0, 0.0)), options=QUICK).plan
+    many = dataclasses.replace(few, blocks=few.blocks * 300)
+    assert sum(len(block.sequence) for block in many.blocks) > 1000
+    assert quickened(many) is many
+
+
 def test_a_plan_beyond_the_budget_is_refused() -> None:
     goal = Configuration.from_angles((2.0, 0.0, 0.0))
     with pytest.raises(ParameterError, match="max-memory"):
         plan(Configuration(), goal, options=PlanOptions(effort="quick", max_memory_gb=0.2))
     assert plan(Configuration(), goal, options=QUICK).verdict == "reached"
+
+
+def test_what_a_length_takes_is_what_a_far_plan_takes() -> None:
+    swimmer = Swimmer(limb_half_length_m=0.06, max_bend_rad=0.4)
+    far = plan(Configuration(), Configuration.from_angles((4.0, 0.0, 0.0)), swimmer=swimmer, options=QUICK).plan
+    lengths = 4.0 / swimmer.length_m
+    np.testing.assert_allclose(far.primitives / lengths, primitives_per_length(swimmer), rtol=0.1)
+
+
+def test_a_swimmer_of_too_many_strokes_is_told_what_takes_fewer() -> None:
+    weak = Swimmer(limb_half_length_m=0.01, drag_ratio=1.1, max_bend_rad=0.06)
+    assert not promised(weak)
+    few = plan(Configuration(), Configuration.from_angles((0.3, 0.0, 0.0)), options=QUICK).plan
+    short = PlanOptions(max_memory_gb=0.15)
+    with pytest.raises(ParameterError, match=r"max-memory: .*primitives to swim its length L.* a larger max_bend_rad"):
+        carried_out(dataclasses.replace(few, swimmer=weak), short)
+    with pytest.raises(ParameterError, match=r"^max-memory: (?!.*max_bend_rad)"):
+        carried_out(few, short)
 
 
 def test_the_largest_coordinate_says_a_quarter_of_the_tolerance() -> None:

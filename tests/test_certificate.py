@@ -77,6 +77,38 @@ def test_the_bound_holds_in_double_precision(swimmer: Swimmer, seed: int, monkey
     assert 1e-9 < off < max(coarse.bound.position_m / swimmer.length_m, coarse.bound.base_rad)
 
 
+@pytest.mark.parametrize("swimmer", [Swimmer(), THIN, STOUT], ids=["paper", "thin", "stout"])
+@pytest.mark.parametrize("cycles", [1, 300])
+def test_the_bound_holds_where_rounding_was_measured(
+    swimmer: Swimmer, cycles: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In double precision, whose rounding shows; the same segments' errors add up over cycles."""
+    times, rates = squares(cycles, 0.0625, 0.0)
+    monkeypatch.setattr(replaying, "_CARES", ((np.longdouble, 0.3),))
+    exact = replay(swimmer, BENT, times, rates)
+    worst: list[float] = []
+    for cares in (((np.float64, 0.3),), ((np.float64, 0.6), (np.float64, 0.3))):
+        monkeypatch.setattr(replaying, "_CARES", cares)
+        found = replay(swimmer, BENT, times, rates, tolerance_l=0.0, tolerance_rad=0.0)
+        worst.append(max(found.bound.position_m / swimmer.length_m, found.bound.base_rad))
+        assert apart(found.end_pose, exact.end_pose, swimmer.length_m) < worst[-1]
+    assert worst[1] <= worst[0]
+
+
+def test_rounding_that_was_measured_counts_for_less(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thin, long-limbed swimmer, whose rounding is far below the most there can be."""
+    thin = Swimmer(base_half_length_m=0.01, limb_half_length_m=0.14, slenderness=1.6e-4, drag_ratio=1.05)
+    times, rates = squares(2000, 0.0625, 0.0)
+    ends, bounds = [], []
+    for cares in (((np.longdouble, 0.3),), ((np.longdouble, 0.6), (np.longdouble, 0.3)), ((np.longdouble, 0.2),)):
+        monkeypatch.setattr(replaying, "_CARES", cares)
+        found = replay(thin, Configuration(), times, rates, tolerance_l=0.0, tolerance_rad=0.0)
+        ends.append(found.end_pose)
+        bounds.append(found.bound.base_rad)
+    assert bounds[1] < 0.5 * bounds[0]
+    assert apart(ends[1], ends[2], thin.length_m) < bounds[1]
+
+
 def test_thousands_of_cycles_go_over_to_extended_precision() -> None:
     times, rates = squares(4000, 0.0625, 0.0)
     found = replay(THIN, BENT, times, rates)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+from pathlib import Path
 
 from purcell_cli.errors import ParameterError
 
@@ -13,8 +15,15 @@ DEFAULT_GB = 4.0
 """The budget where none is given [GB]; half of what is free, if that is less."""
 
 
+_KNOWN_TO_LINUX = Path("/proc/meminfo")
+"""Where Linux says what is available: what is free, and what holds copies of files that are let go when needed."""
+
+
 def free_bytes() -> int | None:
-    """Return how much memory is free, where the system says that."""
+    """Return how much memory a program can have now, where the system says that."""
+    with contextlib.suppress(OSError, ValueError, StopIteration):
+        lines = _KNOWN_TO_LINUX.read_text("ascii").splitlines()
+        return next(int(line.split()[1]) << 10 for line in lines if line.startswith("MemAvailable:"))
     try:
         return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, OSError, ValueError):

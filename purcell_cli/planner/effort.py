@@ -22,7 +22,8 @@ class Breadth:
         shorter: Rounds in which every chain tries to do with one cycle fewer of one of its loops.
         arcs_from: Arcs are made at once where what is known takes more than this part of what they promise.
         library_below: Library plans are tried where they promise less than so many times what arcs promise.
-        library_plans: How many of them are tried.
+        longer: Parts by which the cycles of every chain grow, one after the other, while none is settled.
+        library_plans: How many of the library's plans are tried.
         pace: How long library plans that arrive are shortened.
     """
 
@@ -34,6 +35,7 @@ class Breadth:
     shorter: int = 2
     arcs_from: float = 0.7
     library_below: float = 1.25
+    longer: tuple[float, ...] = ()
     library_plans: int = 6
     pace: Pace = Pace(rounds=2, steps=10, longest=40)
 
@@ -100,7 +102,15 @@ _THOROUGH = Stage(
 """The second stage of a thorough search: more candidates of each kind, each optimised for longer."""
 _WIDE = Stage(
     Breadth(
-        arcs_from=0.0, library_below=math.inf, pairs=36, starts=432, chains=24, rounds=20, shorter=0, library_plans=24
+        arcs_from=0.0,
+        library_below=math.inf,
+        pairs=36,
+        starts=432,
+        chains=24,
+        rounds=20,
+        shorter=0,
+        longer=(0.15, 0.3, 0.6, 1.2),
+        library_plans=24,
     ),
     last_resort=True,
 )

@@ -74,4 +74,5 @@ class Problem:
         ways = interleaved(self.swimmer, shapes, (few.first, few.last), breadth.orders, self.clearance)
         loops = shape_loops(self.swimmer, shapes, self.clearance)
         outer = with_shape_loops(OuterPhases(*ways), loops, self.wanted, price)
-        return best_pairs(outer, self.wanted, price, breadth.pairs)
+        pairs = best_pairs(outer, self.wanted, price, breadth.pairs)
+        return pairs.checked(self.swimmer, shapes, self.wanted)

@@ -229,17 +229,18 @@ class Chains:
         way, gone = (norm(g[:, :3, 3]) for g in (wanted, self.displacements()))
         return np.asarray(np.maximum(way - gone, 0.0))
 
-    def longer(self, wanted: Array) -> Chains:
+    def longer(self, wanted: Array, least: float = 0.0) -> Chains:
         """Return the chains with more cycles of every loop that is as large as it may be: as many as are wanting.
 
         Args:
             wanted: The displacements. Shape (n, 4, 4).
+            least: The least part by which cycles grow, for chains that do not turn enough.
         """
         _, high = self._bounds()
         full = (self.which >= 0) & (self.bend > high[:, : self.which.shape[1]] - _FULL_RAD)
         way = norm(wanted[:, :3, 3])
         share = np.minimum(self.short(wanted) / np.maximum(way, 1e-300), _LONGER)
-        more = np.maximum(np.ceil(share[:, None] * self.cycles), 1.0)
+        more = np.maximum(np.ceil(np.maximum(share, least)[:, None] * self.cycles), 1.0)
         return dataclasses.replace(self, cycles=self.cycles + full * more)
 
     def shorter(self) -> tuple[Chains, NDArray[np.int64]]:

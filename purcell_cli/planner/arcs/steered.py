@@ -34,6 +34,10 @@ _SAME = 1e-4
 _FAR_OFF = 0.02
 """Chains that miss by more than this, measured by `chain.missed`, are astray [L, rad]."""
 
+_SETTLED = 3e-3
+"""While no chain misses by less than this, in the last resort, all are made longer: what loops as large as may be lack,
+no refinement can give them [L, rad]."""
+
 
 def steered_arcs(problem: Problem, breadth: Breadth, known: Sequence[Candidate] = ()) -> list[Candidate]:
     """Return motions by arcs with rolls between; none where no stored gait rolls by its amplitude.
@@ -125,6 +129,17 @@ def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> 
         gained = np.flatnonzero(left < off[few])
         few = few[gained]
         chains, off[few], spent[few] = chains.put(few, more[gained]), left[gained], paid[gained] + around[few]
+    full = chains
+    for part in breadth.longer:
+        if np.any(off <= _SETTLED):
+            break
+        more, left, paid = full.longer(wanted, part).settled(wanted, breadth.rounds)
+        gained = np.flatnonzero(left < off)
+        chains, off[gained], spent[gained] = (
+            chains.put(gained, more[gained]),
+            left[gained],
+            paid[gained] + around[gained],
+        )
     few = np.argsort(np.round(spent, 9), kind="stable")[: math.ceil(0.5 * len(chains))]
     for _ in range(breadth.shorter):
         fewer, owner = chains[few].shorter()

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import arccos, matmul
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.lift import SEARCHING, run_displacements
+from purcell_cli.mechanics.pieces import Pieces
+from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import PHASES, Block
 from purcell_cli.planner.limbs.shape_loops import ShapeLoops
 from purcell_cli.planner.limbs.straightening import MOST_LOOPS, Straightenings
@@ -21,6 +24,8 @@ _LOOPED_FROM = 10
 """How many ways, at the start and at the goal each, go on to shape loops before them."""
 _ALIKE = 10
 """How many times the wanted pairs are sorted: room for pairs of equal estimates, of which one is kept."""
+_MISJUDGED = 0.01
+"""By how much the displacement of a way may be out before it is worked out anew [L, rad]; most are by under 1e-4."""
 
 Price = Callable[[Array, Array, Array], Array]
 """Estimates the cost of phase 2 [rad] from its change of heading [rad], its distance [L] and its part aside [L]."""
@@ -104,6 +109,28 @@ class LimbPairs:
         """Return the strokes of a phase 2 with the ways of pair k in and out."""
         i, j = self.index[k].tolist()
         return self.ways.around(i, inner, j)
+
+    def checked(self, swimmer: Swimmer, shapes: tuple[Array, Array], wanted: Array) -> LimbPairs:
+        """Return the pairs with what is missing worked out anew where the ways were misjudged.
+
+        The accuracy by which ways are compared is not enough where a limb passes near the base's line at a large angle,
+        and a missing displacement that is far out leads every candidate astray.
+
+        Args:
+            swimmer: The swimmer, scaled to L = 1.
+            shapes: Shapes at the start and at the goal. Each of shape (2, 3, 3).
+            wanted: Body displacement of the whole. Shape (4, 4).
+        """
+        ends = []
+        for ways, shape, column in zip((self.ways.first, self.ways.last), shapes, self.index.T, strict=True):
+            used, place = np.unique(column, return_inverse=True)
+            sequences = [ways.sequence(k) for k in used.tolist()]
+            pieces, counts = Pieces.together(Pieces.of(s, shape) for s in sequences), [len(s) for s in sequences]
+            ends.append(run_displacements(swimmer, pieces, counts, np.ones_like(used), SEARCHING)[place])
+        found = se3.normalised(matmul(matmul(se3.inverse(ends[0]), wanted), ends[1]))
+        off = np.max(np.abs(se3.log(se3.normalised(matmul(se3.inverse(self.missing), found)))), axis=-1)
+        far = (off > _MISJUDGED)[:, None, None]
+        return dataclasses.replace(self, missing=np.where(far, found, self.missing))
 
 
 def best_pairs(outer: OuterPhases, wanted: Array, price: Price, most: int) -> LimbPairs:

@@ -65,6 +65,9 @@ _SPARE = 1e-9
 """Part of the time of a plan by primitives that the one of least energy leaves, for rounding to the clock."""
 _MARGIN_RAD = 1e-6
 """Margin below the bend limit, left to the exact arrival [rad]; at most half the limit."""
+_MOST_MOVES = 1000
+"""Plans of more moves, one cycle of each stroke counted, stay as they are: derivatives grow with the square of that, to
+some 7 GB at 9,000."""
 
 TOGETHER, ROLLED, ROUNDED = "simultaneous moves", "limb rolls", "rounded shape loop"
 """Names of strokes that are not in the primitive plan."""
@@ -80,7 +83,7 @@ def quickened(plan: Plan, limits: Limits | None = None, objective: str = "time",
             switches are counted, that is the plan with few of them, made quicker.
         effort: One of `effort.EFFORTS`: how many programs a motion is optimised by.
     """
-    if not plan.blocks:
+    if not plan.blocks or sum(len(block.sequence) for block in plan.blocks) > _MOST_MOVES:
         return plan
     search = _Search(plan, limits, effort, "time" if objective == "switches" else objective)
     return search.run()
