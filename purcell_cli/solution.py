@@ -64,7 +64,9 @@ class Solution:
     def rows_off(self) -> Deviation:
         """How far the trajectory's rows, where the control changes, are from the re-integration at the most."""
         rows, again = self.trajectory, self.replay
-        row = np.searchsorted(rows.time_s, schedule(self.plan.swimmer, self.plan.blocks)[0][again.row])
+        row = np.searchsorted(
+            rows.time_s, schedule(self.plan.swimmer, self.plan.start.shape, self.plan.blocks)[0][again.row]
+        )
         pose, shape, most = again.pose, again.shape, np.zeros(4)
         for low in range(0, len(row), _BATCH):
             some = slice(low, low + _BATCH)
@@ -193,7 +195,7 @@ def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
     return Solution(
         plan,
         options,
-        replay(swimmer, start, *schedule(swimmer, blocks)),
+        replay(swimmer, start, *schedule(swimmer, start.shape, blocks)),
         known if known is not None and known.limits == wanted else check(swimmer, start, blocks, wanted),
     )
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 from purcell_cli.files.containers import Field, Record
 from purcell_cli.files.documents import Document, Made
+from purcell_cli.files.joint_elements import JOINT_FIELDS, joints_written
 from purcell_cli.files.place import Place
 from purcell_cli.files.scalars import Number
 from purcell_cli.files.yaml_source import load
 from purcell_cli.mechanics.swimmer import LIMITS, Swimmer
 
 
-def _swimmer(value: dict[str, float], _: Place) -> Swimmer:
+def _swimmer(value: dict[str, Any], _: Place) -> Swimmer:
     return Swimmer(**value)
 
 
@@ -22,9 +24,13 @@ SWIMMER = Document(
     Made(
         Record(
             {
-                field.name: Field(Number(above=above, at_most=at_most), default=field.default)
-                for field in dataclasses.fields(Swimmer)
-                for above, at_most in (LIMITS[field.name],)
+                **{
+                    field.name: Field(Number(above=above, at_most=at_most), default=field.default)
+                    for field in dataclasses.fields(Swimmer)
+                    if field.name in LIMITS
+                    for above, at_most in (LIMITS[field.name],)
+                },
+                **JOINT_FIELDS,
             }
         ),
         _swimmer,
@@ -39,3 +45,8 @@ def load_swimmer(path: Path | str) -> Swimmer:
         InputError: The file says no swimmer.
     """
     return load(path, SWIMMER)
+
+
+def swimmer_written(swimmer: Swimmer) -> dict[str, Any]:
+    """Return a swimmer as a document's values: its numbers, and its joints where they are no ball joints."""
+    return {name: getattr(swimmer, name) for name in LIMITS} | joints_written(swimmer)

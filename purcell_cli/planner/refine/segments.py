@@ -99,18 +99,21 @@ def segments_of(blocks: Sequence[Block]) -> list[Segment]:
 
 
 def _closes_exactly(sequence: PrimitiveSequence) -> bool:
-    """Return whether a stroke turns each limb about one axis only, so that it closes to the last bit or not at all."""
-    return all(len(np.unique(sequence.control[sequence.control // 3 == limb])) < 2 for limb in (0, 1))
+    """Return whether a stroke turns each limb about one axis only, so that it closes to the last bit or not at all.
+
+    The two angles of a universal joint close one by one.
+    """
+    limb, based = sequence.limb, sequence.control >= 6
+    return all(len(np.unique(sequence.control[(limb == k) & ~based])) < 2 for k in (0, 1))
 
 
-def phase_ends(phase: Rows, goal: Array) -> list[tuple[int, Array]]:
-    """Return the pieces before which shapes are given, and those: collinear after phases 1 and 2, the goal's last.
+def phase_ends(phase: Rows, goal: Array, home: Array = COLLINEAR) -> list[tuple[int, Array]]:
+    """Return the pieces before which shapes are given, and those: the home after phases 1 and 2, the goal's last.
 
     Args:
         phase: Phase of each piece. Shape (k,).
         goal: Shape at the end. Shape (2, 3, 3).
+        home: Shape that phases 1 and 2 end at. Shape (2, 3, 3).
     """
-    ends = [
-        (int(np.flatnonzero(phase == p)[-1]) + 1, COLLINEAR) for p in (1, 2) if np.any(phase == p) and np.any(phase > p)
-    ]
+    ends = [(int(np.flatnonzero(phase == p)[-1]) + 1, home) for p in (1, 2) if np.any(phase == p) and np.any(phase > p)]
     return [*ends, (len(phase), goal)]
