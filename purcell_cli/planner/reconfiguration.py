@@ -26,6 +26,7 @@ from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.candidates import generate, ranked
 from purcell_cli.planner.effort import EFFORTS
 from purcell_cli.planner.exploration import Exploration
+from purcell_cli.planner.joints.candidates import JointBreadth, joint_candidates
 from purcell_cli.planner.objectives import known_measure
 from purcell_cli.planner.problem import Problem
 from purcell_cli.planner.progress import Progress, silent
@@ -119,7 +120,10 @@ def _searched(
                 break
             found = []  # those have all been tried
         try:
-            found = ranked(problem, [*found, *(c for one in problems for c in generate(one, stage.breadth))])
+            if unit.ball_joints:
+                found = ranked(problem, [*found, *(c for one in problems for c in generate(one, stage.breadth))])
+            else:
+                found = [*found, *joint_candidates(unit, start.shape, goal.shape, wanted, JointBreadth())]
             search.explore(stage, found)
         except KeyboardInterrupt:
             if not (stage.interrupt_keeps_best and search.incumbent.good):
