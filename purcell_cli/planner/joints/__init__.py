@@ -1,5 +1,4 @@
-"""Plans for swimmers on hinges, universal joints and fixed limbs: the ways in and out, loops, and chains of them
-(section IV-B of the paper with other joints).
+"""Plans for swimmers on hinges, universal joints and fixed limbs (section IV-B of the paper with other joints).
 
-May import what `planner` may.
+Ways in and out, loops of two joint angles, and chains of them. May import what `planner` may.
 """

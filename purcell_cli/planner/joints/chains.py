@@ -16,7 +16,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.linear_systems import solve
 from purcell_cli.geometry.reproducible import apply, matmul, normal_numbers
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.planner.joints.loops import Loops
+from purcell_cli.planner.joints.loops import Loops, Rows
 
 _DIRECTIONS = 400
 """Directions of the displacement space in each of which the best loop is kept."""
@@ -41,13 +41,13 @@ class Chains:
         travel: The joint travel of each, approaches included [rad]. Shape (n,).
     """
 
-    loops: Array
+    loops: Rows
     cycles: Array
     missing: Array
     travel: Array
 
 
-def best_loops(loops: Loops, rows: tuple[int, ...], most: int, seed: int = 0) -> Array:
+def best_loops(loops: Loops, rows: tuple[int, ...], most: int, seed: int = 0) -> Rows:
     """Return the loops that go farthest per joint travel in some direction, the most useful first.
 
     Those are the corners of the convex hull of what loops do per joint travel. Each direction is measured by the
@@ -75,7 +75,7 @@ def best_loops(loops: Loops, rows: tuple[int, ...], most: int, seed: int = 0) ->
     return np.array(list(dict.fromkeys([*found, *order]))[:most], dtype=np.int64)
 
 
-def solved_chains(loops: Loops, words: Array, starts: Array, wanted: Array, rows: tuple[int, ...]) -> Chains:
+def solved_chains(loops: Loops, words: Rows, starts: Array, wanted: Array, rows: tuple[int, ...]) -> Chains:
     """Return chains brought to a displacement by Newton's method, from some numbers of cycles.
 
     Args:

@@ -45,10 +45,13 @@ class Segment:
         return self.cycles == 1 and not self.fixed
 
     @property
-    def rectangle(self) -> bool:
-        """Whether it repeats a rectangle of two joints' angles."""
-        c, a = self.sequence.control, self.sequence.angle
-        return not self.free and len(a) == 4 and c[0] == c[2] and c[1] == c[3] and bool(np.all(a[:2] == -a[2:]))
+    def rectangles(self) -> int:
+        """How many rectangles of two joints' angles it repeats, one after the other; 0 where it is not made of them."""
+        if self.free or not len(self.sequence) or len(self.sequence) % 4:
+            return 0
+        c, a = self.sequence.control.reshape(-1, 4), self.sequence.angle.reshape(-1, 4)
+        closed = np.all(c[:, :2] == c[:, 2:]) and np.all(a[:, :2] == -a[:, 2:])
+        return len(c) if closed else 0
 
     @property
     def joint_travel_rad(self) -> float:

@@ -1,7 +1,7 @@
 """The equations of an exact arrival, and their derivatives, for a whole motion at once.
 
 A motion is a chain of segments: primitives whose angles are free, and strokes that repeat. A repeated
-stroke round a rectangle of two joints' angles closes whatever its sides are, so its two sides are free
+stroke round rectangles of two joints' angles closes whatever their sides are, so their sides are free
 as well; any other repeated stroke is fixed. The limbs must be collinear at the end of phases 1 and 2, or as near
 as their joints allow,
 and at the end of the motion the limbs must have the goal's shape and the base the goal's pose.
@@ -102,9 +102,10 @@ class Equations:
                 sign += [1.0] * n
                 weight += [1.0] * n
             else:
-                index += [k, k + 1, k, k + 1] if s.rectangle else [-1] * n
-                sign += [1.0, 1.0, -1.0, -1.0] if s.rectangle else [0.0] * n
-                weight += [2.0 * s.cycles] * 2 if s.rectangle else []
+                many = s.rectangles
+                index += [k + 2 * r + side for r in range(many) for side in (0, 1, 0, 1)] if many else [-1] * n
+                sign += [1.0, 1.0, -1.0, -1.0] * many if many else [0.0] * n
+                weight += [2.0 * s.cycles] * (2 * many)
         self.weight = np.array(weight)
         self._index, self._sign = np.array(index, dtype=np.int64), np.array(sign)
         self._all_free = all(s.free for s in self.segments)
