@@ -238,6 +238,8 @@ def controllability(
         around = frame(swimmer, r, depth - 1, controls)
     else:
         refuse_shape(swimmer, "shape", Configuration(shape=r))
+        if not swimmer.controls:
+            raise ParameterError("swimmer: a joint that turns is wanted, found two fixed joints")
         axis = plane_axis(swimmer)
         rows = tuple(range(6)) if axis is None else in_plane(axis)
         around = joint_frame(swimmer, r, depth - 1)

@@ -9,7 +9,7 @@ import numpy as np
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import arccos, matmul
-from purcell_cli.geometry.rotations import Array, angle_between, as_vector
+from purcell_cli.geometry.rotations import Array, about_axis, angle_between, as_vector
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joints import ANGLES, MISFIT_RAD, RANGE_SLACK_RAD, limb_at
@@ -60,6 +60,23 @@ def plane_axis(swimmer: Swimmer) -> str | None:
 def in_plane(axis: str) -> tuple[int, ...]:
     """Return which components of a twist hinges of an axis can make."""
     return (0, 1, 5) if axis == "yaw" else (0, 2, 4)
+
+
+def flattened(swimmer: Swimmer, displacement: Array) -> Array:
+    """Return a displacement without what two parallel hinges cannot make of it, rounding errors and the like.
+
+    Args:
+        swimmer: The swimmer.
+        displacement: The displacement, which `refuse_displacement` lets pass. Shape (4, 4).
+    """
+    axis = plane_axis(swimmer)
+    if axis is None:
+        return displacement
+    k, out = _NORMALS[axis], displacement.copy()
+    angle = float(as_vector(displacement[:3, :3])[k])
+    out[:3, :3] = about_axis(k, angle)
+    out[k, 3] = 0.0
+    return out
 
 
 def angle_rates(swimmer: Swimmer, shapes: Array, rates: Array) -> tuple[Array, Array]:

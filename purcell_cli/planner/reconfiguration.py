@@ -17,6 +17,7 @@ from collections.abc import Mapping
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.mechanics.configuration import Configuration, Deviation, displacement_between
+from purcell_cli.mechanics.joint_motion import flattened
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import apart_bend_rad
@@ -106,7 +107,7 @@ def _searched(
     progress: Progress,
 ) -> tuple[Exploration, list[Candidate]]:
     """Return a search that is over, and the candidates of its last stage; the swimmer's bend limit is phase 2's."""
-    unit, wanted = careful.scaled(), displacement_between(start, goal, careful.length_m)
+    unit, wanted = careful.scaled(), flattened(careful, displacement_between(start, goal, careful.length_m))
     query = Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING)
     clearance = kept_to.clearance_m / careful.length_m
     problem = Problem(unit, start.shape, goal.shape, wanted, gaits, minimize, clearance)
