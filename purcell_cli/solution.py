@@ -206,6 +206,9 @@ def refuse_joints(swimmer: Swimmer, start: Configuration, goal: Configuration, o
     """
     refuse_displacement(swimmer, start, goal)
     refuse_weak_joints(swimmer, start.shape)
+    if any(joint.kind == "fixed" for joint in swimmer.joints):
+        joints = " and ".join(f"a {joint.name}" for joint in swimmer.joints)
+        raise ParameterError(f"swimmer: two joints that turn are wanted, by the planner as it is, found {joints}")
     if options.controls == Controls.SIMULTANEOUS:
         joints = " and ".join(f"a {joint.name}" for joint in swimmer.joints)
         raise ParameterError(
