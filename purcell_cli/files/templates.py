@@ -84,9 +84,8 @@ def files_for(swimmer: str) -> dict[str, str]:
     """
     known = stored_swimmers()
     if swimmer not in known:
-        raise UnknownNameError(
-            f"--swimmer: a stored swimmer is wanted ({', '.join(known)}){nearest_hint(swimmer, known)}, found {swimmer!r}"
-        )
+        hint = nearest_hint(swimmer, known)
+        raise UnknownNameError(f"--swimmer: a stored swimmer is wanted ({', '.join(known)}){hint}, found {swimmer!r}")
     text = known[swimmer].read_text(encoding="utf-8")
     goal = GOAL if plane_axis(find_swimmer(str(known[swimmer]))) is None else _PLANAR_GOAL
     return {**FILES, "goal.yaml": goal, "swimmer.yaml": text}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from purcell_cli.errors import GaitError
+from purcell_cli.errors import ParameterError
 from purcell_cli.gaits.gait import Stroke
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joint_motion import angle_rates, angles_along, excess_of_ranges
@@ -24,7 +24,7 @@ def refuse_joints(swimmer: Swimmer, stroke: Stroke) -> None:
         stroke: The stroke, from the collinear shape.
 
     Raises:
-        GaitError: It turns a limb about an axis that its joint has not, or leaves a range.
+        ParameterError: It turns a limb about an axis that its joint has not, or leaves a range.
     """
     if swimmer.ball_joints:
         return
@@ -36,7 +36,7 @@ def refuse_joints(swimmer: Swimmer, stroke: Stroke) -> None:
         axis = _AXES[int(np.argmax(np.abs(pieces.rates[k].reshape(2, 3)[limb])))]
         joint = swimmer.joints[limb]
         bent = " while it is bent the other way" if joint.kind == "universal" and axis != "roll" else ""
-        raise GaitError(
+        raise ParameterError(
             f"gait {stroke.gait!r}: joints that can play it are wanted, found limb {limb + 1} on a {joint.name}, "
             f"which does not {axis}{bent}"
         )
@@ -45,7 +45,7 @@ def refuse_joints(swimmer: Swimmer, stroke: Stroke) -> None:
     if np.any(over > RANGE_SLACK_RAD):
         k, limb, angle = np.unravel_index(int(np.argmax(over)), over.shape)
         far, name = np.degrees(over[k, limb, angle]), ANGLES[angle]
-        raise GaitError(
+        raise ParameterError(
             f"gait {stroke.gait!r}: ranges that it stays in are wanted, found limb {limb + 1}'s {name}, "
             f"{far:.4g} degrees out of its own"
         )

@@ -14,7 +14,7 @@ from typing import Literal, get_args
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.reproducible import arctan2, cos, sin
-from purcell_cli.geometry.rotations import Array, from_euler
+from purcell_cli.geometry.rotations import Array, as_euler, from_euler
 
 Kind = Literal["ball", "universal", "hinge", "fixed"]
 """The kinds of joints."""
@@ -154,12 +154,17 @@ class Joint:
         if self.ball or self.kind == "fixed":
             return "", 0.0
         psi, theta = _psi(limb), _theta(limb)
-        missing = {"roll": float(arctan2(limb[2, 1], limb[1, 1] * cos(psi) - limb[0, 1] * sin(psi)))}
-        if self.kind == "universal" and limb[1, 1] < 0.0 and limb[2, 2] < 0.0:
-            missing["roll"] = math.pi
-        missing |= {name: a for name, a in (("psi", psi), ("theta", theta)) if name not in self.angles}
-        worst = max(missing, key=lambda name: abs(missing[name]))
-        return worst, missing[worst]
+        roll = float(arctan2(limb[2, 1], limb[1, 1] * cos(psi) - limb[0, 1] * sin(psi)))
+        # With psi and theta both beyond 90 degrees it is a limb rolled over.
+        over = self.kind == "universal" and limb[1, 1] < 0.0 and limb[2, 2] < 0.0
+        if not over and max(abs(angle) for _, angle in self._missing(psi, theta, roll)) <= MISFIT_RAD:
+            return "", 0.0
+        return max(self._missing(*as_euler(limb).tolist()), key=lambda one: abs(one[1]))
+
+    def _missing(self, psi: float, theta: float, roll: float) -> list[tuple[str, float]]:
+        """Return those of three angles that the joint has not, by name [rad]."""
+        angles = ("psi", psi), ("theta", theta), ("roll", roll)
+        return [(name, angle) for name, angle in angles if name not in self.angles]
 
 
 BALL = Joint()
