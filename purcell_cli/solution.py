@@ -16,6 +16,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.lie_brackets.joint_reach import refuse_weak_joints
+from purcell_cli.mechanics.bead_table import bead_table
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.joint_motion import refuse_displacement
 from purcell_cli.mechanics.primitives import PrimitiveSequence
@@ -188,6 +189,8 @@ def plan(
         limits.refuse(body, name, configuration)
     if not body.ball_joints:
         refuse_joints(body, start, goal, options)
+    if body.fluid == "beads":
+        bead_table(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
     packaged = stored_gaits()
     left_out = unfit_gaits([gait for name, gait in stored.items() if packaged.get(name) is not gait], body)
     stored = {**stored, **{name: packaged[name] for name in left_out if name in packaged}}

@@ -11,7 +11,7 @@ import pytest
 PACKAGE = Path(__file__).resolve().parent.parent / "purcell_cli"
 
 FLOORS = [
-    ("errors", "wording"),
+    ("errors", "user_cache", "wording"),
     ("processes", "kernel"),
     ("geometry",),
     ("mechanics",),

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from purcell_cli.cli.terminal import Json, SwimmerFile, bar, show, swimmer_of
+from purcell_cli.cli.terminal import Json, SwimmerFile, bar, ready, show, swimmer_of
 
 _EPILOG = "Example: purcell design --direction x --max-bend 2.5 --out my-gait.yaml; Ctrl-C takes the best so far."
 
@@ -53,7 +53,7 @@ def design(
     from purcell_cli.gaits.design import design as search
     from purcell_cli.gaits.design_problem import DesignTask
 
-    body = swimmer_of(swimmer)
+    body = ready(swimmer_of(swimmer))
     task = DesignTask(
         _ANGLES.get(direction, direction),
         maximize,

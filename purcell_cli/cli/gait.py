@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from purcell_cli.cli.options import DT_DEFAULT_S, Dt, Format, trajectory_file
-from purcell_cli.cli.terminal import GaitFolder, Json, SwimmerFile
+from purcell_cli.cli.terminal import GaitFolder, Json, SwimmerFile, ready
 from purcell_cli.cli.terminal import busy as _busy
 from purcell_cli.cli.terminal import show as _show
 from purcell_cli.cli.terminal import swimmer_of as _swimmer
@@ -80,7 +80,7 @@ def gait(
         return
     if name is None:
         raise InputError("a gait's name is wanted; purcell gait --list shows all")
-    body = _swimmer(swimmer)
+    body = ready(_swimmer(swimmer))
     chosen = find(stored, name)
     if sweep is not None:
         with _busy("swimming"):

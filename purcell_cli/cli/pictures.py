@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from purcell_cli.cli.terminal import GaitFolder, Json, SwimmerFile, busy, show, swimmer_of
+from purcell_cli.cli.terminal import GaitFolder, Json, SwimmerFile, busy, ready, show, swimmer_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -126,7 +126,7 @@ def view(
 
     file = out or Path(f"{trajectory.stem}.html")
     writable(file, "--out", ("html", "htm"))
-    body = swimmer_of(swimmer)
+    body = ready(swimmer_of(swimmer))
     table = read_csv(trajectory)
     if (off := misfit(table, body)) > MISFIT:
         text = f"{trajectory}: its rows move otherwise than this swimmer does (off by {off:.2g} of the joints' rates)"
@@ -157,7 +157,7 @@ def _stroke_figures(name: str, amplitude: float | None, swimmer: Path | None, ga
     from purcell_cli.pictures.stroke_plot import net_displacement, stroke_figure
     from purcell_cli.pictures.time_plot import time_figure
 
-    body = swimmer_of(swimmer)
+    body = ready(swimmer_of(swimmer))
     gait = find(stored_gaits(gaits), name)
     stroke = realise(gait, body, amplitude)
     trajectory = sample_stroke(body, Configuration(), stroke, 1, _SMOOTH / body.joint_rate_rad_s)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from purcell_cli.cli.options import Format, Out, query_of, takes_plan_options, trajectory_file
-from purcell_cli.cli.terminal import DONE, NOT_REACHED, GaitFolder, Json, SwimmerFile
+from purcell_cli.cli.terminal import DONE, NOT_REACHED, GaitFolder, Json, SwimmerFile, ready
 from purcell_cli.cli.terminal import bar as _bar
 from purcell_cli.cli.terminal import busy as _busy
 from purcell_cli.cli.terminal import show as _show
@@ -129,6 +129,7 @@ def run(
 
     saved = load_plan(document)
     form, file = trajectory_file(out, form, "trajectory")
+    ready(saved.plan.swimmer)
     with _busy("swimming"):
         solution = carried_out(saved.plan, saved.options)
         told = plan_document(solution, str(file), str(document), "run")

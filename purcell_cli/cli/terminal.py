@@ -80,6 +80,16 @@ def bar(message: str) -> Iterator[Callable[[int, int, str], None]]:
         yield lambda done, total, news: progress.update(task, completed=done, total=total, description=news)
 
 
+def ready(swimmer: Swimmer) -> Swimmer:
+    """Return a swimmer; where its links feel each other and their table must be made, that is shown."""
+    if swimmer.fluid == "beads":
+        from purcell_cli.mechanics.bead_table import bead_table
+
+        with bar("table of the links' drag") as progress:
+            bead_table(swimmer, lambda done, of: progress(done, of, "once for this swimmer"))
+    return swimmer
+
+
 def swimmer_of(path: Path | None) -> Swimmer:
     """Return the swimmer in a file of its own, a stored one, or that of a plan document; else the paper's."""
     from purcell_cli.files.builtin import find_swimmer

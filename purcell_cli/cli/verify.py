@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from purcell_cli.cli.options import query_of
-from purcell_cli.cli.terminal import DONE, NOT_REACHED, Json, SwimmerFile, swimmer_of
+from purcell_cli.cli.terminal import DONE, NOT_REACHED, Json, SwimmerFile, ready, swimmer_of
 from purcell_cli.cli.terminal import busy as _busy
 from purcell_cli.cli.terminal import show as _show
 
@@ -43,12 +43,20 @@ def verify(
             help="How far limbs must stay apart [m]; default: 0, or the plan document's.",
         ),
     ] = None,
+    full: Annotated[
+        bool,
+        typer.Option(
+            "--full", help="Of links that feel each other: solve the beads anew at each step; takes minutes, 1e-7 off."
+        ),
+    ] = False,
     json: Json = False,
 ) -> int:
     """Check a trajectory: replay its controls by an independent method from start to goal."""
     from purcell_cli.cli.reports.verify import show_verify, verify_document
     from purcell_cli.errors import ParameterError
     from purcell_cli.files.trajectory_reader import read_parts
+    from purcell_cli.mechanics.bead_table import tabulated
+    from purcell_cli.mechanics.beads import solved_anew
     from purcell_cli.motion.options import OPTIONS
     from purcell_cli.verification.limits_kept import Wanted
     from purcell_cli.verification.verify import verify as check
@@ -59,8 +67,11 @@ def verify(
     if clearance is not None:
         apart_m = OPTIONS["clearance_m"].checked(clearance, "--clearance")
     wanted = Wanted(apart_m, query.workspace)
+    ready(query.swimmer)
+    resistances = solved_anew if full else tabulated
     with _busy("re-integrating"):
-        found = check(read_parts(trajectory), query.start, query.goal, query.swimmer, tolerance, tolerance, wanted)
+        bounds = tolerance, tolerance, wanted
+        found = check(read_parts(trajectory), query.start, query.goal, query.swimmer, *bounds, resistances)
     _show(verify_document(found, query.swimmer), json, show_verify)
     return DONE if found.holds else NOT_REACHED
 

@@ -10,13 +10,17 @@ from purcell_cli.files.containers import Field, Record
 from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.joint_elements import JOINT_FIELDS, joints_written
 from purcell_cli.files.place import Place
-from purcell_cli.files.scalars import Number
+from purcell_cli.files.scalars import Choice, Number
 from purcell_cli.files.yaml_source import load
-from purcell_cli.mechanics.swimmer import LIMITS, Swimmer
+from purcell_cli.mechanics.swimmer import FLUIDS, LIMITS, Swimmer
 
 
 def _swimmer(value: dict[str, Any], _: Place) -> Swimmer:
     return Swimmer(**value)
+
+
+_NAMED = {"fluid": Field(Choice(FLUIDS), "each link alone, or links that feel each other's flow", default="local")}
+"""The keys that are no numbers."""
 
 
 SWIMMER = Document(
@@ -24,14 +28,13 @@ SWIMMER = Document(
     Made(
         Record(
             {
-                **{
-                    field.name: Field(Number(above=above, at_most=at_most), default=field.default)
-                    for field in dataclasses.fields(Swimmer)
-                    if field.name in LIMITS
-                    for above, at_most in (LIMITS[field.name],)
-                },
-                **JOINT_FIELDS,
+                field.name: Field(Number(above=above, at_most=at_most), default=field.default)
+                for field in dataclasses.fields(Swimmer)
+                if field.name in LIMITS
+                for above, at_most in (LIMITS[field.name],)
             }
+            | _NAMED
+            | JOINT_FIELDS
         ),
         _swimmer,
     ),
@@ -49,4 +52,4 @@ def load_swimmer(path: Path | str) -> Swimmer:
 
 def swimmer_written(swimmer: Swimmer) -> dict[str, Any]:
     """Return a swimmer as a document's values: its numbers, and its joints where they are no ball joints."""
-    return {name: getattr(swimmer, name) for name in LIMITS} | joints_written(swimmer)
+    return {name: getattr(swimmer, name) for name in (*LIMITS, *_NAMED)} | joints_written(swimmer)

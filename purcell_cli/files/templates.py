@@ -37,6 +37,7 @@ viscosity_pa_s: 0.95                 # glycerin
 drag_ratio: 2.0                      # lateral / longitudinal
 max_bend_rad: 1.0                    # how far a gait may bend a limb's axis from the base's axis
 joint_rate_rad_s: 1.0
+fluid: local                         # each link alone in the fluid; or beads: links that feel each other's flow
 # joints:                            # left out, ball joints; else universal, hinge or fixed:
 #   limb1: universal                 # yaw (psi) and pitch (theta), no roll
 #   limb2: {kind: hinge, axis: yaw, range_deg: [-90, 60], rate_rad_s: 0.5}

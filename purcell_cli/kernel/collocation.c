@@ -6,12 +6,13 @@
 
 #define SPIN_SHARE 0.25 /* what a spin about the own axis counts in the length of steps */
 #define MOST_ITERATIONS 100
+#define ROUGH_STAGES 5 /* rules of so few stages err by 1e-7, and so may the resistance */
 #define MOST_PARTS 8
 #define MOST_DEPTH 60 /* of cutting */
 #define MOST_STEPS 2000000 /* of a piece: some seconds, in which Ctrl-C waits */
 
 /* A vector turned by a rotation vector: v + sin(t)/t w x v + (1 - cos t)/t^2 w x (w x v). */
-static void rotate(const double w[3], const double v[3], double out[3]) {
+void purcell_rotate(const double w[3], const double v[3], double out[3]) {
     double c[3], first[3], second[3];
     purcell_exp_of(DOT(w, w), c);
     CROSS(first, w, v);
@@ -86,9 +87,11 @@ void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const 
     const int m = (int)rule->stages;
     double velocity[MOST_STAGES][3], half[MOST_STAGES][3], q[MOST_STAGES][4], slope[MOST_STAGES][4];
     for (int k = 0; k < m; k += LANES) {
-        lane axes[2][3], rates[2][3], xi[6], change[6][6], per_rate[6][6];
+        lane axes[2][3], rates[2][3], xi[6], change[6][6], per_rate[6][6], given[7][RESISTANCE];
         node_states(step, node_times(rule, step, k), axes, rates);
-        purcell_connection(s, axes, rates, xi, wanted >= CHANGE ? change : 0, wanted >= PER_RATE ? per_rate : 0, 0);
+        if (step->field)
+            purcell_of_field(step->field, step->start + node_times(rule, step, k), wanted >= CHANGE ? 7 : 1, given);
+        purcell_connection(s, axes, rates, step->field ? given : 0, xi, wanted >= CHANGE ? change : 0, wanted >= PER_RATE ? per_rate : 0, 0);
         for (int l = 0; l < LANES && k + l < m; l++) {
             const double weight = rule->weights[k + l] * step->duration;
             for (int i = 0; i < 3; i++) {
@@ -171,9 +174,10 @@ void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const 
 double purcell_step_power(const struct swimmer *s, const struct rule *rule, const struct step *step, int root) {
     double sum = 0.0;
     for (SIZE k = 0; k < rule->stages; k += LANES) {
-        lane axes[2][3], rates[2][3], xi[6], power;
+        lane axes[2][3], rates[2][3], xi[6], power, given[1][RESISTANCE];
         node_states(step, node_times(rule, step, k), axes, rates);
-        purcell_connection(s, axes, rates, xi, 0, 0, &power);
+        if (step->field) purcell_of_field(step->field, step->start + node_times(rule, step, k), 1, given);
+        purcell_connection(s, axes, rates, step->field ? given : 0, xi, 0, 0, &power);
         for (int l = 0; l < LANES && k + l < rule->stages; l++) {
             const double found = power[l] > 0.0 ? power[l] : 0.0;
             sum += rule->weights[k + l] * (root ? sqrt(found) : found);
@@ -203,7 +207,7 @@ static void cut(struct cutting *c, double start, double length, int depth) {
     }
     for (int limb = 0; limb < 2; limb++) {
         for (int i = 0; i < 3; i++) middle[i] = c->step.rates[limb][i] * (start + 0.5 * length);
-        rotate(middle, c->begun[limb], axes[limb]);
+        purcell_rotate(middle, c->begun[limb], axes[limb]);
     }
     const double arc = c->sweep * length, near = purcell_distance(c->s, axes);
     if (arc > c->finest * near) {
@@ -217,7 +221,7 @@ static void cut(struct cutting *c, double start, double length, int depth) {
     }
     for (int limb = 0; limb < 2; limb++) {
         for (int i = 0; i < 3; i++) middle[i] = c->step.rates[limb][i] * start;
-        rotate(middle, c->begun[limb], c->step.axes[limb]);
+        purcell_rotate(middle, c->begun[limb], c->step.axes[limb]);
     }
     c->step.start = start;
     c->step.duration = length;
@@ -225,8 +229,9 @@ static void cut(struct cutting *c, double start, double length, int depth) {
     c->steps++;
 }
 
-SIZE purcell_mesh(const struct swimmer *s, double finest, const double shape[18], const double rate[6],
-                  double duration, visitor *visit, void *state) {
+SIZE purcell_mesh(const struct swimmer *s, const struct rule *rule, const double shape[18], const double rate[6],
+                  double duration, enum wanted wanted, struct known *known, visitor *visit, void *state) {
+    const double finest = rule->step;
     struct cutting c = {.s = s, .finest = finest, .visit = visit, .state = state};
     double square = 0.0;
     if (duration == 0.0) return 0;
@@ -243,6 +248,21 @@ SIZE purcell_mesh(const struct swimmer *s, double finest, const double shape[18]
     }
     c.sweep = sqrt(square);
     if (c.sweep * duration > finest * MOST_STEPS) return -1; /* no step is longer than `finest` */
-    cut(&c, 0.0, duration, 0);
+    if (s->reach == 0.0) {
+        cut(&c, 0.0, duration, 0);
+        return c.steps;
+    }
+    struct field field;
+    field.count = 0;
+    known->slopes = wanted >= CHANGE;
+    known->entries = wanted == POWER ? RESISTANCE : WITHOUT_POWER;
+    const SIZE panels = (SIZE)(c.sweep * duration / PANEL_RAD) + 1;
+    const double length = duration / (double)panels, arc = c.sweep * length;
+    const int nodes = rule->stages <= ROUGH_STAGES ? 5 + (int)(4.0 * arc) : 8 + (int)(4.0 * arc);
+    c.step.field = &field;
+    for (SIZE k = 0; k < panels && c.steps >= 0; k++) {
+        purcell_fill_field(s, c.begun, c.step.rates, (double)k * length, length, nodes, known, &field);
+        cut(&c, (double)k * length, length, 0);
+    }
     return c.steps;
 }

@@ -94,8 +94,8 @@ static void unit_cross(int axis, const lane v[3], lane out[3]) {
     out[k] = v[j];
 }
 
-void purcell_connection(const struct swimmer *s, lane axes[2][3], lane rates[2][3], lane xi[6], lane change[6][6],
-                        lane per_rate[6][6], lane *power) {
+static void alone(const struct swimmer *s, lane axes[2][3], lane rates[2][3], lane xi[6], lane change[6][6],
+                  lane per_rate[6][6], lane *power) {
     const lane zero = {0.0, 0.0}, rest[3] = {zero, zero, zero};
     lane p[6][6], wrench[2][6];
     resistance(s, axes, p);
@@ -141,6 +141,62 @@ void purcell_connection(const struct swimmer *s, lane axes[2][3], lane rates[2][
             solve(p, out);
         }
     }
+}
+
+/* Of P, of Q^T, and of what the power needs besides; i >= j. */
+#define PART_P(given, i, j) ((given)[(i) * ((i) + 1) / 2 + (j)])
+#define PART_Q(given, i, j) ((given)[21 + 6 * (i) + (j)])
+#define PART_U(given, i, j) ((given)[57 + (i) * ((i) + 1) / 2 + (j)])
+
+/* The same of links that feel each other. */
+static void together(lane rates[2][3], lane (*given)[RESISTANCE], lane xi[6], lane change[6][6], lane per_rate[6][6],
+                     lane *power) {
+    const lane zero = {0.0, 0.0};
+    lane p[6][6];
+    for (int i = 0; i < 6; i++) {
+        for (int j = 0; j <= i; j++) p[i][j] = PART_P(*given, i, j);
+        xi[i] = zero;
+        for (int k = 0; k < 6; k++) xi[i] -= PART_Q(*given, k, i) * rates[k / 3][k % 3];
+    }
+    factor(p);
+    solve(p, xi);
+    for (int k = 0; per_rate && k < 6; k++) {
+        for (int i = 0; i < 6; i++) per_rate[k][i] = -PART_Q(*given, k, i);
+        solve(p, per_rate[k]);
+    }
+    for (int c = 0; change && c < 6; c++) {
+        const int limb = c / 3;
+        const lane *changed = given[1 + c];
+        lane turned[3];
+        unit_cross(c % 3, rates[limb], turned);
+        for (int i = 0; i < 6; i++) {
+            lane sum = zero;
+            for (int j = 0; j < 6; j++) {
+                sum += (i < j ? PART_P(changed, j, i) : PART_P(changed, i, j)) * xi[j];
+                sum += PART_Q(changed, j, i) * rates[j / 3][j % 3];
+            }
+            for (int j = 0; j < 3; j++) sum += PART_Q(*given, 3 * limb + j, i) * turned[j];
+            change[c][i] = -sum;
+        }
+        solve(p, change[c]);
+    }
+    if (!power) return;
+    *power = zero;
+    for (int k = 0; k < 6; k++) {
+        lane torque = zero;
+        for (int i = 0; i < 6; i++) {
+            torque += PART_Q(*given, k, i) * xi[i] + (i < k ? PART_U(*given, k, i) : PART_U(*given, i, k)) * rates[i / 3][i % 3];
+        }
+        *power += torque * rates[k / 3][k % 3];
+    }
+}
+
+void purcell_connection(const struct swimmer *s, lane axes[2][3], lane rates[2][3], lane (*given)[RESISTANCE],
+                        lane xi[6], lane change[6][6], lane per_rate[6][6], lane *power) {
+    if (given)
+        together(rates, given, xi, change, per_rate, power);
+    else
+        alone(s, axes, rates, xi, change, per_rate, power);
 }
 
 /* The sum of the two smaller eigenvalues of a symmetric matrix (Smith 1961, Comm. ACM 4, 168). */
@@ -190,14 +246,21 @@ API void purcell_connections(const double *numbers, SIZE n, const double *axes, 
                              double *change, double *per_rate, double *power) {
     const struct swimmer *s = (const struct swimmer *)numbers;
     for (SIZE k = 0; k < n; k += LANES) {
-        lane a[2][3], u[2][3], out[6], slopes[6][6], each[6][6], work;
+        lane a[2][3], u[2][3], out[6], slopes[6][6], each[6][6], work, given[7][RESISTANCE];
         for (int i = 0; i < 6; i++)
             for (int w = 0; w < LANES; w++) {
                 const SIZE at = 6 * (k + w < n ? k + w : n - 1) + i;
                 a[i / 3][i % 3][w] = axes[at];
                 u[i / 3][i % 3][w] = rates[at];
             }
-        purcell_connection(s, a, u, out, change ? slopes : 0, per_rate ? each : 0, power ? &work : 0);
+        if (s->reach > 0.0)
+            for (int w = 0; w < LANES; w++) {
+                double axes_of[2][3], found[7][RESISTANCE];
+                for (int i = 0; i < 6; i++) axes_of[i / 3][i % 3] = a[i / 3][i % 3][w];
+                purcell_at_shape(s, axes_of, 1, found);
+                for (int e = 0; e < 7 * RESISTANCE; e++) given[e / RESISTANCE][e % RESISTANCE][w] = found[e / RESISTANCE][e % RESISTANCE];
+            }
+        purcell_connection(s, a, u, s->reach > 0.0 ? given : 0, out, change ? slopes : 0, per_rate ? each : 0, power ? &work : 0);
         for (int w = 0; w < LANES && k + w < n; w++) {
             for (int i = 0; i < 6; i++) xi[6 * (k + w) + i] = out[i][w];
             for (int i = 0; i < 36; i++) {

@@ -56,6 +56,8 @@ struct chain {
     double pitch_axis[3]; /* that limb's own y where the piece begins */
     int repeating;
     double *total, *own;  /* of the piece: what turning limbs changes on it, and what its own turn does */
+    struct known known;
+    lane given[1][RESISTANCE]; /* of links that feel each other, where a piece ends */
     struct solved solved;
 };
 
@@ -80,10 +82,33 @@ static void by_pitch(struct chain *c, const struct step *step) {
     }
 }
 
+/* The twist at the end of a primitive. */
+static void ending(const struct chain *c, const double *shape, SIZE control, SIZE steps, double out[6]) {
+    const int limb = LIMB_OF(control), axis = (int)(control % 3);
+    lane axes[2][3], rates[2][3], xi[6], given[1][RESISTANCE];
+    double at_end[2][3], found[1][RESISTANCE];
+    for (int i = 0; i < 6; i++) {
+        const double along = control >= BASE_YAW ? i % 3 == 2 : shape[9 * limb + 3 * (i % 3) + axis];
+        const double u = i / 3 == limb ? along : 0.0;
+        at_end[i / 3][i % 3] = shape[18 + 9 * (i / 3) + 3 * (i % 3)];
+        axes[i / 3][i % 3] = (lane){0.0, 0.0} + at_end[i / 3][i % 3];
+        rates[i / 3][i % 3] = (lane){u, u};
+    }
+    if (c->s->reach > 0.0 && !steps) purcell_at_shape(c->s, at_end, 0, found);
+    for (int e = 0; c->s->reach > 0.0 && e < RESISTANCE; e++)
+        given[0][e] = steps ? c->given[0][e] : (lane){found[0][e], found[0][e]};
+    purcell_connection(c->s, axes, rates, c->s->reach > 0.0 ? given : 0, xi, 0, 0, 0);
+    for (int i = 0; i < 6; i++) out[i] = xi[i][0];
+}
+
 static void link(const struct step *step, void *state) {
     struct chain *c = state;
     double pose[16], ad[36], seen[36], moved[36];
     purcell_solve_step(c->s, c->rule, step, c->moves || c->based >= 0 ? PER_RATE : CHANGE, &c->solved);
+    if (step->field && !c->moves) {
+        const double end = step->start + step->duration;
+        purcell_of_field(step->field, (lane){end, end}, 1, c->given);
+    }
     purcell_wide_round(&c->here, pose);
     adjoint(pose, ad);
     carried(&c->solved, c->rule->stages, c->solved.change, seen);
@@ -173,7 +198,7 @@ static double played(const SIZE *control, const double *amount, const double *sh
  * shapes: before, between and after the pieces. (n + 1, 2, 3, 3).
  * control, amount: of primitives their controls and angles, (n,) and (n,); of moves null and their turns, (n, 6).
  * repeats: first piece, the piece after the last, cycles, in order. (k, 3).
- * room: to work in. (n, 88) and, for repeats, (k, 36) after that.
+ * room: to work in. (n, 88), (n, 6) after that and, for repeats, (k, 36).
  * pose, derivative: (4, 4), and (6, n) or (6, n, 6).
  * Returns 0, or the number of a piece that is too long, counted from 1. */
 API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const double *nodes, const double *weights,
@@ -181,8 +206,13 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
                                       const SIZE *control, const double *amount, SIZE k, const SIZE *repeats,
                                       double *room, double *pose, double *derivative) {
     const struct rule rule = {stages, nodes, weights, to_node, step, settled};
-    struct chain c = {.s = (const struct swimmer *)swimmer, .rule = &rule, .moves = control == 0};
-    double *const spread = room + 88 * n, begun[16], once[16], there[16], ad[36], back[36], sum[36], made[36];
+    struct chain c;
+    c.s = (const struct swimmer *)swimmer;
+    c.rule = &rule;
+    c.moves = control == 0;
+    c.repeating = 0;
+    c.known.limb = -1;
+    double *const spread = room + 94 * n, begun[16], once[16], there[16], ad[36], back[36], sum[36], made[36];
     const int columns = control ? 1 : 6;
     SIZE r = 0;
     purcell_wide_identity(&c.here);
@@ -199,8 +229,9 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
         c.total = room + 88 * p;
         c.own = c.total + 36;
         for (int i = 0; i < 72; i++) c.total[i] = 0.0;
-        const SIZE steps = purcell_mesh(c.s, step, shapes + 18 * p, rate, duration, link, &c);
+        const SIZE steps = purcell_mesh(c.s, &rule, shapes + 18 * p, rate, duration, CHANGE, &c.known, link, &c);
         if (steps < 0) return p + 1;
+        if (control) ending(&c, shapes + 18 * p, control[p], steps, room + 88 * n + 6 * p);
         if (steps > 0) purcell_wide_normalise(&c.here);
         purcell_wide_round(&c.here, c.total + 72);
         if (r < k && p + 1 == repeats[3 * r + 1]) {
@@ -240,19 +271,10 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
         double column[36], seen[36];
         if (control) {
             const int limb = LIMB_OF(control[p]), based = control[p] >= BASE_YAW, axis = (int)(control[p] % 3);
-            const double zero[3] = {0.0, 0.0, 0.0};
             double n_k[3];
-            lane axes[2][3], rates[2][3], xi[6];
             for (int i = 0; i < 3; i++) n_k[i] = based ? i == 2 : shape[9 * limb + 3 * i + axis];
-            for (int i = 0; i < 6; i++) {
-                const double a = shape[18 + 9 * (i / 3) + 3 * (i % 3)], u = (i / 3 == limb ? n_k : zero)[i % 3];
-                axes[i / 3][i % 3] = (lane){a, a};
-                rates[i / 3][i % 3] = (lane){u, u};
-            }
-            purcell_connection(c.s, axes, rates, xi, 0, 0, 0);
-            const double ending[6] = {xi[0][0], xi[1][0], xi[2][0], xi[3][0], xi[4][0], xi[5][0]};
             adjoint(end, ad);
-            transform(ad, ending, column);
+            transform(ad, room + 88 * n + 6 * p, column);
             const double *pitched = all ? pitched_inside : pitched_outside;
             for (int i = 0; i < 6; i++)
                 column[i] += universal[limb] && !based ? pitched[2 * i + limb] : DOT(later + 6 * i + 3 * limb, n_k);

@@ -8,6 +8,7 @@ struct flowing {
     wide_pose here;
     double work;
     int root;
+    struct known known;
     struct solved solved;
 };
 
@@ -28,10 +29,13 @@ API SIZE purcell_flow_of_pieces(const double *swimmer, SIZE stages, const double
                                 const double *to_node, double step, double settled, SIZE n, const double *shapes,
                                 const double *rates, const double *durations, double *out, double *wide) {
     const struct rule rule = {stages, nodes, weights, to_node, step, settled};
-    struct flowing f = {.s = (const struct swimmer *)swimmer, .rule = &rule};
+    struct flowing f;
+    f.s = (const struct swimmer *)swimmer;
+    f.rule = &rule;
+    f.known.limb = -1;
     for (SIZE k = 0; k < n; k++) {
         purcell_wide_identity(&f.here);
-        if (purcell_mesh(f.s, step, shapes + 18 * k, rates + 6 * k, durations[k], advance, &f) < 0) return k + 1;
+        if (purcell_mesh(f.s, &rule, shapes + 18 * k, rates + 6 * k, durations[k], DISPLACEMENT, &f.known, advance, &f) < 0) return k + 1;
         purcell_wide_normalise(&f.here);
         purcell_wide_round(&f.here, out + 16 * k);
         if (wide) purcell_wide_store(&f.here, wide + 24 * k);
@@ -44,10 +48,14 @@ API SIZE purcell_work_on_pieces(const double *swimmer, SIZE stages, const double
                                 const double *to_node, double step, double settled, SIZE n, const double *shapes,
                                 const double *rates, const double *durations, SIZE root, double *out) {
     const struct rule rule = {stages, nodes, weights, to_node, step, settled};
-    struct flowing f = {.s = (const struct swimmer *)swimmer, .rule = &rule, .root = root != 0};
+    struct flowing f;
+    f.s = (const struct swimmer *)swimmer;
+    f.rule = &rule;
+    f.root = root != 0;
+    f.known.limb = -1;
     for (SIZE k = 0; k < n; k++) {
         f.work = 0.0;
-        if (purcell_mesh(f.s, step, shapes + 18 * k, rates + 6 * k, durations[k], spend, &f) < 0) return k + 1;
+        if (purcell_mesh(f.s, &rule, shapes + 18 * k, rates + 6 * k, durations[k], POWER, &f.known, spend, &f) < 0) return k + 1;
         out[k] = f.work;
     }
     return 0;

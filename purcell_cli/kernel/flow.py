@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from purcell_cli.kernel.arrays import Array, address, doubles, wholes
+from purcell_cli.kernel.beads import swimmer_numbers
 from purcell_cli.kernel.library import KERNEL
 from purcell_cli.kernel.shapes import control_numbers
 
@@ -53,12 +54,12 @@ class Flow:
     """The flow of one swimmer by one rule.
 
     Attributes:
-        swimmer: Its numbers, in the order of `struct swimmer` in `kernel.h`. Shape (22,).
+        swimmer: Its numbers, in the order of `struct swimmer` in `kernel.h`. Shape (25 + the table's,).
         rule: How it is integrated.
     """
 
     def __init__(self, swimmer: ArrayLike, rule: Rule) -> None:
-        self.swimmer, self.rule = doubles(swimmer, "swimmer", (22,)), rule
+        self.swimmer, self.rule = swimmer_numbers(swimmer), rule
         m = len(rule.nodes)
         arrays = address(rule.nodes), address(rule.weights), address(rule.to_node)
         self._head = (address(self.swimmer), m, *arrays, float(rule.step), float(rule.settled))
@@ -158,7 +159,7 @@ class Flow:
         if len(edges) and not (within and edges[0] >= 0 and edges[-1] <= n):
             raise ValueError(f"repeats: parts in order, within {n} pieces, and at least one cycle are wanted")
         pose, derivative = np.empty((4, 4)), np.empty((6, n) if control is not None else (6, n, 6))
-        room = np.empty(88 * n + 36 * len(parts))
+        room = np.empty(94 * n + 36 * len(parts))
         places = address(shape), None if control is None else address(control), address(amount), len(parts)
         rest = address(parts), address(room), address(pose), address(derivative)
         _refuse(KERNEL.purcell_flow_and_derivatives(*self._head, n, *places, *rest), 0)
@@ -190,11 +191,11 @@ def connection(swimmer: ArrayLike, axes: ArrayLike, rates: ArrayLike) -> Connect
     """Return the base's motion for limb rates in base coordinates.
 
     Args:
-        swimmer: See `Flow`. Shape (22,).
+        swimmer: See `Flow`.
         axes: The limbs' axes in base coordinates. Shape (n, 2, 3).
         rates: The limbs' rates in base coordinates [rad/s]. Shape (n, 2, 3).
     """
-    numbers, axis = doubles(swimmer, "swimmer", (22,)), doubles(axes, "axes", (-1, 2, 3))
+    numbers, axis = swimmer_numbers(swimmer), doubles(axes, "axes", (-1, 2, 3))
     n = len(axis)
     rate = doubles(rates, "rates", (n, 2, 3))
     out = Connection(np.empty((n, 6)), np.empty((n, 2, 3, 6)), np.empty((n, 2, 3, 6)), np.empty(n))

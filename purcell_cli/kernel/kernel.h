@@ -37,6 +37,9 @@ void purcell_sin_cos_of(double angle, double *sine, double *cosine);
 double purcell_arctan2_of(double y, double x);
 void purcell_exp_of(double angle_squared, double out[3]);
 
+/* collocation.c: a vector turned by a rotation vector. */
+void purcell_rotate(const double w[3], const double v[3], double out[3]);
+
 /* shapes.c: the rotation of a rotation vector, and one Newton step of the polar factor. */
 void purcell_rotation_of(const double vector[3], double out[9]);
 void purcell_orthonormalise_of(double rotation[9]);
@@ -65,8 +68,47 @@ struct swimmer {
     double straight_spread;  /* what a bend of one limb adds to the spread of the links */
     double steepness;        /* how fast the distance can change with the angle of a limb */
     struct limb limbs[2];
+    /* Of links that feel each other, and else 0: up to which bend the table reaches [rad], how many Chebyshev
+     * polynomials of each limb's bend it has, and how many multiples of the angle between their planes. */
+    double reach, bends, multiples;
+    double table[]; /* (bends, bends, multiples, 78) */
 };
-#define SWIMMER_NUMBERS 22
+#define SWIMMER_NUMBERS 25
+
+/* beads.c, bead_table.c: the resistance of links that feel each other's flow, from their beads and from a table of it.
+ *
+ * It is the lower half of a symmetric matrix on (v, omega, u_1, u_2): first P's 21 numbers, then the 36 of Q^T, then the
+ * 21 that only the power needs; each part row by row. */
+#define COLUMNS 12
+#define RESISTANCE 78
+#define WITHOUT_POWER 57
+/* Where entry (i, j) stands, i >= j. */
+static inline int entry(int i, int j) {
+    if (i < 6) return i * (i + 1) / 2 + j;
+    return j < 6 ? 21 + 6 * (i - 6) + j : 57 + (i - 6) * (i - 5) / 2 + j - 6;
+}
+#define MOST_BENDS 18
+#define MOST_MULTIPLES 16
+#define PANEL_NODES 12
+#define PANEL_RAD 1.0
+/* What is left of the table when one limb's bend is known: its sums with the polynomials, and with their slopes. */
+struct known {
+    int limb, slopes, entries; /* limb: -1 at first; entries: of a resistance, all or without those of the power alone */
+    double bend;
+    double sums[2][MOST_BENDS * MOST_MULTIPLES * RESISTANCE];
+};
+/* Along a part of a path the resistance, and how it changes when a limb is turned, are polynomials in time. */
+struct field {
+    double start, length;
+    double nodes[PANEL_NODES], sines[PANEL_NODES]; /* Chebyshev's, from -1 to 1, and the sines of their angles */
+    double values[PANEL_NODES][7][RESISTANCE];
+    int count, entries; /* nodes, 0 before the first part, and entries of a resistance */
+};
+void purcell_fill_field(const struct swimmer *s, double begun[2][3], double rates[2][3], double start, double length,
+                        int nodes, struct known *known, struct field *out);
+void purcell_of_field(const struct field *f, lane time, int count, lane (*out)[RESISTANCE]);
+/* The same at one shape. out: (7, 78) or (1, 78). */
+void purcell_at_shape(const struct swimmer *s, double axes[2][3], int changes, double (*out)[RESISTANCE]);
 
 /* connection.c: the local connection of two shapes at once, the one place that knows the drag.
  *
@@ -75,9 +117,10 @@ struct swimmer {
  * change: its derivatives when limb i, with its rate, is turned about axis j of the base, at [3 i + j]; or null.
  * per_rate: the twist for a unit rate of limb i about axis j of the base, at [3 i + j]; or null.
  * power: that of both joints' torques; or null.
+ * given: of links that feel each other the resistance, and, for `change`, how that changes; null for links that do not.
  */
-void purcell_connection(const struct swimmer *s, lane axes[2][3], lane rates[2][3], lane xi[6], lane change[6][6],
-                        lane per_rate[6][6], lane *power);
+void purcell_connection(const struct swimmer *s, lane axes[2][3], lane rates[2][3], lane (*given)[RESISTANCE],
+                        lane xi[6], lane change[6][6], lane per_rate[6][6], lane *power);
 /* How far a shape is from a straight line, as a bend of one limb [rad]. */
 double purcell_distance(const struct swimmer *s, double axes[2][3]);
 
@@ -109,6 +152,7 @@ struct step {
     double axes[2][3];   /* the limbs' axes where it begins */
     double rates[2][3];  /* in base coordinates */
     double start, duration;
+    const struct field *field; /* null for links that do not feel each other */
 };
 
 struct solved {
@@ -118,14 +162,15 @@ struct solved {
     double change[MOST_STAGES][6][6];       /* derivatives of the twist at the nodes, times the nodes' weights */
     double per_rate[MOST_STAGES][6][6];
 };
-enum wanted { DISPLACEMENT, CHANGE, PER_RATE };
+enum wanted { POWER, DISPLACEMENT, CHANGE, PER_RATE };
 void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const struct step *step, enum wanted wanted,
                         struct solved *out);
 double purcell_step_power(const struct swimmer *s, const struct rule *rule, const struct step *step, int root);
 
-/* Calls visit for every step of the mesh of a piece, in order; returns how many there are, or -1 for too many. */
+/* Calls visit for every step of the mesh of a piece, in order, prepared for what is wanted of it; `known` is kept from
+ * piece to piece. Returns how many there are, or -1 for too many. */
 typedef void visitor(const struct step *step, void *state);
-SIZE purcell_mesh(const struct swimmer *s, double finest, const double shape[18], const double rate[6],
-                  double duration, visitor *visit, void *state);
+SIZE purcell_mesh(const struct swimmer *s, const struct rule *rule, const double shape[18], const double rate[6],
+                  double duration, enum wanted wanted, struct known *known, visitor *visit, void *state);
 
 #endif

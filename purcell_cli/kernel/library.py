@@ -31,6 +31,8 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "inner": (None, [_SIZE, _SIZE, *[_ARRAY] * 3]),
     "cross": (None, [_SIZE, *[_ARRAY] * 3]),
     "least_steps": (None, [_SIZE, _SIZE, *[_ARRAY] * 8]),
+    "bead_resistance": (_SIZE, [_SIZE, *[_ARRAY] * 6]),
+    "looked_up": (None, [_ARRAY, _SIZE, *[_ARRAY] * 2]),
     "segments": (None, [_SIZE, *[_ARRAY] * 4]),
     "program": (_SIZE, [*[_SIZE] * 3, _NUMBER, *[_ARRAY] * 8]),
     "orthogonal_by_rotations": (None, [*[_SIZE] * 2, _ARRAY]),
@@ -75,3 +77,5 @@ def load(file: Path) -> ctypes.CDLL:
 
 KERNEL = load(FILE)
 """The library in use."""
+DIGEST: str = KERNEL.purcell_digest().decode()
+"""What stands for the text of the sources that it was built from."""

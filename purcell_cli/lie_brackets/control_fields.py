@@ -21,6 +21,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, cross, hat
 from purcell_cli.lie_brackets.taylor import Taylor, taylor
@@ -181,6 +182,9 @@ def connection_polynomial(
 
     Returns:
         Polynomials on (omega_1, omega_2). Shape (monomials, 6, 6).
+
+    Raises:
+        ParameterError: Links that feel each other's flow: there is no closed form for them.
     """
     ring = taylor(len(controls), degree)
     x = coordinates(ring, controls)
@@ -198,7 +202,12 @@ def connection_of_limbs(swimmer: Swimmer, ring: Taylor, limbs: Sequence[Array]) 
 
     Returns:
         Polynomials on (omega_1, omega_2). Shape (monomials, 6, 6).
+
+    Raises:
+        ParameterError: Links that feel each other's flow: there is no closed form for them.
     """
+    if swimmer.fluid != "local":
+        raise ParameterError(f"fluid: 'local', for brackets of control fields, is wanted, found {swimmer.fluid!r}")
     unit = swimmer.scaled()
     p, q = ring.constant(unit.drag(0)), np.zeros((len(ring), 6, 6))
     for limb, side in ((1, 1.0), (2, -1.0)):

@@ -54,9 +54,9 @@ def weak_directions(swimmer: Swimmer, fixed: bytes) -> tuple[str, ...]:
 
 
 def _unlimited(swimmer: Swimmer) -> Swimmer:
-    """Return the swimmer without its joints' ranges."""
+    """Return the swimmer without its joints' ranges, each link alone in the fluid."""
     first, second = (dataclasses.replace(j, psi_deg=None, theta_deg=None) for j in swimmer.joints)
-    return dataclasses.replace(swimmer, joints=(first, second))
+    return dataclasses.replace(swimmer, joints=(first, second), fluid="local")
 
 
 def refuse_weak_joints(swimmer: Swimmer, start: Array) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.flow import Connection, connection
+from purcell_cli.mechanics.bead_table import bead_table
 from purcell_cli.mechanics.swimmer import Swimmer
 
 
@@ -26,14 +27,15 @@ def kernel_numbers(swimmer: Swimmer) -> Array:
         Half the base's length, its diagonal drag, the distance from the collinear shape at which A(r) is sharp [rad],
         the spread of the links per squared bend, how fast the distance can change; and of each limb its side, half
         its length, its drag across, the part by which that along is less, its drags of turning and of spinning.
-        Shape (22,).
+        Shape (25,), with the table of links that feel each other after that.
     """
     unit = swimmer.scaled()
     half, spread = unit.limb_half_length_m, unit.bend_spread()
     turn = 2.0 / 3.0 * half * half * half
     limb = (half, 2.0 * half, 1.0 - 1.0 / unit.drag_ratio, turn, 2.0 * unit.spin_drag(half) * half)
     base = (unit.base_half_length_m, *np.diagonal(unit.drag(0)), unit.roll_sharpness(), spread)
-    out = np.array([*base, math.sqrt(4.0 * turn / spread), 1.0, *limb, -1.0, *limb])
+    table = bead_table(swimmer) if swimmer.fluid == "beads" else np.zeros(3)
+    out = np.concatenate([[*base, math.sqrt(4.0 * turn / spread), 1.0, *limb, -1.0, *limb], table])
     out.setflags(write=False)
     return out
 

@@ -10,6 +10,8 @@ would not be symmetric.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -18,6 +20,8 @@ from purcell_cli.geometry.component_first import cross_rows, dot_rows, factored_
 from purcell_cli.geometry.linear_systems import solve
 from purcell_cli.geometry.reproducible import apply, inner, matmul
 from purcell_cli.geometry.rotations import Array, cross, from_euler, hat
+from purcell_cli.mechanics.bead_table import tabulated
+from purcell_cli.mechanics.beads import LOWER, grand_resistance, solved_anew
 from purcell_cli.mechanics.swimmer import Swimmer
 
 COLLINEAR: Array = np.stack([np.eye(3), np.eye(3)])
@@ -121,6 +125,8 @@ def resistance_and_coupling(swimmer: Swimmer, shape: ArrayLike) -> tuple[Array, 
     Returns:
         P and Q, on (v, omega) and on (omega_1, omega_2). Each of shape (..., 6, 6).
     """
+    if swimmer.fluid == "beads":
+        return _on_beads(swimmer, _of_two(shape))
     p = np.zeros((*np.shape(shape)[:-3], 6, 6)) + swimmer.drag(0)
     q = np.zeros_like(p)
     for limb in (1, 2):
@@ -129,6 +135,16 @@ def resistance_and_coupling(swimmer: Swimmer, shape: ArrayLike) -> tuple[Array, 
         p += matmul(wrench, b)
         q[..., 3 * limb - 3 : 3 * limb] = matmul(wrench, rate_to_limb(swimmer, limb))
     return p, q
+
+
+def _on_beads(swimmer: Swimmer, shape: Array) -> tuple[Array, Array]:
+    """Return P and Q of links that feel each other's flow, from the beads themselves."""
+    shapes = shape.reshape(-1, 2, 3, 3)
+    full = np.zeros((len(shapes), 12, 12))
+    for k, one in enumerate(shapes):
+        full[k] = grand_resistance(swimmer, one[..., 0])
+    q = np.concatenate([matmul(full[:, :6, 6 + 3 * i : 9 + 3 * i], shapes[:, i]) for i in (0, 1)], axis=-1)
+    return full[:, :6, :6].reshape(*shape.shape[:-3], 6, 6), q.reshape(*shape.shape[:-3], 6, 6)
 
 
 def resistance(swimmer: Swimmer, shape: ArrayLike) -> Array:
@@ -152,7 +168,8 @@ def connection(swimmer: Swimmer, shape: ArrayLike) -> Array:
         shape: Limb orientations (A_1, A_2). Shape (..., 2, 3, 3).
 
     Returns:
-        Matrices from (omega_1, omega_2) [rad/s] to (v, omega) [m/s, rad/s]. Shape (..., 6, 6).
+        Matrices from (omega_1, omega_2) [rad/s] to (v, omega) [m/s, rad/s]. Shape (..., 6, 6). For a swimmer whose
+        links feel each other it is that of the beads themselves, not of their table.
 
     Raises:
         ParameterError: An array of another form, or of matrices that are no rotations.
@@ -165,7 +182,10 @@ def connection(swimmer: Swimmer, shape: ArrayLike) -> Array:
 
 
 def base_twist(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike) -> Array:
-    """Return the base's body twist xi = -A(r) omega for limb rates (..., 6) [rad/s]. Shape (..., 6)."""
+    """Return the base's body twist xi = -A(r) omega for limb rates (..., 6) [rad/s]. Shape (..., 6).
+
+    For a swimmer whose links feel each other it is that of the beads themselves, not of their table.
+    """
     r, omega = np.asarray(shape, dtype=np.float64), np.asarray(rate, dtype=np.float64)
     if omega.shape[-1:] != (6,):
         raise ParameterError(f"six limb rates (omega_1, omega_2) are wanted, found shape {omega.shape}")
@@ -173,11 +193,14 @@ def base_twist(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike) -> Array:
     batch = np.broadcast_shapes(r.shape[:-3], omega.shape[:-1])
     shapes = np.broadcast_to(r, (*batch, 2, 3, 3)).reshape(-1, 2, 3, 3)
     turning = matmul(shapes, np.broadcast_to(omega, (*batch, 6)).reshape(-1, 2, 3, 1))
-    xi = base_twist_rows(swimmer, shapes[..., 0].transpose(1, 2, 0), turning[..., 0].transpose(1, 2, 0))
+    rows = shapes[..., 0].transpose(1, 2, 0), turning[..., 0].transpose(1, 2, 0)
+    xi = base_twist_rows(swimmer, *rows, solved_anew)
     return xi.T.reshape(*batch, 6)
 
 
-def base_twist_rows(swimmer: Swimmer, axis: Array, turning: Array) -> Array:
+def base_twist_rows(
+    swimmer: Swimmer, axis: Array, turning: Array, resistances: Callable[[Swimmer, Array], Array] = tabulated
+) -> Array:
     """Return the base's body twist for limb axes a = A e_x and rates u = A omega in base coordinates.
 
     In the precision of the axes. P xi + q = 0, set up link by link. Drag is the same all round a link, so A D A^T is
@@ -188,11 +211,17 @@ def base_twist_rows(swimmer: Swimmer, axis: Array, turning: Array) -> Array:
         swimmer: The swimmer.
         axis: The limbs' axes. Shape (2, 3, n).
         turning: The limbs' rates in base coordinates [rad/s]. Shape (2, 3, n).
+        resistances: Of links that feel each other, at L = 1 for limb axes (n, 2, 3): from their table, or from the
+            beads themselves (`beads.solved_anew`).
 
     Returns:
         Twists (v, omega) [m/s, rad/s]. Shape (6, n).
     """
     unit = swimmer.scaled()
+    if swimmer.fluid == "beads":
+        xi = _on_beads_rows(unit, axis, turning, resistances)
+        xi[:3] *= swimmer.length_m
+        return xi
     half, drag = unit.limb_half_length_m, np.diag(unit.drag(1))
     p, q = (np.zeros((*rows, axis.shape[-1]), dtype=np.result_type(axis, np.float64)) for rows in ((6, 6), (6,)))
     p[...] = unit.drag(0)[..., None]
@@ -212,6 +241,16 @@ def base_twist_rows(swimmer: Swimmer, axis: Array, turning: Array) -> Array:
     xi = solved_rows(factored_rows(p), -q)
     xi[:3] *= swimmer.length_m
     return xi
+
+
+def _on_beads_rows(unit: Swimmer, axis: Array, turning: Array, resistances: Callable[[Swimmer, Array], Array]) -> Array:
+    """Return the same for links that feel each other's flow."""
+    row, column = LOWER
+    entries = resistances(unit, np.ascontiguousarray(axis.transpose(2, 0, 1), dtype=np.float64)).T
+    full = np.empty((12, 12, axis.shape[-1]), dtype=np.result_type(axis, np.float64))
+    full[row, column] = full[column, row] = entries
+    q = np.sum(full[:6, 6:] * turning.reshape(6, -1), axis=1)
+    return solved_rows(factored_rows(full[:6, :6]), -q)
 
 
 def link_twist(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike, xi_base: Array, link: int) -> Array:
@@ -245,8 +284,20 @@ def power(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike) -> Array:
         Power. Shape (...).
     """
     xi_base = base_twist(swimmer, shape, rate)
+    if swimmer.fluid == "beads":
+        return _power_on_beads(swimmer, _of_two(shape), np.asarray(rate, dtype=np.float64), xi_base)
     total = np.zeros(xi_base.shape[:-1])
     for link in range(3):
         xi = link_twist(swimmer, shape, rate, xi_base, link)
         total = total + inner(xi, apply(swimmer.drag(link), xi))
     return total
+
+
+def _power_on_beads(swimmer: Swimmer, shape: Array, rate: Array, xi: Array) -> Array:
+    """Return the power of links that feel each other's flow, from the beads themselves."""
+    batch = xi.shape[:-1]
+    shapes = np.broadcast_to(shape, (*batch, 2, 3, 3)).reshape(-1, 2, 3, 3)
+    turning = apply(shapes, np.broadcast_to(rate, (*batch, 6)).reshape(-1, 2, 3)).reshape(-1, 6)
+    motion = np.concatenate([xi.reshape(-1, 6), turning], axis=1)
+    found = [inner(m, apply(grand_resistance(swimmer, r[..., 0]), m)) for m, r in zip(motion, shapes, strict=True)]
+    return np.reshape(found, batch)

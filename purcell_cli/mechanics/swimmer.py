@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from numbers import Real
 from types import MappingProxyType
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -29,6 +30,17 @@ LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
 """What each parameter of a swimmer is above, and at most."""
 
 
+BEADS: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {"slenderness": (1.0 / 300.0, 0.2), "max_bend_rad": (0.0, 1.6), "drag_ratio": (2.0, 2.0)}
+)
+"""What parameters of links that feel each other are between: 450 beads at most, and a table of bends that ends there;
+how they drag follows from their beads."""
+
+Fluid = Literal["local", "beads"]
+FLUIDS: tuple[Fluid, ...] = get_args(Fluid)
+"""The models of the fluid: each link alone, or links that feel each other's flow."""
+
+
 @dataclasses.dataclass(frozen=True, slots=True)
 class Swimmer:
     """Three slender links in a viscous fluid; the defaults are the paper's swimmer in glycerin.
@@ -41,6 +53,7 @@ class Swimmer:
         drag_ratio: Lateral over longitudinal drag; a swimmer needs more than 1.
         max_bend_rad: How far a gait may bend a limb's axis from the base's axis [rad].
         joint_rate_rad_s: The rate at which one joint turns, where its own is not given [rad/s].
+        fluid: "local", each link alone in the fluid, or "beads", links that feel each other's flow (`beads`).
         joints: The joints of limb 1 and limb 2.
         joint_acceleration_rad_s2: How fast joints' rates change; None where rates may jump [rad/s^2].
 
@@ -55,10 +68,13 @@ class Swimmer:
     drag_ratio: float = 2.0
     max_bend_rad: float = 1.0
     joint_rate_rad_s: float = 1.0
+    fluid: Fluid = "local"
     joints: Joints = (BALL, BALL)
     joint_acceleration_rad_s2: float | None = None
 
     def __post_init__(self) -> None:
+        if self.fluid not in FLUIDS:
+            raise ParameterError(f"fluid: one of {', '.join(FLUIDS)} is wanted, found {self.fluid!r}")
         for name, (low, high) in LIMITS.items():
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, Real):
@@ -66,6 +82,11 @@ class Swimmer:
             if not low < float(value) <= high:
                 raise ParameterError(f"{name}: a number above {low:g} and at most {high:g} is wanted, found {value!r}")
             object.__setattr__(self, name, float(value))
+        if self.fluid == "beads":
+            for name, (low, high) in BEADS.items():
+                if not low <= getattr(self, name) <= high:
+                    wanted = f"{low:g} to {high:g} for links that feel each other"
+                    raise ParameterError(f"{name}: {wanted} is wanted, found {getattr(self, name):g}")
         low, high = ACCELERATION_LIMITS
         found = self.joint_acceleration_rad_s2
         if found is not None and (isinstance(found, bool) or not low < found <= high):

@@ -3,7 +3,8 @@
 The same controls are replayed, all of them, for a swimmer with one parameter a little off, up and
 down; nothing is linearised but the share of each stroke. The shape path does not depend on the
 swimmer's body, and a stroke that repeats is a power of its one cycle, so a replay costs the
-distinct strokes only. Viscosity has no part in it: it scales forces and never the path.
+distinct strokes only. Viscosity has no part in it: it scales forces and never the path. For links that
+feel each other it is told as for links alone: a table for each parameter would take minutes.
 """
 
 from __future__ import annotations
@@ -75,6 +76,7 @@ def sensitivities(
         blocks: The motion.
         change: How much a parameter is off, as a fraction of it.
     """
+    swimmer = dataclasses.replace(swimmer, fluid="local")
     planned = block_displacements(swimmer, blocks, start.shape, _ENOUGH)
     after = _after(planned)
     end = matmul(start.pose, after[0])

@@ -11,12 +11,14 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry.rotations import Array, hat
+from purcell_cli.mechanics.bead_table import tabulated
 from purcell_cli.mechanics.connection import base_twist_rows, resistance
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.verification.extended import extended, products
@@ -26,6 +28,9 @@ Real = NDArray[Any]
 
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 """Numbers of rows."""
+
+Resistances = Callable[[Swimmer, Array], Array]
+"""Gives the resistances of shapes in which links feel each other."""
 
 _STEPS = tuple(range(2, 17, 2))
 """Midpoint steps over a piece. The order is twice as many as there are, 16."""
@@ -81,7 +86,7 @@ class Turning:
         return np.asarray(self._shapes + turned @ self._shapes)
 
 
-def _extrapolated(unit: Swimmer, turning: Turning, length: Real) -> tuple[Real, Real]:
+def _extrapolated(unit: Swimmer, turning: Turning, length: Real, resistances: Resistances) -> tuple[Real, Real]:
     """Return by how much the base's displacements on pieces differ from none.
 
     They are so small that they lose nothing, and are put together by the caller.
@@ -90,6 +95,7 @@ def _extrapolated(unit: Swimmer, turning: Turning, length: Real) -> tuple[Real, 
         unit: The swimmer, scaled to L = 1.
         turning: The limbs' turning on each piece.
         length: How long each piece lasts [s]. Shape (n,).
+        resistances: See `base_twist_rows`.
 
     Returns:
         The columns of the rotation less 1, and the position: extrapolated from all steps, and from all without the
@@ -101,7 +107,7 @@ def _extrapolated(unit: Swimmer, turning: Turning, length: Real) -> tuple[Real, 
     n, k = len(length), len(parts)
     axes = turning.axes(parts[:, None] * length).reshape(2, 3, -1)
     rate = np.broadcast_to(turning.rate[:, :, None], (2, 3, k, n)).reshape(2, 3, -1)
-    xi = (base_twist_rows(unit, axes, rate).reshape(6, k, n) * length).swapaxes(0, 1)
+    xi = (base_twist_rows(unit, axes, rate, resistances).reshape(6, k, n) * length).swapaxes(0, 1)
     columns: list[Real] = []
     last = before = np.zeros((4, 3, n), dtype=dtype)
     for row, steps in enumerate(_STEPS):
@@ -136,7 +142,8 @@ def _slope(xi: Real, state: Real) -> Real:
 
 def _distance(unit: Swimmer, shapes: Real) -> Array:
     """Return how far shapes are from where A(r) is sharp, as a bend [rad]: there P has a small eigenvalue."""
-    least = np.linalg.eigvalsh(resistance(unit, shapes.astype(np.float64)))[:, 0]
+    alone = dataclasses.replace(unit, fluid="local")  # sharp where the links are straight, in any fluid
+    least = np.linalg.eigvalsh(resistance(alone, shapes.astype(np.float64)))[:, 0]
     return np.asarray(np.sqrt(np.maximum(least, 0.0) / (unit.lateral_drag() * unit.bend_spread())))
 
 
@@ -207,7 +214,12 @@ class Displacements:
 
 
 def segment_displacements(
-    swimmer: Swimmer, shapes: Real, rates: Array, durations: Array, finer: float = 1.0
+    swimmer: Swimmer,
+    shapes: Real,
+    rates: Array,
+    durations: Array,
+    finer: float = 1.0,
+    resistances: Resistances = tabulated,
 ) -> Displacements:
     """Return the displacements of segments of constant control, computed in the shapes' precision.
 
@@ -219,6 +231,7 @@ def segment_displacements(
         rates: Limb rates [rad/s]. Shape (m, 6).
         durations: How long the segments last [s]. Shape (m,).
         finer: How long pieces are, in units of the usual length.
+        resistances: See `base_twist_rows`.
     """
     unit = swimmer.scaled()
     mesh = _mesh(unit, shapes.astype(np.float64), rates, durations, finer)
@@ -230,7 +243,7 @@ def segment_displacements(
     both = [extended(np.tile(np.eye(4), (len(owner), 1, 1))) for _ in range(2)]
     for low in range(0, len(owner), _BATCH):
         some = slice(low, low + _BATCH)
-        found = _extrapolated(unit, Turning(begun[some], rates[owner[some]]), length[some])
+        found = _extrapolated(unit, Turning(begun[some], rates[owner[some]]), length[some], resistances)
         for pieces, each in zip(both, found, strict=True):
             pieces[some, :3] += each
     fine, rough = (products(pieces, np.bincount(owner, minlength=len(durations))) for pieces in both)

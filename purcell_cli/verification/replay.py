@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, hat, running
+from purcell_cli.mechanics.bead_table import tabulated
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.verification.extended import extended, product, running_products
-from purcell_cli.verification.extrapolation import Displacements, Real, Rows, segment_displacements
+from purcell_cli.verification.extrapolation import Displacements, Real, Resistances, Rows, segment_displacements
 
 TOLERANCE_L = 1e-9
 """Position tolerance of an arrival, in units of L."""
@@ -141,6 +142,7 @@ def replay(
     every_row: bool = False,
     tolerance_l: float = TOLERANCE_L,
     tolerance_rad: float = TOLERANCE_RAD,
+    resistances: Resistances = tabulated,
 ) -> Replay:
     """Replay controls from a start configuration, with so much care that the bound is small against the tolerances.
 
@@ -154,6 +156,7 @@ def replay(
         every_row: Whether to stop at every row, not only where the control changes.
         tolerance_l: Of the base's position at the end, in units of L.
         tolerance_rad: Of the base's orientation at the end [rad].
+        resistances: Of links that feel each other: from their table, or from the beads themselves.
     """
     changed = np.any(rate_rad_s[1:-1] != rate_rad_s[:-2], axis=1) | every_row
     changes = np.flatnonzero(changed) + 1
@@ -169,7 +172,7 @@ def replay(
     begun, rates, durations = _shapes(shape, turned[first]), rates[first], durations[first]
     drift = _drift(swimmer, begun, rates, durations, which, _turn_between(turned[first][which], turned[:-1]))
     for precision, finer in _CARES:
-        moves = segment_displacements(swimmer, begun.astype(precision), rates, durations, finer)
+        moves = segment_displacements(swimmer, begun.astype(precision), rates, durations, finer, resistances)
         found = Replay(row, pose, shape, turned, moves, which, drift, swimmer.length_m)
         if found.bound.within(_SMALL * tolerance_l * swimmer.length_m, _SMALL * tolerance_rad):
             break

@@ -12,6 +12,7 @@ import numpy as np
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler, as_vector, from_euler, from_quaternion
+from purcell_cli.mechanics.bead_table import tabulated
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.joint_motion import refuse_shape
 from purcell_cli.mechanics.pieces import Pieces
@@ -19,7 +20,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.verification.certificate import Certificate
-from purcell_cli.verification.extrapolation import segment_displacements
+from purcell_cli.verification.extrapolation import Resistances, segment_displacements
 from purcell_cli.verification.joints_kept import too_fast
 from purcell_cli.verification.limits_kept import NOTHING_MORE, LimitsKept, Wanted
 from purcell_cli.verification.replay import Replay, replay
@@ -64,6 +65,7 @@ def verify(
     tolerance_l: float,
     tolerance_rad: float,
     wanted: Wanted = NOTHING_MORE,
+    resistances: Resistances = tabulated,
 ) -> Verification:
     """Check a trajectory against a start and a goal.
 
@@ -78,6 +80,7 @@ def verify(
         tolerance_l: Position tolerance, in units of L.
         tolerance_rad: Angle tolerance [rad].
         wanted: The limits that it must keep besides the bend limit.
+        resistances: Of links that feel each other: from their table, or from the beads themselves.
 
     Raises:
         ParameterError: A coordinate of the start or the goal too large to be said within the tolerance.
@@ -98,7 +101,8 @@ def verify(
             first = Configuration(poses[0], shapes[0])
             faults["start"] = _off("first row against the start", first, start, limit, tolerance_rad)
             faults["swimmer"] = _swimmer(table, swimmer)
-        found = replay(swimmer, found, table.time_s, table.rate_rad_s, True, _PART * tolerance_l, _PART * tolerance_rad)
+        care = _PART * tolerance_l, _PART * tolerance_rad
+        found = replay(swimmer, found, table.time_s, table.rate_rad_s, True, *care, resistances)
         ends.append((found.end.pose, found.bound))
         segments, integrated = segments + len(found.which), integrated + len(found.moves.fine)
         for kind, new in (

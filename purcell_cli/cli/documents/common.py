@@ -38,6 +38,7 @@ class SwimmerPart(TypedDict):
     drag_ratio: Annotated[float, "lateral over longitudinal drag"]
     max_bend_rad: Annotated[float, "how far a gait may bend a limb's axis from the base's axis [rad]"]
     joint_rate_rad_s: Annotated[float, "the rate at which one joint turns [rad/s]"]
+    fluid: Annotated[Literal["local", "beads"], "each link alone, or links that feel each other's flow"]
     joints: NotRequired[Annotated[dict[str, Any], "the joints as in a swimmer's file, unless both are ball joints"]]
     joint_acceleration_rad_s2: NotRequired[Annotated[float, "how fast joints' rates change, where they do not jump"]]
     L_m: Annotated[float, "the length L: the mean half length of the links [m]"]

@@ -1,0 +1,106 @@
+/* Links that feel each other's flow: the resistance of lines of beads. */
+#include <math.h>
+
+#include "kernel.h"
+#include "small.h"
+
+#define PI_6 18.849555921538759431 /* 6 pi */
+#define PI_8 25.132741228718345908 /* 8 pi */
+
+/* The mobility of two beads in a fluid of unit viscosity, same 1 + along r r^T / r^2 (Zuk et al. 2014, equations 1-3). */
+static void mobility_of(double a, double b, double square, double *same, double *along) {
+    const double r = sqrt(square), apart = (a - b) * (a - b);
+    if (r >= a + b) {
+        const double sum = (a * a + b * b) / square;
+        *same = (1.0 + sum / 3.0) / (PI_8 * r);
+        *along = (1.0 - sum) / (PI_8 * r);
+    } else if (square > apart) {
+        const double near = PI_6 * a * b, cube = 32.0 * square * r, wide = apart + 3.0 * square;
+        *same = (0.5 * (a + b) - wide * wide / cube) / near;
+        *along = 3.0 * ((apart - square) * (apart - square)) / cube / near;
+    } else {
+        *same = 1.0 / (PI_6 * (a > b ? a : b));
+        *along = 0.0;
+    }
+}
+
+/* Rows of L with M = L L^T, in place of M's lower half: four columns at once, each sum in two halves, even and odd. */
+static int cholesky(SIZE n, double *m) {
+    for (SIZE i = 0; i < n; i++) {
+        double *row = m + i * n;
+        for (SIZE j = 0; j <= i; j += 4) {
+            const double *other[4];
+            const int many = i + 1 - j < 4 ? (int)(i + 1 - j) : 4;
+            lane sums[4] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
+            for (int c = 0; c < 4; c++) other[c] = m + (c < many ? j + c : j) * n;
+            for (SIZE k = 0; k < j; k += 2) { /* j is even */
+                const lane mine = {row[k], row[k + 1]};
+                for (int c = 0; c < 4; c++) sums[c] += mine * (lane){other[c][k], other[c][k + 1]};
+            }
+            for (int c = 0; c < many; c++) {
+                double left = row[j + c] - (sums[c][0] + sums[c][1]);
+                for (SIZE k = j; k < j + c; k++) left -= row[k] * other[c][k];
+                if (j + c < i) {
+                    row[j + c] = left / other[c][j + c];
+                } else {
+                    if (!(left > 0.0)) return 0;
+                    row[i] = sqrt(left);
+                }
+            }
+        }
+    }
+    return 1;
+}
+
+/* The resistance K^T M^-1 K of n beads in a fluid of unit viscosity, 1 if M is positive definite and 0 if not.
+ *
+ * place, arm: the beads' centres, and their places from their limb's joint. (n, 3).
+ * link: 0 for the base, 1 or 2 for a limb. (n,).
+ * room: to work in. (3 n, 3 n) and after that (3 n, 12). */
+API SIZE purcell_bead_resistance(SIZE n, const double *place, const double *arm, const double *radius,
+                                 const SIZE *link, double *room, double *out) {
+    const SIZE size = 3 * n;
+    double *const m = room, *const y = room + size * size;
+    for (SIZE i = 0; i < n; i++)
+        for (SIZE j = 0; j <= i; j++) {
+            double gap[3], same = 1.0 / (PI_6 * radius[i]), along = 0.0, square = 1.0;
+            for (int c = 0; c < 3; c++) gap[c] = place[3 * i + c] - place[3 * j + c];
+            if (j < i) {
+                square = DOT(gap, gap);
+                mobility_of(radius[i], radius[j], square, &same, &along);
+            }
+            for (int r = 0; r < 3; r++)
+                for (int c = 0; c < 3; c++)
+                    m[(3 * i + r) * size + 3 * j + c] = along * (gap[r] * gap[c] / square) + (r == c ? same : 0.0);
+        }
+    if (!cholesky(size, m)) return 0;
+    /* K, and in its place L^-1 K. */
+    for (SIZE i = 0; i < n; i++)
+        for (int r = 0; r < 3; r++) {
+            double *row = y + (3 * i + r) * COLUMNS;
+            const int s = (r + 1) % 3, t = (r + 2) % 3;
+            for (int c = 0; c < COLUMNS; c++) row[c] = 0.0;
+            row[r] = 1.0;
+            row[3 + s] = place[3 * i + t]; /* omega x place */
+            row[3 + t] = -place[3 * i + s];
+            if (link[i]) {
+                row[3 + 3 * link[i] + s] = arm[3 * i + t];
+                row[3 + 3 * link[i] + t] = -arm[3 * i + s];
+            }
+        }
+    for (SIZE i = 0; i < size; i++) {
+        double *row = y + i * COLUMNS;
+        for (SIZE k = 0; k < i; k++) {
+            const double factor = m[i * size + k];
+            for (int c = 0; c < COLUMNS; c++) row[c] -= factor * y[k * COLUMNS + c];
+        }
+        for (int c = 0; c < COLUMNS; c++) row[c] /= m[i * size + i];
+    }
+    for (int e = 0; e < RESISTANCE; e++) out[e] = 0.0;
+    for (SIZE k = 0; k < size; k++) {
+        const double *row = y + k * COLUMNS;
+        for (int i = 0; i < COLUMNS; i++)
+            for (int j = 0; j <= i; j++) out[entry(i, j)] += row[i] * row[j];
+    }
+    return 1;
+}

@@ -1,0 +1,80 @@
+"""Lines of beads that feel each other's flow, by the kernel: their resistance, and its table over the limbs' bends."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from purcell_cli.kernel.arrays import Array, address, doubles, wholes
+from purcell_cli.kernel.library import KERNEL
+
+RESISTANCE = 78
+"""Entries of a resistance on (v, omega, u_1, u_2): P's lower half, Q^T, and the lower half of the rest."""
+MOST_BENDS, MOST_MULTIPLES = 18, 16
+"""Chebyshev polynomials of each limb's bend, and multiples of the angle between their planes, in a table at most."""
+NUMBERS = 25
+"""Numbers of a swimmer before its table."""
+
+
+def swimmer_numbers(swimmer: ArrayLike) -> Array:
+    """Return the numbers of a swimmer, in the order of `struct swimmer` in `kernel.h`, checked.
+
+    Raises:
+        ValueError: Their count is not that of a swimmer with the table that they say they have.
+    """
+    found = doubles(swimmer, "swimmer", (-1,))
+    if len(found) < NUMBERS:
+        raise ValueError(f"swimmer: an array of shape ({NUMBERS},) or more is wanted, found {found.shape}")
+    reach, bends, multiples = (float(x) for x in found[NUMBERS - 3 : NUMBERS])
+    known = reach > 0.0 and 2 <= bends <= MOST_BENDS and 1 <= multiples <= MOST_MULTIPLES
+    wanted = NUMBERS + (int(bends) ** 2 * int(multiples) * RESISTANCE if known else 0)
+    if len(found) != wanted or not (known or (reach, bends, multiples) == (0.0, 0.0, 0.0)):
+        raise ValueError(f"swimmer: an array of shape ({wanted},) is wanted, found {found.shape}")
+    return found
+
+
+def bead_resistance(place: ArrayLike, arm: ArrayLike, radius: ArrayLike, link: ArrayLike) -> Array:
+    """Return the resistance K^T M^-1 K of beads in a fluid of unit viscosity.
+
+    Args:
+        place: Their centres in base coordinates. Shape (n, 3).
+        arm: The same from their limb's joint. Shape (n, 3).
+        radius: Their radii. Shape (n,).
+        link: Which link each is of: 0 the base, 1 or 2 a limb. Shape (n,).
+
+    Returns:
+        On (v, omega, u_1, u_2), the limbs' rates u in base coordinates. Shape (78,).
+
+    Raises:
+        ValueError: Their mobility is not positive definite, as it is for beads of some radius.
+    """
+    centre = doubles(place, "place", (-1, 3))
+    n = len(centre)
+    lever, size = doubles(arm, "arm", (n, 3)), doubles(radius, "radius", (n,))
+    limb = wholes(link, "link", (n,))
+    if n and not (limb.min() >= 0 and limb.max() <= 2 and size.min() > 0.0):
+        raise ValueError("link and radius: 0, 1 or 2, and positive numbers are wanted")
+    out, room = np.empty(RESISTANCE), np.empty(3 * n * (3 * n + 12))
+    places = address(centre), address(lever), address(size), address(limb), address(room), address(out)
+    if not KERNEL.purcell_bead_resistance(n, *places):
+        raise ValueError("the mobility of the beads is not positive definite")
+    return out
+
+
+def looked_up(swimmer: ArrayLike, axes: ArrayLike) -> Array:
+    """Return the resistances that a swimmer's table has for limb axes in base coordinates, and how they change.
+
+    Args:
+        swimmer: Its numbers, with a table.
+        axes: The limbs' axes. Shape (n, 2, 3).
+
+    Returns:
+        The resistance (see `bead_resistance`), and its derivatives when limb i is turned about axis j of the base, at
+        1 + 3 i + j. Shape (n, 7, 78).
+    """
+    numbers, axis = swimmer_numbers(swimmer), doubles(axes, "axes", (-1, 2, 3))
+    if len(numbers) == NUMBERS:
+        raise ValueError("swimmer: one with a table is wanted")
+    out = np.empty((len(axis), 7, RESISTANCE))
+    KERNEL.purcell_looked_up(address(numbers), len(axis), address(axis), address(out))
+    return out

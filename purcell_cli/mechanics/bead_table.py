@@ -1,0 +1,149 @@
+"""The table of the resistance of links that feel each other, over the three numbers that it depends on.
+
+A resistance depends on the limbs' axes only: on the bend of each, and on the angle between the planes that they are
+bent in. Seen from the frame in which limb 1 is bent along y it is a smooth function of these three, mirror symmetric
+in the last: Chebyshev polynomials in the bends and a Fourier series in the angle come near it to many digits. For
+limbs alike an end-for-end turn of the swimmer gives half of the samples.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from purcell_cli.errors import ParameterError
+from purcell_cli.geometry.reproducible import arccos, cos, matmul, sin, sin_cos_of
+from purcell_cli.geometry.rotations import Array, about_axis
+from purcell_cli.kernel.beads import NUMBERS, looked_up
+from purcell_cli.kernel.library import DIGEST
+from purcell_cli.mechanics.beads import LOWER, grand_resistance
+from purcell_cli.mechanics.swimmer import BEADS, Swimmer
+from purcell_cli.user_cache import kept
+
+REACH_RAD = BEADS["max_bend_rad"][1]
+"""Up to which bend the table reaches [rad]: beyond, beads of different links come near each other."""
+_SLACK_RAD = 1e-6
+"""Room for rounding beyond that [rad]."""
+_BENDS, _ANGLES = 15, 13
+"""Polynomials of each limb's bend, and multiples of the angle: the error is that of `table_error`, some 1e-10."""
+
+_MIRRORED = np.array([0, 0, 1, 1, 1, 0, 1, 1, 0, 1, 1, 0])
+"""Which components of (v, omega, u_1, u_2) change their sign in the mirror of the x-y plane."""
+
+Progress = Callable[[int, int], None]
+"""Is told how many of how many samples are made."""
+
+
+def _axes(first: float, second: float, angle: float) -> Array:
+    """Return limb axes of two bends [rad], limb 1 bent along y and limb 2 at an angle to it. Shape (2, 3)."""
+    (s1, c1), (s2, c2), (s, c) = (sin_cos_of(x) for x in (first, second, angle))
+    return np.array([[c1, s1, 0.0], [c2, s2 * c, s2 * s]])
+
+
+def _end_for_end(angle: float) -> Array:
+    """Return what turns a resistance into that of the limbs' bends exchanged, seen from limb 1's frame. Shape (12, 12).
+
+    The swimmer is turned by half a turn about z, so that limb 2 takes limb 1's place, and then about x.
+    """
+    turn = matmul(about_axis(0, angle), np.diag([-1.0, -1.0, 1.0]))
+    out: Array = np.zeros((12, 12))
+    for k, other in enumerate((0, 1, 3, 2)):
+        out[3 * k : 3 * k + 3, 3 * other : 3 * other + 3] = turn
+    return out
+
+
+def _nodes() -> tuple[Array, Array]:
+    """Return the bends and the angles that are sampled [rad]. Shapes (n,) and (m,)."""
+    bends = 0.5 * REACH_RAD * (1.0 + cos((np.arange(_BENDS) + 0.5) * (np.pi / _BENDS)))
+    angles = np.linspace(0.5, _ANGLES - 0.5, _ANGLES) * (np.pi / _ANGLES)
+    return np.asarray(bends), np.asarray(angles, dtype=np.float64)
+
+
+def _samples(unit: Swimmer, progress: Progress) -> Array:
+    """Return the resistances at all nodes. Shape (n, n, m, 12, 12)."""
+    bends, angles = _nodes()
+    out = np.empty((_BENDS, _BENDS, _ANGLES, 12, 12))
+    wanted = [(a, b, c) for a in range(_BENDS) for b in range(a + 1) for c in range(_ANGLES)]
+
+    def sampled(place: tuple[int, int, int]) -> Array:
+        a, b, c = place
+        return grand_resistance(unit, _axes(float(bends[a]), float(bends[b]), float(angles[c])))
+
+    def made() -> Iterator[Array]:
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            yield from pool.map(sampled, wanted)
+
+    for k, ((a, b, c), found) in enumerate(zip(wanted, made(), strict=True), 1):
+        out[a, b, c] = found
+        turn = _end_for_end(float(angles[c]))
+        out[b, a, c] = matmul(matmul(turn, found), turn.T)
+        progress(k, len(wanted))
+    return out
+
+
+def made_table(swimmer: Swimmer, progress: Progress = lambda _done, _of: None) -> Array:
+    """Return the kernel's table of a swimmer: its numbers of the table, and the coefficients. Shape (3 + n n m 78,).
+
+    Args:
+        swimmer: The swimmer.
+        progress: Is told how far it is.
+    """
+    samples = _samples(swimmer.scaled(), progress)[..., LOWER[0], LOWER[1]]
+    _, angles = _nodes()
+    places, steps = np.arange(_BENDS), np.arange(_ANGLES)
+    polynomials = cos(places[:, None] * ((places + 0.5) * (np.pi / _BENDS))) * (2.0 / _BENDS)
+    polynomials[0] *= 0.5
+    even, odd = (f(steps[:, None] * angles) * (2.0 / _ANGLES) for f in (cos, sin))
+    even[0] *= 0.5
+    mixed = _MIRRORED[LOWER[0]] != _MIRRORED[LOWER[1]]
+    out: Array = matmul(polynomials, samples.reshape(_BENDS, -1)).reshape(samples.shape).swapaxes(0, 1)
+    out = matmul(polynomials, out.reshape(_BENDS, -1)).reshape(out.shape).swapaxes(0, 1)
+    out = out.transpose(2, 0, 1, 3).reshape(_ANGLES, -1)
+    sums = [matmul(series, out).reshape(_ANGLES, _BENDS, _BENDS, -1) for series in (even, odd)]
+    table = np.where(mixed, sums[1], sums[0]).transpose(1, 2, 0, 3)
+    return np.concatenate([[REACH_RAD, _BENDS, _ANGLES], table.ravel()])
+
+
+_known: dict[str, Array] = {}
+"""The tables of this process, by what they depend on."""
+
+
+def bead_table(swimmer: Swimmer, progress: Progress = lambda _done, _of: None) -> Array:
+    """Return the kernel's table of a swimmer: made once, then kept in the user's cache folder; see `made_table`.
+
+    Args:
+        swimmer: The swimmer.
+        progress: Is told how far it is, where it must be made.
+    """
+    unit = swimmer.scaled()
+    sizes = unit.base_half_length_m, unit.limb_half_length_m, unit.slenderness
+    key = f"{DIGEST} {REACH_RAD!r} {_BENDS} {_ANGLES} {sizes!r}"
+    if key not in _known:
+        table = kept("beads", key, lambda: made_table(unit, progress))
+        table.setflags(write=False)
+        _known[key] = table
+    return _known[key]
+
+
+def tabulated(swimmer: Swimmer, axes: Array) -> Array:
+    """Return the resistances of shapes by the table, at L = 1 and a lateral drag per length of 1.
+
+    Args:
+        swimmer: The swimmer.
+        axes: The limbs' axes in base coordinates. Shape (n, 2, 3).
+
+    Returns:
+        See `beads.resistance_entries`. Shape (n, 78).
+
+    Raises:
+        ParameterError: A limb is bent further than the table reaches.
+    """
+    far = float(np.max(arccos(np.clip(axes[..., 0], -1.0, 1.0)), initial=0.0))
+    if far > REACH_RAD + _SLACK_RAD:
+        raise ParameterError(
+            f"limbs of links that feel each other bent by at most {REACH_RAD:g} rad are wanted, found {far:.4g} rad"
+        )
+    return looked_up(np.concatenate([np.zeros(NUMBERS - 3), bead_table(swimmer)]), axes)[:, 0]

@@ -1,0 +1,130 @@
+"""Links that feel each other's flow: lines of touching beads in the Rotne-Prager-Yamakawa approximation.
+
+A link is a line of beads of its own radius, so many that neighbours touch, and moves as one rigid body. Beads feel
+forces only. With M the mobility of all beads and K the map from the base's twist and the limbs' rates to the beads'
+velocities, the resistance is K^T M^-1 K; its blocks are P and Q, and the base's twist is -P^-1 Q omega as without
+interaction. Spin about a link's own axis keeps its local drag. Everything that rests on left invariance stays true.
+
+The mobility of two beads, unequal or overlapping ones too, as beside a joint: Zuk, Wajnryb, Mizerski and Szymczak,
+J. Fluid Mech. 741, R5 (2014). Conventions: `connection`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import os
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.arrays import Whole
+from purcell_cli.kernel.beads import bead_resistance
+from purcell_cli.mechanics.swimmer import Swimmer
+
+MOST_BEADS = 450
+"""Beads of a swimmer at most: those of a slenderness of 1/300. The work grows with the cube."""
+
+_P, _Q = np.tril_indices(6), np.indices((6, 6)).reshape(2, -1)
+"""Rows and columns of the lower half of six by six, and of all of it."""
+LOWER = (
+    np.concatenate([_P[0], 6 + _Q[0], 6 + _P[0]]),
+    np.concatenate([_P[1], _Q[1], 6 + _P[1]]),
+)
+"""Rows and columns of the entries of a resistance, in the kernel's order: P, Q^T, and what only the power needs."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Beads:
+    """The beads of a swimmer.
+
+    Attributes:
+        link: Which link each is of: 0 the base, 1 or 2 a limb. Shape (n,).
+        along: Where it is on the link's axis, from the base's middle or from the limb's joint outwards [m]. Shape (n,).
+        radius: Its radius [m]. Shape (n,).
+    """
+
+    link: Whole
+    along: Array
+    radius: Array
+
+    @classmethod
+    def of(cls, swimmer: Swimmer) -> Beads:
+        """Return the beads of a swimmer's links."""
+        count = round(1.0 / (2.0 * swimmer.slenderness))
+        halves = np.array([swimmer.base_half_length_m, *2 * [swimmer.limb_half_length_m]])
+        from_end = (2.0 * np.arange(count) + 1.0) / count
+        along = halves[:, None] * from_end
+        along[0] -= halves[0]
+        radius = np.repeat(2.0 * swimmer.slenderness * halves, count)
+        return cls(np.repeat(np.arange(3, dtype=np.int64), count), along.ravel(), radius)
+
+    def places(self, swimmer: Swimmer, axes: Array) -> tuple[Array, Array]:
+        """Return where the beads are in base coordinates, and from their limb's joint [m].
+
+        Args:
+            swimmer: The swimmer.
+            axes: The limbs' axes in base coordinates. Shape (2, 3).
+
+        Returns:
+            Both of shape (n, 3).
+        """
+        outwards = np.stack([np.array([1.0, 0.0, 0.0]), axes[0], -axes[1]])
+        arm = self.along[:, None] * outwards[self.link]
+        place = arm.copy()
+        place[:, 0] += np.array([0.0, swimmer.base_half_length_m, -swimmer.base_half_length_m])[self.link]
+        return place, arm
+
+
+@functools.lru_cache(maxsize=16)
+def _beads(swimmer: Swimmer) -> Beads:
+    return Beads.of(swimmer)
+
+
+def resistance_entries(swimmer: Swimmer, axes: Array) -> Array:
+    """Return the resistance of a shape on (v, omega, u_1, u_2), the limbs' rates u in base coordinates.
+
+    Args:
+        swimmer: The swimmer.
+        axes: The limbs' axes in base coordinates. Shape (2, 3).
+
+    Returns:
+        Its lower half, in the order of `LOWER` [N s/m, N s, N s m]. Shape (78,).
+    """
+    beads = _beads(swimmer)
+    out = swimmer.viscosity_pa_s * bead_resistance(*beads.places(swimmer, axes), beads.radius, beads.link)
+    row, column = LOWER
+    for link in range(3):
+        half = swimmer.limb_half_length_m if link else swimmer.base_half_length_m
+        axis = np.zeros(12)
+        axis[3:6] = axes[link - 1] if link else (1.0, 0.0, 0.0)
+        if link:
+            axis[3 + 3 * link : 6 + 3 * link] = axes[link - 1]
+        out += 2.0 * half * swimmer.spin_drag(half) * (axis[row] * axis[column])
+    return np.asarray(out)
+
+
+def grand_resistance(swimmer: Swimmer, axes: Array) -> Array:
+    """Return the resistance of a shape as a matrix; see `resistance_entries`. Shape (12, 12)."""
+    row, column = LOWER
+    out = np.empty((12, 12))
+    out[row, column] = out[column, row] = resistance_entries(swimmer, axes)
+    return out
+
+
+def solved_anew(swimmer: Swimmer, axes: Array) -> Array:
+    """Return the resistances of shapes, each from its beads, on all processors.
+
+    Args:
+        swimmer: The swimmer.
+        axes: The limbs' axes in base coordinates. Shape (n, 2, 3).
+
+    Returns:
+        See `resistance_entries`. Shape (n, 78).
+    """
+    out = np.empty((len(axes), len(LOWER[0])))
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for k, found in enumerate(pool.map(functools.partial(resistance_entries, swimmer), axes)):
+            out[k] = found
+    return out
