@@ -27,7 +27,8 @@ from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.candidates import generate, ranked
 from purcell_cli.planner.effort import EFFORTS
 from purcell_cli.planner.exploration import Exploration
-from purcell_cli.planner.joints.candidates import JointBreadth, joint_candidates
+from purcell_cli.planner.joints.candidates import joint_candidates
+from purcell_cli.planner.joints.effort import JOINT_EFFORTS
 from purcell_cli.planner.objectives import known_measure
 from purcell_cli.planner.problem import Problem
 from purcell_cli.planner.progress import Progress, silent
@@ -115,7 +116,8 @@ def _searched(
     problems = [problem.minimizing(objective) for objective in dict.fromkeys(("travel", minimize))]
     search = Exploration(query, Refinement(careful, start, kept_to, minimize), progress=progress)
     found: list[Candidate] = []
-    for stage in EFFORTS[effort]:
+    wide = JOINT_EFFORTS[effort]
+    for k, stage in enumerate(EFFORTS[effort] if unit.ball_joints else [one.stage for one in wide]):
         if stage.last_resort:
             if search.incumbent.arrives:
                 break
@@ -124,7 +126,8 @@ def _searched(
             if unit.ball_joints:
                 found = ranked(problem, [*found, *(c for one in problems for c in generate(one, stage.breadth))])
             else:
-                found = [*found, *joint_candidates(unit, start.shape, goal.shape, wanted, JointBreadth())]
+                new = joint_candidates(unit, start.shape, goal.shape, wanted, wide[k].breadth)
+                found = sorted([*found, *new], key=lambda c: round(c.estimate_rad, 9))
             search.explore(stage, found)
         except KeyboardInterrupt:
             if not (stage.interrupt_keeps_best and search.incumbent.good):

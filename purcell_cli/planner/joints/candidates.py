@@ -5,7 +5,6 @@ Conventions: `rotations`; lengths in units of L.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
 from collections.abc import Iterable, Iterator
@@ -22,11 +21,12 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.joints.chains import Chains, best_loops, chains_for
+from purcell_cli.planner.joints.effort import JointBreadth
 from purcell_cli.planner.joints.loops import Loop, Loops, loops_of
 from purcell_cli.planner.joints.outer_phases import Way, ways_home
 from purcell_cli.planner.library.random_plans import brought, random_plans
 from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD
-from purcell_cli.planner.refine.minimum_travel import NAME, Pace, minimise_travel
+from purcell_cli.planner.refine.minimum_travel import NAME, minimise_travel
 from purcell_cli.planner.refine.segments import segments_of
 from purcell_cli.planner.refine.shooting import Equations
 
@@ -40,27 +40,8 @@ _LESS = 0.1
 """A chain's fraction of a cycle below this is made by the others."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
-class JointBreadth:
-    """How widely candidates are looked for.
-
-    Attributes:
-        ways: Pairs of ways in and out that chains are looked for.
-        chains: Chains that are tried for each.
-        kept: Chains that become candidates.
-        short: Short plans that are tried.
-        pace: How long those that arrive are shortened.
-    """
-
-    ways: int = 2
-    chains: int = 3000
-    kept: int = 6
-    short: int = 24
-    pace: Pace = Pace(rounds=2, steps=10)
-
-
 def joint_candidates(
-    swimmer: Swimmer, start: Array, goal: Array, wanted: Array, breadth: JointBreadth, seed: int = 0
+    swimmer: Swimmer, start: Array, goal: Array, wanted: Array, breadth: JointBreadth
 ) -> list[Candidate]:
     """Return motions by the joints that almost make a displacement between two shapes, the best first.
 
@@ -70,8 +51,8 @@ def joint_candidates(
         goal: Shape at the end. Shape (2, 3, 3).
         wanted: The displacement. Shape (4, 4).
         breadth: How widely to search.
-        seed: Seed of the chains and short plans.
     """
+    seed = breadth.seed
     home = home_shape(swimmer, start)
     axis = plane_axis(swimmer)
     rows = tuple(range(6)) if axis is None else in_plane(axis)

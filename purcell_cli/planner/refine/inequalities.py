@@ -184,7 +184,7 @@ def clearance_rows(
     based = sequence.control >= 6
     if np.any(based):  # universal joints' pitches turn limbs about their own y, where they are
         pitched = np.flatnonzero(~based & np.isin(limb, limb[based]))
-        own_y = shapes[active[near] + at_end][:, limb[pitched], :, 1]
+        own_y = shapes[active[near] + at_end][..., 1][:, limb[pitched]]
         lever[:, pitched] = inner(own_y, torque[:, limb[pitched]])
     acts = row[None, :] < (active[near] + at_end)[:, None]
     return (apart - least[active])[near], equations.by_free_angles(np.where(acts, lever, 0.0))
