@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import math
 import signal
 import subprocess
 import sys
@@ -31,21 +30,20 @@ from purcell_cli import Configuration, PlanOptions, Swimmer, plan, read_csv, wri
 from purcell_cli.errors import PurcellError
 from purcell_cli.geometry.rotations import from_euler
 from purcell_cli.mechanics.configuration import Deviation
-from purcell_cli.motion.clearance import limb_distance
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.verification.replay import replay
 from purcell_cli.verification.verify import verify
 
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # where it is run as a script
+from benchmarks.swimmers import between, of_its_own, room
+
 PURCELL = (sys.executable, "-P", "-m", "purcell_cli")
+_OF_ITS_OWN = 3
+"""Of so many swimmers one has drags and links of its own."""
 _SIMULTANEOUS = 10
 """Of so many plans one turns all joints at once."""
 NAMES = ("run[1].csv", "a b.csv", "[red]x.csv", "*.csv", "~.csv", "-x.csv", "%20.csv", "ü漢.csv", "x" * 200 + ".csv")
 """Names of files that are hard for patterns, markup, shells and other programs."""
-
-
-def between(rng: np.random.Generator, low: float, high: float) -> float:
-    """Return a number between two, evenly in the logarithm."""
-    return float(np.exp(rng.uniform(math.log(low), math.log(high))))
 
 
 def query(seed: int) -> tuple[Swimmer, Configuration, Configuration]:
@@ -62,6 +60,8 @@ def query(seed: int) -> tuple[Swimmer, Configuration, Configuration]:
         joint_rate_rad_s=between(rng, 1e-3, 1e3),
     )
 
+    swimmer = of_its_own(rng, swimmer) if seed % _OF_ITS_OWN == 1 else swimmer
+
     def limb() -> tuple[float, ...]:
         spread = np.degrees(min(swimmer.max_bend_rad, 1.0))
         kinds = [(0.0, 0.0, 0.0), tuple(rng.uniform(-spread, spread, 3)), (0.0, 0.0, float(rng.uniform(-180.0, 180.0)))]
@@ -70,7 +70,7 @@ def query(seed: int) -> tuple[Swimmer, Configuration, Configuration]:
     while True:
         here = Configuration.from_angles((0.0, 0.0, 0.0), tuple(rng.uniform(-180.0, 180.0, 3)), limb(), limb())
         there = Configuration.from_angles((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), limb(), limb())
-        if min(float(limb_distance(swimmer, c.shape[..., 0])) for c in (here, there)) > 0.0:
+        if min(room(swimmer, c.shape[..., 0]) for c in (here, there)) > 0.0:
             break
     way, turn = np.eye(4), rng.uniform(-1.0, 1.0, 3) * float(rng.choice([0.0, 0.1, 1.0, 3.0]))
     along = rng.normal(size=3)

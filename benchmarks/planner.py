@@ -5,10 +5,11 @@
 Three parts, each a table; `--write` puts them into docs/explanation/planner.md.
 
 Random queries: half are for the paper's swimmer, half for random ones (limb 0.3 to 3 times the base,
-slenderness 0.002 to 0.05). Poses are 0.01 to 50 L apart, evenly in the logarithm; rotations and
-limb orientations are uniform on the rotation group, limbs that overlap drawn again, but for every
-fourth query, whose limbs are collinear. Times are those of library calls, re-integration included: the
-first one, which makes the tables of a random swimmer, and the same again, with all tables warm.
+slenderness 0.002 to 0.05), of which a third have drags, links or a body of their own. Poses are 0.01 to
+50 L apart, evenly in the logarithm; rotations and limb orientations are uniform on the rotation group,
+limbs that overlap drawn again, but for every fourth query, whose limbs are collinear. Times are those of
+library calls, re-integration included: the first one, which makes the tables of a random swimmer, and the
+same again, with all tables warm.
 
 Known displacements: joint travel, beside the best known.
 
@@ -35,7 +36,9 @@ from purcell_cli import Configuration, Effort, PlanOptions, Swimmer, plan
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import from_quaternion
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.motion.clearance import limb_distance
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # where it is run as a script
+from benchmarks.swimmers import of_its_own, room
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "explanation" / "planner.md"
 FAR_WAYS = 24
@@ -52,7 +55,7 @@ def shape(rng: np.random.Generator, swimmer: Swimmer) -> np.ndarray:
     """Return limb orientations uniform on the rotation group, drawn again while the limbs overlap. Shape (2, 3, 3)."""
     while True:
         limbs = random_rotations(rng, 2)
-        if limb_distance(swimmer, limbs[..., 0]) > 0.0:
+        if room(swimmer, limbs[..., 0]) > 0.0:
             return limbs
 
 
@@ -62,6 +65,8 @@ def query(seed: int) -> tuple[Swimmer, Configuration, Configuration, float]:
     swimmer = Swimmer()
     if seed % 2:
         swimmer = Swimmer(0.1, 0.1 * 0.3 * 10.0 ** rng.random(), 0.002 * 25.0 ** rng.random())
+        if seed % 3 == 0:
+            swimmer = of_its_own(np.random.default_rng(seed), swimmer)
     distance = 0.01 * 5000.0 ** rng.random()
     away = rng.normal(size=3)
     away *= distance * swimmer.length_m / np.linalg.norm(away)

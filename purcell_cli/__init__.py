@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from purcell_cli.lie_brackets.curvature import curvature
     from purcell_cli.mechanics.configuration import Configuration
     from purcell_cli.mechanics.connection import connection, shape_from_angles
+    from purcell_cli.mechanics.drag import LinkDrag, LinkDrags, LinkSize, LinkSizes
     from purcell_cli.mechanics.lift import flow, flow_of_rates
     from purcell_cli.mechanics.lift_derivatives import flow_and_jacobian, flow_and_jacobian_of_moves
     from purcell_cli.mechanics.moves import MoveSequence
@@ -52,6 +53,10 @@ _HOMES = {
     "DesignTask": "gaits.design_problem",
     "Effort": "motion.options",
     "Gait": "gaits.gait",
+    "LinkDrag": "mechanics.drag",
+    "LinkDrags": "mechanics.drag",
+    "LinkSize": "mechanics.drag",
+    "LinkSizes": "mechanics.drag",
     "MoveSequence": "mechanics.moves",
     "Objective": "motion.options",
     "PlanDocument": "files.plan_file",
@@ -96,6 +101,10 @@ __all__ = [
     "DesignTask",
     "Effort",
     "Gait",
+    "LinkDrag",
+    "LinkDrags",
+    "LinkSize",
+    "LinkSizes",
     "MoveSequence",
     "Objective",
     "PlanDocument",

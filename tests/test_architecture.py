@@ -21,7 +21,7 @@ FLOORS = [
     ("files",),
     ("solution",),
     ("explanation",),
-    ("pictures", "batch"),
+    ("pictures", "batch", "feedback"),
     ("cli",),
     ("__main__",),
 ]

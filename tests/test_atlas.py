@@ -101,7 +101,7 @@ def test_effort_is_the_integral_of_the_root_of_power_and_drag_that_of_the_straig
     assert abs(found / (short * np.sqrt(power(UNIT, shape, rate))) - 1.0) < 1e-3
     pulled: Array = np.zeros((1, 6))
     pulled[0, 0] = 1.0
-    spread = sum(float(UNIT.drag(link)[0, 0]) for link in (0, 1, 2))
+    spread = sum(float(UNIT.drag_matrix(link)[0, 0]) for link in (0, 1, 2))
     assert abs(straight_drag(UNIT) / spread - 1.0) < 1e-12
     assert connection(UNIT, COLLINEAR).shape == (6, 6)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,11 +28,12 @@ from purcell_cli import load_scenario, plan, stored_scenarios, user_cache
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis, as_euler, from_quaternion
-from purcell_cli.kernel.beads import bead_resistance, looked_up, swimmer_numbers
+from purcell_cli.kernel.beads import NUMBERS, bead_resistance, looked_up, swimmer_numbers
 from purcell_cli.mechanics import bead_table
 from purcell_cli.mechanics.base_velocity import kernel_numbers
 from purcell_cli.mechanics.beads import LOWER, Beads, grand_resistance, solved_anew
-from purcell_cli.mechanics.connection import connection, power, resistance, shape_from_angles
+from purcell_cli.mechanics.connection import connection, power, resistance, resistance_and_coupling, shape_from_angles
+from purcell_cli.mechanics.drag import LinkSize, LinkSizes
 from purcell_cli.mechanics.lift import flow, work
 from purcell_cli.mechanics.lift_derivatives import flow_and_jacobian, flow_and_jacobian_of_moves
 from purcell_cli.mechanics.moves import MoveSequence
@@ -322,16 +324,46 @@ def test_plans_arrive_exactly_on_the_beads_themselves(name: str) -> None:
         assert missed(wanted, flown(STOUT, alone)) > 1e-2
 
 
+def test_links_of_their_own_sizes_have_beads_of_their_own() -> None:
+    """As many as each link's slenderness asks for; seen from behind, the other limb's; single links drag alike."""
+    one = Swimmer(fluid="beads", slenderness=0.05, links=LinkSizes(limb2=LinkSize(0.06, 0.1)))
+    two = Swimmer(fluid="beads", slenderness=0.05, links=LinkSizes(limb1=LinkSize(0.06, 0.1)))
+    assert [int(n) for n in np.bincount(Beads.of(one).link)] == [10, 10, 5]
+    half_turn = np.diag([-1.0, -1.0, 1.0])
+    shape, rate = shape_from_angles((40, 10, 5), (-25, 3, 9)), np.array([0.3, 0.1, 1.0, -0.2, 0.5, -0.4])
+    swapped = np.concatenate([half_turn @ rate[3:], half_turn @ rate[:3]])
+    p, other = (resistance(s, r) for s, r in ((one, shape), (two, half_turn @ shape[::-1] @ half_turn)))
+    turn = np.kron(np.eye(2), half_turn)
+    assert_close(other, turn @ p @ turn, 1e-12, float(np.abs(p).max()))
+    xi = -np.linalg.solve(*resistance_and_coupling(one, shape)) @ rate
+    seen = -np.linalg.solve(*resistance_and_coupling(two, half_turn @ shape[::-1] @ half_turn)) @ swapped
+    assert_close(seen, turn @ xi, 1e-12)
+    assert not is_close(seen, xi, 1e-3)
+
+
+def test_the_table_of_unequal_limbs_is_sampled_whole() -> None:
+    """By the mirror of equal limbs, the foil, it would be another swimmer's."""
+    unit = Swimmer(fluid="beads", slenderness=0.1, links=LinkSizes(limb2=LinkSize(0.06, 0.125))).scaled()
+    table = np.concatenate([np.zeros(NUMBERS - 3), bead_table.made_table(unit)])
+    axes = np.stack([shape_from_angles((50, 20, 0), (-30, 9, 0)), shape_from_angles((-5, 70, 0), (80, 3, 0))])[..., 0]
+    found, wanted = looked_up(table, axes)[:, 0], solved_anew(unit, axes)
+    assert_close(found, wanted, 1e-9, float(np.abs(wanted).max()))
+    assert not is_close(looked_up(table, axes[:, ::-1])[:, 0], wanted, 1e-2)
+
+
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
         ({"slenderness": 0.003}, "slenderness: 0.00333333 to 0.2 .* is wanted, found 0.003"),
         ({"max_bend_rad": 1.7}, "max_bend_rad: 0 to 1.6 .* is wanted, found 1.7"),
+        ({"drag": "cylinder"}, "drag: cox, .* is wanted"),
+        ({"body_radius_m": 0.02}, "body_radius_m: 0.0, .* is wanted"),
+        ({"links": LinkSizes(limb1=LinkSize(None, 0.002))}, "links.limb1.slenderness: 0.00333333 to 0.2"),
         ({"drag_ratio": 1.8}, "drag_ratio: 2 to 2 .* is wanted, found 1.8"),
         ({"fluid": "water"}, "fluid: one of local, beads is wanted, found 'water'"),
     ],
 )
-def test_what_beads_cannot_be_is_refused(changed: dict[str, float | str], message: str) -> None:
+def test_what_beads_cannot_be_is_refused(changed: dict[str, Any], message: str) -> None:
     with pytest.raises(ParameterError, match=message):
         dataclasses.replace(STOUT, **changed)
 

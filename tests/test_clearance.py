@@ -21,12 +21,11 @@ from purcell_cli.motion.clearance import (
     clearances,
     least_clearance,
     limb_distance,
-    radius_m,
     segment_distance,
 )
 from purcell_cli.motion.limb_circles import LimbCircles, bends
 
-TOUCHING = 2.0 * radius_m(UNIT, 1.0)
+TOUCHING = 2.0 * UNIT.radii_m[1]
 
 
 def by_minimiser(gap: Array, first: Array, second: Array) -> float:

@@ -113,7 +113,6 @@ SWIMMER_KEYS = dict.fromkeys(
         "drag_ratio",
         "max_bend_rad",
         "joint_rate_rad_s",
-        "fluid",
         "L_m",
     )
 )

@@ -26,7 +26,7 @@ from purcell_cli.mechanics.connection import (
     resistance,
     wrench_to_base,
 )
-from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.mechanics.swimmer import LIMITS, Swimmer
 
 POINTS = read_table("connection_points.csv")
 SEEDS = range(4)
@@ -77,9 +77,9 @@ def test_connection_of_other_conventions_is_not_the_table() -> None:
     assert not is_close(connection(swimmer, np.swapaxes(shape, -1, -2)), wanted, 1e-4)
     assert not is_close(connection(swimmer, shape[::-1]), wanted, 1e-4)
     half_spin = np.diag([1.0, 1.0, 1.0, 0.5, 1.0, 1.0])
-    p, q = half_spin @ swimmer.drag(0), []
+    p, q = half_spin @ swimmer.drag_matrix(0), []
     for limb in LIMBS:
-        t, h = wrench_to_base(swimmer, shape, limb), half_spin @ swimmer.drag(limb)
+        t, h = wrench_to_base(swimmer, shape, limb), half_spin @ swimmer.drag_matrix(limb)
         p, q = p + t @ h @ base_to_limb(swimmer, shape, limb), [*q, t @ h @ rate_to_limb(swimmer, limb)]
     assert not is_close(np.linalg.solve(p, np.concatenate(q, axis=-1)), wanted, 1e-5)
 
@@ -152,10 +152,10 @@ def test_limb_twists_are_those_of_the_moving_centre() -> None:
 
 def net_wrench(swimmer: Swimmer, shape: Array, rate: Array, xi_base: Array) -> Array:
     """Return the sum of T_i H_i xi_i over the links, minus the fluid's wrench on the swimmer."""
-    total = apply(swimmer.drag(0), xi_base)
+    total = apply(swimmer.drag_matrix(0), xi_base)
     for limb in LIMBS:
         xi = link_twist(swimmer, shape, rate, xi_base, limb)
-        total = total + apply(wrench_to_base(swimmer, shape, limb), apply(swimmer.drag(limb), xi))
+        total = total + apply(wrench_to_base(swimmer, shape, limb), apply(swimmer.drag_matrix(limb), xi))
     return total
 
 
@@ -171,10 +171,10 @@ def printed_b(swimmer: Swimmer, shape: Array, limb: int, rotated: bool) -> Array
 
 def printed_resistance(swimmer: Swimmer, shape: Array, rotated: bool) -> Array:
     """Return P of the paper's B_i and T_i (section III-C), or of its B_i with the rotation put in."""
-    out = np.zeros((*shape.shape[:-3], 6, 6)) + swimmer.drag(0)
+    out = np.zeros((*shape.shape[:-3], 6, 6)) + swimmer.drag_matrix(0)
     for limb in LIMBS:
         t = np.swapaxes(printed_b(swimmer, shape, limb, rotated=True), -1, -2)
-        out = out + t @ swimmer.drag(limb) @ printed_b(swimmer, shape, limb, rotated)
+        out = out + t @ swimmer.drag_matrix(limb) @ printed_b(swimmer, shape, limb, rotated)
     return out
 
 
@@ -224,13 +224,13 @@ def test_resistance_is_the_sum_over_short_rods() -> None:
         axes = (E_X, shape[0, :, 0], shape[1, :, 0])
         middles = (np.zeros(3), *(centre(swimmer, shape, limb) for limb in LIMBS))
         total = np.zeros((6, 6))
-        for axis, middle, half in zip(axes, middles, lengths, strict=True):
+        for link, (axis, middle, half) in enumerate(zip(axes, middles, lengths, strict=True)):
             along = np.outer(axis, axis)
             local = k * (np.eye(3) - (1 - 1 / swimmer.drag_ratio) * along)
             for node, weight in zip(nodes, weights, strict=True):
                 to_velocity = np.concatenate([np.eye(3), -hat(middle + node * half * axis)], axis=1)
                 total += weight * half * to_velocity.T @ local @ to_velocity
-            total[3:, 3:] += 2 * half * swimmer.spin_drag(half) * along
+            total[3:, 3:] += swimmer.rod(link).spin * along
         assert_close(resistance(swimmer, shape), total, 1e-13, 10.0)
 
 
@@ -418,7 +418,7 @@ def test_power_is_a_positive_quadratic_form(seed: int) -> None:
     for limb in LIMBS:
         part = slice(3 * limb - 3, 3 * limb)
         w = rate_to_limb(swimmer, limb)
-        held[part, part] = w.T @ swimmer.drag(limb) @ w
+        held[part, part] = w.T @ swimmer.drag_matrix(limb) @ w
     q = coupling(swimmer, shapes)
     form = held - np.swapaxes(q, -1, -2) @ np.linalg.solve(resistance(swimmer, shapes), q)
     found = power(swimmer, shapes, rate)
@@ -443,13 +443,13 @@ def test_the_base_moves_so_that_least_is_dissipated() -> None:
         total = np.zeros(len(shapes))
         for link in range(3):
             seen = link_twist(swimmer, shapes, rate, other, link)
-            total += np.einsum("ni,ij,nj->n", seen, swimmer.drag(link), seen)
+            total += np.einsum("ni,ij,nj->n", seen, swimmer.drag_matrix(link), seen)
         assert np.all(total > least)
 
 
 def test_rolling_costs_only_spin_drag_when_collinear() -> None:
     """Opposite rolls at the collinear shape: 2 (2 k_R L) for two limbs, base still; the paper's k_R L is half of it."""
-    spin = UNIT.spin_drag(1.0)
+    spin = 0.5 * UNIT.rod(1).spin
     found = float(power(UNIT, COLLINEAR, [1.0, 0, 0, -1.0, 0, 0]))
     assert_close(found, 4 * spin, 1e-14, 4 * spin)
     assert not is_close(found, 2 * spin, 1e-3, spin)
@@ -503,7 +503,7 @@ def test_a_batch_is_a_loop() -> None:
     assert_close(base_twist(swimmer, shapes[0, 0], rates), base_twist(swimmer, one_shape, rates), 1e-14)
 
 
-NUMBERS = [field.name for field in dataclasses.fields(Swimmer)]
+NUMBERS = list(LIMITS)
 
 
 IMPOSSIBLE = [-1.0, 0.0, -0.0, math.nan, math.inf, -math.inf, True, False, "0.1", None, 1j, [0.1]]

@@ -40,7 +40,14 @@ START = {
     "limb1": {"euler_deg": [9, 0, 0]},
 }
 GOAL = {**START, "workspace_m": {"min": [-1, -1, -1], "max": [1, 1, 1]}}
-SWIMMER = {"base_half_length_m": 0.1, "slenderness": 0.02, "max_bend_rad": 1.2}
+SWIMMER = {
+    "base_half_length_m": 0.1,
+    "slenderness": 0.02,
+    "max_bend_rad": 1.2,
+    "drag": {"base": {"along_n_s_per_m": 0.2, "turn_n_m_s": 0.002}, "limb1": {"across_n_s_per_m": 0.7}},
+    "links": {"limb2": {"half_length_m": 0.09, "slenderness": 0.03}},
+    "body_radius_m": 0.02,
+}
 SCENARIO = {
     "name": "n",
     "start": {"base": {"position_m": [0, 0, 0]}},

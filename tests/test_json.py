@@ -154,6 +154,11 @@ goal: {base: {position_m: [0.02, 0, 0]}}
 workspace_m: {min: [-0.5, -0.01, -0.01], max: [0.5, 0.01, 0.01]}
 """
 
+TRUTH = """drag: {base: {along_n_s_per_m: 0.2}, limb1: {turn_n_m_s: 2.0e-3, spin_n_m_s: 1.0e-5}}
+links: {limb2: {half_length_m: 0.08, slenderness: 0.02}}
+body_radius_m: 0.02
+"""
+
 BATCH = {
     "still.yaml": "name: still\nstart: {}\ngoal: {}\n",
     "failing.yaml": "name: failing\nstart: {}\ngoal: {}\nexpect: {verdict: not reached}\n",
@@ -169,6 +174,9 @@ COMMANDS = {
     "run": ["run", "plan.json", "--out", "again.csv"],
     "verify": ["verify", "swim.csv", "nearby"],
     "verify a fault": ["verify", "swim.csv", "roll"],
+    "simulate": ["simulate", "swim.csv", "--swimmer", "truth.yaml", "--noise", "rate=0.02", "--out", "real.csv"],
+    "simulate a plan": ["simulate", "plan.json", "--swimmer", "truth.yaml"],
+    "track": ["track", "roll", "--truth", "truth.yaml", "--replans", "1", "--out", "tracked.csv"],
     "gait": ["gait", "x-motion"],
     "gait of moves": ["gait", "max-efficiency"],
     "gait list": ["gait", "--list"],
@@ -201,6 +209,7 @@ def documents(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, A
         patch.setattr(pictures, "PAPER_MOTIONS", ("x-motion",))
         patch.setattr(pictures, "PRINTED", ())
         (folder / "outside.yaml").write_text(OUTSIDE)
+        (folder / "truth.yaml").write_text(TRUTH)
         (folder / "batch").mkdir()
         for name, text in BATCH.items():
             (folder / "batch" / name).write_text(text)
@@ -274,7 +283,10 @@ def test_the_page_is_what_the_types_say() -> None:
 
 def test_every_key_has_a_meaning_and_every_number_of_a_quantity_its_unit() -> None:
     units = {
+        "_n_s_per_m": "[N s/m]",
+        "_n_m_s": "[N m s]",
         "_rad_s": "[rad/s]",
+        "_m_s": "[m/s]",
         "_pa_s": "[Pa s]",
         "_rad": "rad]",
         "_m": "[m]",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from helpers import assert_close, is_close
 
-from purcell_cli import Configuration, Swimmer, plan
+from purcell_cli import Configuration, LinkSize, LinkSizes, Swimmer, plan
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
@@ -72,6 +72,23 @@ def test_what_a_plan_does_finds_that_plan(symmetry: int) -> None:
         assert entry.laps == 1
         assert entry.estimate_rad == pytest.approx(2.5 + short.joint_travel_rad, rel=1e-5)
         assert_close(flow(BODY, entry.lap), does, 1e-5)
+
+
+UNEVEN = Swimmer(links=LinkSizes(limb1=LinkSize(0.07)), drag="spheroid", max_bend_rad=1.5).scaled()
+
+
+@pytest.mark.parametrize("symmetry", [0, 5, 11])
+def test_plans_of_exchanged_limbs_are_plans_of_their_own_where_limbs_differ(symmetry: int) -> None:
+    """What an image does is found as that image; an end-for-end image, the foil, is not what symmetry shows."""
+    for short in stored_plans()[::7]:
+        shown = image(short, symmetries()[symmetry])
+        does = flow(UNEVEN, shown)
+        library = MotionLibrary((short,), UNEVEN)
+        (entry,) = library.nearest(se3.normalised(does)[None], np.zeros(1), 1)
+        assert entry.estimate_rad == pytest.approx(short.joint_travel_rad, rel=1e-4)
+        assert_close(flow(UNEVEN, entry.lap), does, 1e-4)
+        even = seen(symmetries()[symmetry], flow(UNEVEN, short))
+        assert is_close(does, even, 1e-9) == (symmetries()[symmetry][0, 0] > 0.0)
 
 
 def test_a_small_bend_limit_asks_for_laps() -> None:

@@ -37,6 +37,10 @@ SUMMARY += '"base_error_rad": 0, "limb1_error_rad": 0, "limb2_error_rad": 0}]}'
 
 INPUTS: dict[tuple[str, str], str] = {
     **{(command, "swimmer"): "swimmer" for command in ("gait", "plot", "view", "figures", "design", "controllability")},
+    ("track", "start"): "start",
+    ("track", "goal"): "start",
+    ("track", "swimmer"): "swimmer",
+    ("track", "truth"): "swimmer",
     **{(command, "gaits"): "gaits" for command in ("plan", "gait", "plot", "batch")},
     ("plan", "start"): "start",
     ("plan", "goal"): "start",
@@ -44,13 +48,17 @@ INPUTS: dict[tuple[str, str], str] = {
     ("run", "document"): "plan",
     ("plot", "what"): "trajectory",
     ("view", "trajectory"): "trajectory",
+    ("view", "beside"): "trajectory",
+    ("simulate", "trajectory"): "trajectory",
+    ("simulate", "swimmer"): "swimmer",
+    ("simulate", "model"): "swimmer",
     ("batch", "paths"): "scenario",
     ("batch", "baseline"): "summary",
 }
 """The arguments that name what a command with outputs reads: what it is."""
 
 OUTPUTS: dict[tuple[str, str], str] = {
-    **{(command, "out"): "csv" for command in ("plan", "run", "gait")},
+    **{(command, "out"): "csv" for command in ("plan", "run", "gait", "simulate", "track")},
     ("plan", "plan_out"): "json",
     ("plot", "out"): "png",
     ("view", "out"): "html",
@@ -73,6 +81,8 @@ NEITHER = {
 
 POSITIONAL = {
     "plan": {"start": "start.yaml", "goal": "start.yaml"},
+    "simulate": {"trajectory": "trajectory.yaml"},
+    "track": {"start": "start.yaml", "goal": "start.yaml"},
     "run": {"document": "plan.yaml"},
     "gait": {"name": "x-motion"},
     "plot": {"what": "x-motion"},
@@ -111,6 +121,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     texts = {
         "start": STILL,
         "swimmer": "slenderness: 0.02\n",
+        "truth": "slenderness: 0.03\n",
         "gaits/own": GAIT,
         "scenario": SCENARIO,
         "summary": SUMMARY,
@@ -168,7 +179,10 @@ def words(command: str, name: str, value: str) -> list[str]:
     """Return a command with one of its inputs given, and its places filled."""
     places = {**POSITIONAL.get(command, {}), **({name: value} if name in POSITIONAL.get(command, {}) else {})}
     given = [] if name in places else option(command, name, value)
-    return [command, *places.values(), *(["--map"] if command == "controllability" else []), *given]
+    needs = {"simulate": "swimmer", "track": "truth"}.get(command, name)
+    more = {"controllability": ["--map"]}.get(command, [])
+    more = more if needs == name else [*more, f"--{needs}", "truth.yaml"]
+    return [command, *places.values(), *more, *given]
 
 
 def placed(kind: str, ending: str, command: str) -> tuple[Path, Path]:

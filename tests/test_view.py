@@ -24,6 +24,7 @@ from selenium.webdriver.common.by import By
 
 from purcell_cli import Configuration, Swimmer, realise, stored_gaits
 from purcell_cli.cli.app import _run
+from purcell_cli.errors import ParameterError
 from purcell_cli.gaits.sampling import sample_stroke
 from purcell_cli.motion.trajectory import as_table
 from purcell_cli.motion.trajectory_table import Table
@@ -78,7 +79,7 @@ def test_a_page_holds_every_row_of_a_short_motion() -> None:
     assert np.array_equal(frames, wanted.astype(np.float32))
     assert [data["gaits"][k] for k in unpacked(data, "gait", "<u4")] == table.gait.tolist()
     assert np.array_equal(unpacked(data, "phase", "u1"), table.phase)
-    assert (data["base_radius"], data["limb_radius"]) == (0.02 * 0.2, 0.02 * 0.14)
+    assert data["radii"] == [0.02 * 0.2, 0.02 * 0.14, 0.02 * 0.14]
 
 
 def test_a_long_motion_is_thinned_to_its_switches_and_even_times() -> None:
@@ -248,3 +249,20 @@ def test_a_motion_far_from_the_worlds_origin_is_seen_whole() -> None:
     assert data["title"] == "t, from (5000000.2, -4000000.1, 3.3) m"
     assert told(page(near, SWIMMER, "t"))["title"] == "t"
     assert not np.any(dataclasses.replace(near, position_m=np.tile(shift, (len(near.time_s), 1))).origin_m)
+
+
+def test_a_page_plays_another_motion_beside() -> None:
+    table = motion()
+    other = dataclasses.replace(table, position_m=table.position_m + np.array([0.1, 0.0, 0.0]))
+    data = told(page(table, SWIMMER, "roll", other))
+    wanted = np.concatenate([other.position_m, other.base, other.limbs[:, 0], other.limbs[:, 1]], axis=1)
+    assert np.array_equal(unpacked(data, "beside", "<f4").reshape(-1, 15), wanted.astype(np.float32))
+    assert told(page(table, SWIMMER, "roll"))["beside"] is None
+    with pytest.raises(ParameterError, match="the same times"):
+        page(table, SWIMMER, "roll", dataclasses.replace(table, time_s=2.0 * table.time_s))
+
+
+def test_the_body_is_drawn() -> None:
+    swimmer = dataclasses.replace(SWIMMER, body_radius_m=0.03)
+    assert told(page(motion(), swimmer, "roll"))["body_radius"] == 0.03
+    assert told(page(motion(), SWIMMER, "roll"))["body_radius"] == 0.0

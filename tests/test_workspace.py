@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from helpers import assert_close, mostly_slow, random_shapes, random_swimmer
+from helpers import assert_close, mostly_slow, random_shapes, random_swimmer, unequal_swimmer
 
 from purcell_cli import Configuration, PlanOptions, Swimmer, load_scenario, plan, stored_scenarios
 from purcell_cli.errors import ParameterError
@@ -16,7 +16,6 @@ from purcell_cli.mechanics.connection import connection
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
-from purcell_cli.motion.clearance import radius_m
 from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.motion.limits import Limits, check
 from purcell_cli.motion.workspace import ENDS, WALLS, Workspace, end_speeds, link_ends
@@ -36,7 +35,7 @@ def extent(solution: Solution) -> tuple[Array, Array]:
     """Return the least box round a plan's rows [m]."""
     swimmer, rows = solution.plan.swimmer, solution.trajectory
     ends = link_ends(swimmer, rows.pose, rows.shape[..., 0])
-    radius = radius_m(swimmer, swimmer.limb_half_length_m)
+    radius = swimmer.radii_m[1]
     return ends.min(axis=(0, 1)) - radius, ends.max(axis=(0, 1)) + radius
 
 
@@ -66,7 +65,7 @@ def test_how_far_a_plan_leaves_its_box_is_found_at_any_wall(name: str, wall: int
             rows = solution.trajectory
             ends = link_ends(swimmer, rows.pose[row : row + 1], rows.shape[row : row + 1, :, :, 0])[0]
             at = ends[ENDS.index(broken.what.partition(" beyond")[0]), wall // 2]
-            assert abs(at - corners[wall % 2][wall // 2]) >= broken.excess - 1e-3 - radius_m(swimmer, 0.1)
+            assert abs(at - corners[wall % 2][wall // 2]) >= broken.excess - 1e-3 - swimmer.radii_m[1]
 
 
 def test_every_cycle_is_at_a_place_of_its_own() -> None:
@@ -90,7 +89,7 @@ def test_a_start_outside_is_found_at_once() -> None:
 @pytest.mark.parametrize("seed", range(20))
 def test_no_end_of_a_link_moves_faster_than_dissipation_allows(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    swimmer, n = random_swimmer(rng), 200
+    swimmer, n = (random_swimmer if seed % 2 else unequal_swimmer)(rng), 200
     shapes, rates = random_shapes(rng, n), rng.normal(size=(n, 6))
     rates[::2] = np.eye(6)[rng.integers(0, 6, n // 2)]
     shapes[: n // 4] = np.eye(3)
@@ -99,8 +98,8 @@ def test_no_end_of_a_link_moves_faster_than_dissipation_allows(seed: int) -> Non
     ends = link_ends(swimmer, np.tile(np.eye(4), (n, 1, 1)), axes)
     speed = xi[:, None, :3] + cross(xi[:, None, 3:], ends)
     swept = cross(np.einsum("nlij,nlj->nli", shapes, rates.reshape(n, 2, 3)), axes)
-    speed[:, 2:] += 2.0 * swimmer.limb_half_length_m * np.array([1.0, -1.0])[:, None] * swept
-    bound = np.repeat(end_speeds(swimmer, LimbCircles.of(Pieces(shapes, rates, np.ones(n)))), 2, axis=1)
+    speed[:, 2:4] += 2.0 * np.multiply(swimmer.halves_m[1:], [1.0, -1.0])[:, None] * swept
+    bound = end_speeds(swimmer, LimbCircles.of(Pieces(shapes, rates, np.ones(n))))
     share = np.linalg.norm(speed, axis=-1) / bound
     assert np.max(share) <= 1.0
     assert np.max(share) > 0.2

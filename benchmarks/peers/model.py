@@ -47,14 +47,14 @@ def solved(p: Any, wanted: Any) -> Any:
 
 def resistance_and_wrench(swimmer: Swimmer, limbs: list[Any], rates: Any) -> tuple[Any, Any]:
     """Return P, and the wrench Q omega of turning limbs on a base at rest, for limb orientations (matrices)."""
-    p, wrench = cs.SX(cs.sparsify(swimmer.drag(0))), cs.SX.zeros(6)
+    p, wrench = cs.SX(cs.sparsify(swimmer.drag_matrix(0))), cs.SX.zeros(6)
     base, half = swimmer.base_half_length_m, swimmer.limb_half_length_m
     for i, side in ((0, 1.0), (1, -1.0)):
         turned = limbs[i].T
         centre = side * (base * cs.SX([1.0, 0.0, 0.0]) + half * limbs[i][:, 0])
         b = cs.vertcat(cs.horzcat(turned, -turned @ cs.skew(centre)), cs.horzcat(cs.SX.zeros(3, 3), turned))
         w = cs.vertcat(-side * half * cs.skew(cs.SX([1.0, 0.0, 0.0])), cs.SX.eye(3))
-        drag = cs.SX(cs.sparsify(swimmer.drag(i + 1)))
+        drag = cs.SX(cs.sparsify(swimmer.drag_matrix(i + 1)))
         p += b.T @ drag @ b
         wrench += b.T @ (drag @ (w @ rates[3 * i : 3 * i + 3]))
     return p, wrench

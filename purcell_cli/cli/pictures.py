@@ -114,6 +114,12 @@ def view(
     trajectory: Annotated[Path, typer.Argument(metavar="TRAJECTORY", help="A trajectory's CSV file.")],
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="The page; default: NAME.html.")] = None,
     swimmer: SwimmerFile = None,
+    beside: Annotated[
+        Path | None,
+        typer.Option(
+            "--beside", metavar="FILE", help="A trajectory of the same times, played with it, such as the plan's."
+        ),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Make one page of HTML that plays a trajectory in any browser, without a network."""
@@ -132,7 +138,8 @@ def view(
         text = f"{trajectory}: its rows move otherwise than this swimmer does (off by {off:.2g} of the joints' rates)"
         warnings.warn(f"{text}; --swimmer takes the swimmer's file or the plan document", PurcellWarning, stacklevel=2)
     with busy("drawing"):
-        size = write_page(table, body, shortened(trajectory.name, _LONGEST_TITLE), file)
+        other = None if beside is None else read_csv(beside)
+        size = write_page(table, body, shortened(trajectory.name, _LONGEST_TITLE), file, other)
     document: ViewDocument = {
         "schema": "purcell/view/1",
         "verdict": "done",

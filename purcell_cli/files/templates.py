@@ -34,9 +34,17 @@ base_half_length_m: 0.1
 limb_half_length_m: 0.1
 slenderness: 0.01                    # radius / full length of a link
 viscosity_pa_s: 0.95                 # glycerin
-drag_ratio: 2.0                      # lateral / longitudinal
+drag_ratio: 2.0                      # lateral / longitudinal, by the law cox
 max_bend_rad: 1.0                    # how far a gait may bend a limb's axis from the base's axis
 joint_rate_rad_s: 1.0
+drag: cox                            # cox | cylinder | spheroid, or the whole drag of links in numbers:
+# drag:                              # any left out: as cox
+#   base:  {along_n_s_per_m: 0.13, across_n_s_per_m: 0.26, turn_n_m_s: 8.6e-4, spin_n_m_s: 9.6e-6}
+#   limb1: {across_n_s_per_m: 0.6}
+links: {}                            # a link's own size, where it differs:
+# links:
+#   limb2: {half_length_m: 0.08, slenderness: 0.02}
+body_radius_m: 0.0                   # a sphere at the middle of the base that drags too
 fluid: local                         # each link alone in the fluid; or beads: links that feel each other's flow
 # joints:                            # left out, ball joints; else universal, hinge or fixed:
 #   limb1: universal                 # yaw (psi) and pitch (theta), no roll

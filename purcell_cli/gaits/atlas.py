@@ -31,11 +31,7 @@ MOST_AMPLITUDES = 10_000
 
 def straight_drag(swimmer: Swimmer) -> float:
     """Return the drag on the straight swimmer along its axis, per speed [N s/m]."""
-    return (
-        2.0
-        * (swimmer.base_half_length_m + 2.0 * swimmer.limb_half_length_m)
-        * (swimmer.lateral_drag() / swimmer.drag_ratio)
-    )
+    return float(sum(swimmer.drag_matrix(link)[0, 0] for link in range(3)))
 
 
 def efficiency(swimmer: Swimmer, stroke: Stroke, distance_m: float) -> float:
@@ -224,7 +220,7 @@ class RatioRow:
 
 
 def ratio_sweep(gait: Gait, swimmer: Swimmer, amplitude: float | None, ratios: Array) -> tuple[str, list[RatioRow]]:
-    """Return what a gait does for swimmers of one full length, at ratios of the middle to an outer link.
+    """Return what a gait does for swimmers of one full length, at ratios of the middle to an outer link, in the mean.
 
     The design question of Giraldi, Martinon and Zoppello (2015, Phys. Rev. E 91, 023012).
 
@@ -239,14 +235,28 @@ def ratio_sweep(gait: Gait, swimmer: Swimmer, amplitude: float | None, ratios: A
 
     Raises:
         GaitError: No pure stroke for one of the swimmers.
+        ParameterError: A swimmer whose drag is known in numbers only.
     """
-    half = swimmer.base_half_length_m + 2.0 * swimmer.limb_half_length_m
+    if not isinstance(swimmer.drag, str):
+        raise ParameterError("drag: a law, by which links of other lengths drag, is wanted, found numbers")
+    base, one, two = swimmer.halves_m
+    half = base + (one + two)
     rows: list[RatioRow] = []
     own = MOTIONS.index(gait.moves) if gait.moves in MOTIONS else None
     for ratio in ratios.tolist():
         limb = half / (ratio + 2.0)
-        body = dataclasses.replace(swimmer, base_half_length_m=ratio * limb, limb_half_length_m=limb)
+        body = _with_halves(swimmer, ratio * limb, limb)
         twist = se3.log(realise(gait, body, amplitude).displacement(body)) / np.repeat([2.0 * half, 1.0], 3)
         own = int(np.argmax(np.abs(twist))) if own is None else own
         rows.append(RatioRow(ratio, float(twist[own])))
     return MOTIONS[own or 0], rows
+
+
+def _with_halves(swimmer: Swimmer, base: float, limb: float) -> Swimmer:
+    """Return the swimmer with half lengths of its base and, in the mean, of its limbs; those stay in proportion [m]."""
+    mean, links = 0.5 * sum(swimmer.halves_m[1:]), swimmer.links
+    if swimmer.halves_m[1] != swimmer.halves_m[2]:
+        for k, link in enumerate(("limb1", "limb2"), start=1):
+            own = dataclasses.replace(getattr(links, link), half_length_m=swimmer.halves_m[k] * limb / mean)
+            links = dataclasses.replace(links, **{link: own})
+    return dataclasses.replace(swimmer, base_half_length_m=base, limb_half_length_m=limb, links=links)

@@ -1,6 +1,8 @@
 """Pure strokes: a gait's free angles solved so that it does nothing but its own motion (section V-B of the paper).
 
-The equations hold on the true flow, for the swimmer at hand; Newton's method starts at the gait's guesses.
+The equations hold on the true flow, for the swimmer at hand; Newton's method starts at the gait's guesses. Many gaits
+are pure by a symmetry that a swimmer with unequal limbs has not; then all their angles are free, and change as little
+as purity asks for.
 Conventions: `rotations`.
 """
 
@@ -37,6 +39,12 @@ PURE = 3e-13
 _IMPURE = 1e-9
 """Cross-talk and closure (L, rad) that are a fault: a thousand times the rounding errors of the longest strokes, and
 no more than plans may miss their goal by."""
+_FREED_STEPS, _FREED_RAD = 60, 0.2
+"""Newton steps with all angles free, at most (8 are usual), and the largest change of an angle in one [rad]."""
+_FREED_RANK = 1e-9
+"""Directions of angles whose singular value is below this part of the largest move no equation: rounding."""
+_FREED_FAR = 0.75
+"""Angles that change by more than this part of the amplitude make another stroke than the gait's."""
 _CLOSINGS, _CLOSED_RAD = 4, 1e-4
 """Newton steps to close a guessed cycle, at most, and a gap after which none follows: what one leaves is the square."""
 
@@ -71,7 +79,11 @@ class _Purity:
 
     def residual(self, unknown: Array) -> tuple[Array, Array]:
         """Return the equations' values and derivatives by the unknowns. Shapes (12,), (12, unknowns)."""
-        approach, cycle = self.gait.primitives(self.values(unknown))
+        value, derivative = self.equations(*self.gait.primitives(self.values(unknown)))
+        return value, matmul(derivative, self.slope())
+
+    def equations(self, approach: PrimitiveSequence, cycle: PrimitiveSequence) -> tuple[Array, Array]:
+        """Return the equations' values and derivatives by all angles of the stroke. Shapes (12,), (12, n)."""
         sequence = approach + cycle + approach.inverse()
         g, jacobian = flow_and_jacobian(self.swimmer, sequence)
         gap, closure = shape_gap(sequence, sequence.shapes(COLLINEAR), COLLINEAR)
@@ -81,7 +93,31 @@ class _Purity:
             value[own], derivative[own] = 0.0, 0.0
         else:
             value[own] -= self.wanted
-        return value, matmul(derivative, self.slope())
+        return value, derivative
+
+    def freed(self, stroke: Stroke, pure: float) -> Stroke | None:
+        """Return the pure stroke near another, all its angles being free, or None where Newton's method finds none.
+
+        Args:
+            stroke: A stroke of primitives.
+            pure: Cross-talk and closure (L, rad) that count as none.
+        """
+        approach, cycle = cast(PrimitiveSequence, stroke.approach), cast(PrimitiveSequence, stroke.cycle)
+        n, begun = len(approach), np.concatenate([approach.angle, cycle.angle])
+        angle, every = begun.copy(), np.eye(len(begun))
+        slope = np.concatenate([every, -every[:n][::-1]])
+        for _ in range(_FREED_STEPS):
+            approach, cycle = approach.with_angles(angle[:n]), cycle.with_angles(angle[n:])
+            value, derivative = self.equations(approach, cycle)
+            if np.max(np.abs(value)) < pure:
+                return dataclasses.replace(stroke, approach=approach, cycle=cycle)
+            left, singular, right = singular_values(matmul(derivative, slope))
+            some = singular > _FREED_RANK * singular[0]
+            step = matmul(right[some].T, matmul(left.T[some], -value) / singular[some])
+            angle = angle + step * min(1.0, _FREED_RAD / max(float(np.max(np.abs(step))), _FREED_RAD))
+            if np.max(np.abs(angle - begun)) > _FREED_FAR * np.max(np.abs(begun)):
+                return None
+        return None
 
     def newton(self, guess: Array, pure: float) -> Array | None:
         """Return the solution near a guess, or None where Newton's method loses its way.
@@ -169,12 +205,17 @@ def realise(gait: Gait, swimmer: Swimmer, amplitude: float | None = None, pure: 
     known = {gait.symbol: size}
     wanted = size if gait.amplitude_is_displacement else None
     purity = _Purity(gait, unit, known, tuple(gait.free), wanted)
-    solved = purity.newton(_guess(gait, unit, size), pure) if gait.free else np.empty(0)
-    if solved is None or np.any(np.abs(solved) > np.pi):
+    guess = _guess(gait, unit, size)
+    solved = purity.newton(guess, pure) if gait.free else np.empty(0)
+    good = solved is not None and not np.any(np.abs(solved) > np.pi)
+    stroke = gait.stroke(purity.values(solved)) if solved is not None and good else None
+    uneven = gait.moves in MOTIONS and gait.curve is None and not unit.equal_limbs
+    if uneven and (stroke is None or fault(stroke, gait.moves, unit)):
+        stroke = purity.freed(gait.stroke(purity.values(guess)), pure)
+    if stroke is None:
         raise GaitError(
             f"gait {gait.name!r} has no pure stroke at amplitude {size:g} rad for this swimmer; try another"
         )
-    stroke = gait.stroke(purity.values(solved))
     return stroke if a > 0 else stroke.inverse()
 
 
@@ -220,6 +261,12 @@ def realise_displacement(gait: Gait, swimmer: Swimmer, amount: float, near_rad: 
     if gait.amplitude_is_displacement:
         return realise(gait, swimmer, amount)
     unit = swimmer.scaled()
+    if not unit.equal_limbs:
+        near = realise(gait, unit, near_rad)
+        found = _Purity(gait, unit, {}, (), amount).freed(near, PURE)
+        if found is None:
+            raise GaitError(f"gait {gait.name!r} has no pure stroke that moves by {amount:g} near {near_rad:g} rad")
+        return found
     purity = _Purity(gait, unit, {}, (gait.symbol, *gait.free), amount)
     solved = purity.newton(np.array([near_rad, *_guess(gait, unit, near_rad)]), PURE)
     if solved is None:

@@ -209,16 +209,16 @@ def connection_of_limbs(swimmer: Swimmer, ring: Taylor, limbs: Sequence[Array]) 
     if swimmer.fluid != "local":
         raise ParameterError(f"fluid: 'local', for brackets of control fields, is wanted, found {swimmer.fluid!r}")
     unit = swimmer.scaled()
-    p, q = ring.constant(unit.drag(0)), np.zeros((len(ring), 6, 6))
+    p, q = ring.constant(unit.drag_matrix(0)), np.zeros((len(ring), 6, 6))
     for limb, side in ((1, 1.0), (2, -1.0)):
         part = slice(3 * limb - 3, 3 * limb)
         a = limbs[limb - 1]
         a_t = np.swapaxes(a, 1, 2)
-        centre = side * (unit.base_half_length_m * ring.constant(_E_X) + unit.limb_half_length_m * a[..., 0])
+        centre = side * (unit.base_half_length_m * ring.constant(_E_X) + unit.halves_m[limb] * a[..., 0])
         b = np.zeros((len(ring), 6, 6))
         b[:, :3, :3] = b[:, 3:, 3:] = a_t
         b[:, :3, 3:] = -ring.product(a_t, hat(centre), np.matmul)
-        wrench = np.swapaxes(b, 1, 2) @ unit.drag(limb)
+        wrench = np.swapaxes(b, 1, 2) @ unit.drag_matrix(limb)
         p += ring.product(wrench, b, np.matmul)
         q[..., part] = wrench @ rate_to_limb(unit, limb)
     return ring.solved(p, q)

@@ -30,14 +30,20 @@ def kernel_numbers(swimmer: Swimmer) -> Array:
         Shape (25,), with the table of links that feel each other after that.
     """
     unit = swimmer.scaled()
-    half, spread = unit.limb_half_length_m, unit.bend_spread()
-    turn = 2.0 / 3.0 * half * half * half
-    limb = (half, 2.0 * half, 1.0 - 1.0 / unit.drag_ratio, turn, 2.0 * unit.spin_drag(half) * half)
-    base = (unit.base_half_length_m, *np.diagonal(unit.drag(0)), unit.roll_sharpness(), spread)
+    # The kernel's distance counts all lengths alike, so that it is at most what it is by their drags.
+    half, spread = max(unit.halves_m[1:]), unit.bend_spread() / unit.weights()[0]
+    steepness = math.sqrt(4.0 * (2.0 / 3.0 * half * half * half) / spread)
+    base = (unit.base_half_length_m, *np.diagonal(unit.drag_matrix(0)), unit.roll_sharpness(), spread, steepness)
     table = bead_table(swimmer) if swimmer.fluid == "beads" else np.zeros(3)
-    out = np.concatenate([[*base, math.sqrt(4.0 * turn / spread), 1.0, *limb, -1.0, *limb], table])
+    out = np.concatenate([[*base, 1.0, *_limb(unit, 1), -1.0, *_limb(unit, 2)], table])
     out.setflags(write=False)
     return out
+
+
+def _limb(unit: Swimmer, limb: int) -> tuple[float, ...]:
+    """Return half a limb's length, its drag across, by what part that along is less, and of turning and spinning."""
+    rod = unit.rod(limb, 1.0)
+    return unit.halves_m[limb], rod.across, 1.0 - 1.0 / rod.ratio, rod.turn, rod.spin
 
 
 def base_motion(swimmer: Swimmer, axes: Array, rates: Array) -> Connection:

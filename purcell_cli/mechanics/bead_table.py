@@ -66,7 +66,12 @@ def _samples(unit: Swimmer, progress: Progress) -> Array:
     """Return the resistances at all nodes. Shape (n, n, m, 12, 12)."""
     bends, angles = _nodes()
     out = np.empty((_BENDS, _BENDS, _ANGLES, 12, 12))
-    wanted = [(a, b, c) for a in range(_BENDS) for b in range(a + 1) for c in range(_ANGLES)]
+    alike = unit.equal_limbs
+
+    def last(a: int) -> int:
+        return a + 1 if alike else _BENDS
+
+    wanted = [(a, b, c) for a in range(_BENDS) for b in range(last(a)) for c in range(_ANGLES)]
 
     def sampled(place: tuple[int, int, int]) -> Array:
         a, b, c = place
@@ -78,8 +83,9 @@ def _samples(unit: Swimmer, progress: Progress) -> Array:
 
     for k, ((a, b, c), found) in enumerate(zip(wanted, made(), strict=True), 1):
         out[a, b, c] = found
-        turn = _end_for_end(float(angles[c]))
-        out[b, a, c] = matmul(matmul(turn, found), turn.T)
+        if alike:
+            turn = _end_for_end(float(angles[c]))
+            out[b, a, c] = matmul(matmul(turn, found), turn.T)
         progress(k, len(wanted))
     return out
 
@@ -119,7 +125,7 @@ def bead_table(swimmer: Swimmer, progress: Progress = lambda _done, _of: None) -
         progress: Is told how far it is, where it must be made.
     """
     unit = swimmer.scaled()
-    sizes = unit.base_half_length_m, unit.limb_half_length_m, unit.slenderness
+    sizes = *unit.halves_m, *unit.radii_m
     key = f"{DIGEST} {REACH_RAD!r} {_BENDS} {_ANGLES} {sizes!r}"
     if key not in _known:
         table = kept("beads", key, lambda: made_table(unit, progress))

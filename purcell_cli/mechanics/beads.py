@@ -52,13 +52,11 @@ class Beads:
     @classmethod
     def of(cls, swimmer: Swimmer) -> Beads:
         """Return the beads of a swimmer's links."""
-        count = round(1.0 / (2.0 * swimmer.slenderness))
-        halves = np.array([swimmer.base_half_length_m, *2 * [swimmer.limb_half_length_m]])
-        from_end = (2.0 * np.arange(count) + 1.0) / count
-        along = halves[:, None] * from_end
+        halves, radii = np.array(swimmer.halves_m), np.array(swimmer.radii_m)
+        counts = np.round(halves / radii).astype(np.int64)
+        along = [half * ((2.0 * np.arange(n) + 1.0) / n) for half, n in zip(halves, counts.tolist(), strict=True)]
         along[0] -= halves[0]
-        radius = np.repeat(2.0 * swimmer.slenderness * halves, count)
-        return cls(np.repeat(np.arange(3, dtype=np.int64), count), along.ravel(), radius)
+        return cls(np.repeat(np.arange(3, dtype=np.int64), counts), np.concatenate(along), np.repeat(radii, counts))
 
     def places(self, swimmer: Swimmer, axes: Array) -> tuple[Array, Array]:
         """Return where the beads are in base coordinates, and from their limb's joint [m].
@@ -96,12 +94,11 @@ def resistance_entries(swimmer: Swimmer, axes: Array) -> Array:
     out = swimmer.viscosity_pa_s * bead_resistance(*beads.places(swimmer, axes), beads.radius, beads.link)
     row, column = LOWER
     for link in range(3):
-        half = swimmer.limb_half_length_m if link else swimmer.base_half_length_m
         axis = np.zeros(12)
         axis[3:6] = axes[link - 1] if link else (1.0, 0.0, 0.0)
         if link:
             axis[3 + 3 * link : 6 + 3 * link] = axes[link - 1]
-        out += 2.0 * half * swimmer.spin_drag(half) * (axis[row] * axis[column])
+        out += swimmer.rod(link).spin * (axis[row] * axis[column])
     return np.asarray(out)
 
 

@@ -80,7 +80,7 @@ def _limb(shape: ArrayLike, limb: int) -> Array:
 def centre(swimmer: Swimmer, shape: ArrayLike, limb: int) -> Array:
     """Return c_i, the centre of a limb in base coordinates [m]. Shape (..., 3)."""
     a = _limb(shape, limb)[..., :, 0]
-    return _SIDE[limb] * (swimmer.base_half_length_m * _E_X + swimmer.limb_half_length_m * a)
+    return _SIDE[limb] * (swimmer.base_half_length_m * _E_X + swimmer.halves_m[limb] * a)
 
 
 def base_to_limb(swimmer: Swimmer, shape: ArrayLike, limb: int) -> Array:
@@ -102,7 +102,7 @@ def base_to_limb(swimmer: Swimmer, shape: ArrayLike, limb: int) -> Array:
 def rate_to_limb(swimmer: Swimmer, limb: int) -> Array:
     """Return W_i, which takes the limb's rate omega_i to its twist at its centre. Shape (6, 3)."""
     out = np.zeros((6, 3))
-    out[:3] = -_SIDE[limb] * swimmer.limb_half_length_m * hat(_E_X)
+    out[:3] = -_SIDE[limb] * swimmer.halves_m[limb] * hat(_E_X)
     out[3:] = np.eye(3)
     return out
 
@@ -127,11 +127,11 @@ def resistance_and_coupling(swimmer: Swimmer, shape: ArrayLike) -> tuple[Array, 
     """
     if swimmer.fluid == "beads":
         return _on_beads(swimmer, _of_two(shape))
-    p = np.zeros((*np.shape(shape)[:-3], 6, 6)) + swimmer.drag(0)
+    p = np.zeros((*np.shape(shape)[:-3], 6, 6)) + swimmer.drag_matrix(0)
     q = np.zeros_like(p)
     for limb in (1, 2):
         b = base_to_limb(swimmer, shape, limb)
-        wrench = matmul(np.swapaxes(b, -1, -2), swimmer.drag(limb))
+        wrench = matmul(np.swapaxes(b, -1, -2), swimmer.drag_matrix(limb))
         p += matmul(wrench, b)
         q[..., 3 * limb - 3 : 3 * limb] = matmul(wrench, rate_to_limb(swimmer, limb))
     return p, q
@@ -222,10 +222,10 @@ def base_twist_rows(
         xi = _on_beads_rows(unit, axis, turning, resistances)
         xi[:3] *= swimmer.length_m
         return xi
-    half, drag = unit.limb_half_length_m, np.diag(unit.drag(1))
     p, q = (np.zeros((*rows, axis.shape[-1]), dtype=np.result_type(axis, np.float64)) for rows in ((6, 6), (6,)))
-    p[...] = unit.drag(0)[..., None]
+    p[...] = unit.drag_matrix(0)[..., None]
     for limb, side in _SIDE.items():
+        half, drag = unit.halves_m[limb], np.diag(unit.drag_matrix(limb))
         a, u = axis[limb - 1], turning[limb - 1]
         c = side * half * a
         c[0] += side * unit.base_half_length_m
@@ -289,7 +289,7 @@ def power(swimmer: Swimmer, shape: ArrayLike, rate: ArrayLike) -> Array:
     total = np.zeros(xi_base.shape[:-1])
     for link in range(3):
         xi = link_twist(swimmer, shape, rate, xi_base, link)
-        total = total + inner(xi, apply(swimmer.drag(link), xi))
+        total = total + inner(xi, apply(swimmer.drag_matrix(link), xi))
     return total
 
 

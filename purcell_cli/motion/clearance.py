@@ -2,24 +2,27 @@
 
 The links are capsules: segments with round ends, as thick as the links' radius. Each limb is joined
 to the base, so these pairs touch at the joint whatever the shape, and only limb 1 and limb 2 can
-collide. A limb that folds back onto the base is therefore no collision by itself; folded all the
+collide, and either with the body, where the base bears a sphere. A limb that folds back onto the
+base is therefore no collision by itself; folded all the
 way it reaches the other limb's joint, where it is one, unless it is shorter than the base.
 
 The least distance is found by cutting the motion wherever an instant between may still be nearer
 than the nearest found so far. What is known of a stretch of time h between two distances: the
 distance changes no faster than the limbs' points move, v; and the square of the distance between
 two material points curves by no more than M, so that it lies above the parabola of curvature M
-through its ends, and so does the least of all. The second bound closes quickly round a minimum.
+through its ends, and so does the least of all. The second bound closes quickly round a minimum. A
+limb is nearest to the body where it bends most, so that pair needs no search.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.geometry.reproducible import arccos
+from purcell_cli.geometry.reproducible import arccos, arcsin, cos, hypot, sin
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.linear import nearest_on_segments
 from purcell_cli.mechanics.pieces import Pieces
@@ -27,6 +30,9 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import LimbCircles
 
 Rows = NDArray[np.int64]
+
+LIMBS = "limb 1 and limb 2"
+"""What messages call the pair of limbs."""
 
 TOLERANCE_L = 1e-9
 """The least distance is known to this, in units of L."""
@@ -45,35 +51,52 @@ Only limbs that keep the same distance for long need so many."""
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Clearance:
-    """The least distance between the surfaces of the limbs, and where it is.
+    """The least distance between the surfaces of the limbs, or of a limb and the body, and where it is.
 
     Attributes:
         distance_m: The distance; negative where the limbs overlap [m].
         piece: The piece of the motion it is on.
         time_s: When, from the piece's beginning [s].
         error_m: The true least distance is less by at most this [m].
+        between: Which two come so near.
     """
 
     distance_m: float
     piece: int
     time_s: float
     error_m: float
-
-
-def radius_m(swimmer: Swimmer, half_length_m: float) -> float:
-    """Return the radius of a link of a half length [m]: slenderness times full length."""
-    return swimmer.slenderness * 2.0 * half_length_m
+    between: str = LIMBS
 
 
 def apart_bend_rad(swimmer: Swimmer, clearance_m: float = 0.0) -> float:
     """Return the bend up to which the limbs keep a clearance [m] however they turn [rad].
 
     A limb bent by b lies beyond a plane across the base, a + 2 l cos(b) from its middle; the other limb lies
-    beyond such a plane on the other side. Limbs so short that any bend will do may bend by pi.
+    beyond such a plane on the other side. Limbs so short that any bend will do may bend by pi. A limb that bends by
+    more than a right angle passes the base's middle at a sin(b), or its tip does further off.
     """
-    nearest = radius_m(swimmer, swimmer.limb_half_length_m) + 0.5 * clearance_m
-    cosine = (nearest - swimmer.base_half_length_m) / (2.0 * swimmer.limb_half_length_m)
-    return float(arccos(np.clip(cosine, -1.0, 1.0)))
+    base = swimmer.base_half_length_m
+    out = []
+    for half, radius in zip(swimmer.halves_m[1:], swimmer.radii_m[1:], strict=True):
+        cosine = (radius + 0.5 * clearance_m - base) / (2.0 * half)
+        out.append(float(arccos(np.clip(cosine, -1.0, 1.0))))
+        if swimmer.body_radius_m:
+            sine = (swimmer.body_radius_m + radius + clearance_m) / base
+            out.append(math.pi - float(arcsin(min(sine, 1.0))))
+    return min(out)
+
+
+def body_distance(swimmer: Swimmer, bend: Array) -> Array:
+    """Return the distance of each limb's surface from the body's at bends [rad], [m]. Shape (..., 2).
+
+    It falls with the bend; it is infinite where there is no body.
+    """
+    if not swimmer.body_radius_m:
+        return np.full(np.shape(bend), np.inf)
+    base, full = swimmer.base_half_length_m, 2.0 * np.array(swimmer.halves_m[1:])
+    sine, cosine = sin(bend), cos(bend)
+    foot = np.clip(-base * cosine, 0.0, full)
+    return np.asarray(hypot(base + foot * cosine, foot * sine) - np.array(swimmer.radii_m[1:]) - swimmer.body_radius_m)
 
 
 def segment_distance(gap: Array, first: Array, second: Array) -> Array:
@@ -95,7 +118,12 @@ def limb_distance(swimmer: Swimmer, axes: Array) -> Array:
         axes: The limbs' axes in the base frame. Shape (..., 2, 3).
     """
     middle = segment_distance(*_segments(swimmer, axes))
-    return np.asarray(middle - 2.0 * radius_m(swimmer, swimmer.limb_half_length_m))
+    return np.asarray(middle - _radii(swimmer))
+
+
+def _radii(swimmer: Swimmer) -> float:
+    """Return the radii of both limbs together [m]."""
+    return swimmer.radii_m[1] + swimmer.radii_m[2]
 
 
 def distance_slope(swimmer: Swimmer, axes: Array) -> Array:
@@ -112,19 +140,20 @@ def distance_slope(swimmer: Swimmer, axes: Array) -> Array:
     found = nearest_on_segments(gap, first, second)
     s, t, size = (found[..., k, None] for k in range(3))
     along = (gap + s * first - t * second) / np.where(size > 0.0, size, 1.0)
-    return np.asarray(2.0 * swimmer.limb_half_length_m * found[..., :2, None] * along[..., None, :])
+    full = 2.0 * np.array(swimmer.halves_m[1:])
+    return np.asarray(full[:, None] * found[..., :2, None] * along[..., None, :])
 
 
 def _segments(swimmer: Swimmer, axes: Array) -> tuple[Array, Array, Array]:
     """Return the vector from limb 2's joint to limb 1's, and the limbs from their joints on [m]. Shapes (..., 3)."""
-    full = 2.0 * swimmer.limb_half_length_m
+    _, one, two = swimmer.halves_m
     gap = np.zeros_like(axes[..., 0, :])
     gap[..., 0] = 2.0 * swimmer.base_half_length_m
-    return gap, full * axes[..., 0, :], -full * axes[..., 1, :]
+    return gap, 2.0 * one * axes[..., 0, :], -2.0 * two * axes[..., 1, :]
 
 
 def least_clearance(swimmer: Swimmer, pieces: Pieces) -> Clearance:
-    """Return the least distance between the limbs over pieces of constant limb rates.
+    """Return the least distance between the limbs, or of one and the body, over pieces of constant limb rates.
 
     Args:
         swimmer: The swimmer.
@@ -137,6 +166,13 @@ def least_clearance(swimmer: Swimmer, pieces: Pieces) -> Clearance:
         error = max(best.error_m, found.error_m)
         if found.best[0] < best.distance_m:
             best = Clearance(float(found.best[0]), low + int(found.piece[0]), float(found.time[0]), error)
+        if swimmer.body_radius_m:
+            bend, time = circles.largest_bends()
+            near = body_distance(swimmer, bend)
+            k, limb = np.unravel_index(int(np.argmin(near)), near.shape)
+            if near[k, limb] < best.distance_m:
+                between = f"limb {limb + 1} and the body"
+                best = Clearance(float(near[k, limb]), low + int(k), float(time[k, limb]), error, between)
     return best
 
 
@@ -175,10 +211,10 @@ class _Search:
         self.best, self.time = np.full(count, np.inf), np.zeros(count)
         self.piece = np.zeros(count, dtype=np.int64)
         self.error_m = 0.0
-        self._radii = 2.0 * radius_m(swimmer, swimmer.limb_half_length_m)
-        full = 2.0 * swimmer.limb_half_length_m
-        self._speed = full * circles.speed.sum(axis=1)
-        self._pull = full * (circles.speed * circles.turn).sum(axis=1)
+        self._radii = _radii(swimmer)
+        self._full = 2.0 * np.array(swimmer.halves_m[1:])
+        self._speed = (self._full * circles.speed).sum(axis=1)
+        self._pull = (self._full * circles.speed * circles.turn).sum(axis=1)
         if count:
             self._run()
 
@@ -214,9 +250,9 @@ class _Search:
         It does if all of the resting limb lies behind the plane through that joint, across the moving
         limb's axis: both ends of the resting limb do.
         """
-        full, circles = 2.0 * self.swimmer.limb_half_length_m, self.circles
+        circles = self.circles
         begun = circles.centre + circles.cosine
-        end = full * begun[:, ::-1]
+        end = (self._full[:, None] * begun)[:, ::-1]
         end[..., 0] += 2.0 * self.swimmer.base_half_length_m
         behind = ~folded & (circles.least_along(end) >= 0.0)
         rests = (circles.speed == 0.0)[:, ::-1]

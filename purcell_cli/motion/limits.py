@@ -24,8 +24,8 @@ from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, BlockPieces
+from purcell_cli.motion.clearance import LIMBS, Clearance, body_distance, least_clearance, limb_distance
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
-from purcell_cli.motion.clearance import Clearance, least_clearance, limb_distance
 from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
 from purcell_cli.motion.options import OPTIONS, PlanOptions
 from purcell_cli.motion.workspace import ENDS, WALLS, Excess, Workspace, excess_of, largest_excess
@@ -45,7 +45,7 @@ class Limits:
     """What a plan must keep besides the swimmer's bend limit.
 
     Attributes:
-        clearance_m: How far the surfaces of limb 1 and limb 2 stay apart, at least [m].
+        clearance_m: How far the surfaces of limb 1, limb 2 and the body stay apart, at least [m].
         workspace: The box that all links stay in, if there is one.
 
     Raises:
@@ -76,12 +76,18 @@ class Limits:
             ParameterError: A shape that the joints cannot make.
         """
         refuse_shape(swimmer, name, configuration)
-        found = float(limb_distance(swimmer, configuration.shape[..., 0]))
-        if found < self.clearance_m - CLEARANCE_SLACK_L * swimmer.length_m:
-            raise ParameterError(
-                f"{name}: a clearance of at least {self.clearance_m:g} m between limb 1 and limb 2 is wanted, "
-                f"found {found:.6g} m{' (they overlap)' if found < 0.0 else ''}"
-            )
+        axes = configuration.shape[..., 0]
+        body = body_distance(swimmer, bends(axes))
+        for between, distance in (
+            (LIMBS, limb_distance(swimmer, axes)),
+            *((f"limb {k + 1} and the body", body[k]) for k in (0, 1)),
+        ):
+            found = float(distance)
+            if found < self.clearance_m - CLEARANCE_SLACK_L * swimmer.length_m:
+                raise ParameterError(
+                    f"{name}: a clearance of at least {self.clearance_m:g} m between {between} is wanted, "
+                    f"found {found:.6g} m{' (they overlap)' if found < 0.0 else ''}"
+                )
         if self.workspace is None:
             return
         out = excess_of(swimmer, self.workspace, configuration.pose, configuration.shape)
@@ -190,7 +196,7 @@ def check(
     if clearance.distance_m < wanted.clearance_m - CLEARANCE_SLACK_L * swimmer.length_m:
         k, short = clearance.piece, wanted.clearance_m - clearance.distance_m
         time = float(path.begun[k]) + clearance.time_s
-        violations.append(Violation("clearance", short, "m", time, int(path.phase[k]), "limb 1 and limb 2"))
+        violations.append(Violation("clearance", short, "m", time, int(path.phase[k]), clearance.between))
     largest, broken = _bends(swimmer, path)
     violations += broken
     if not swimmer.ball_joints:

@@ -3,8 +3,9 @@
 The same controls are replayed, all of them, for a swimmer with one parameter a little off, up and
 down; nothing is linearised but the share of each stroke. The shape path does not depend on the
 swimmer's body, and a stroke that repeats is a power of its one cycle, so a replay costs the
-distinct strokes only. Viscosity has no part in it: it scales forces and never the path. For links that
-feel each other it is told as for links alone: a table for each parameter would take minutes.
+distinct strokes only. Viscosity has no part in it, but where the drag of some links is known in numbers: else it
+scales forces and never the path. For links that feel each other it is told as for links alone: a table for each
+parameter would take minutes.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from purcell_cli.geometry.reproducible import matmul, norm
 from purcell_cli.geometry.rotations import Array, angle_between
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.drag import FINITE_RODS, LINKS
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements
 
@@ -35,6 +37,14 @@ PARAMETERS: Mapping[str, str] = MappingProxyType(
 )
 """The parameters of a swimmer that its path depends on, and what they are called."""
 
+_SOMETIMES: Mapping[str, str] = MappingProxyType(
+    {"body_radius_m": "radius of the body", "viscosity_pa_s": "viscosity, of what has no numbers"}
+)
+"""Those that the path of some swimmers depends on."""
+
+_DRAGS = {"along_n_s_per_m": "along", "across_n_s_per_m": "across", "turn_n_m_s": "of turning", "spin_n_m_s": "of spin"}
+"""What the numbers of a link's drag are called."""
+
 CHANGE = 0.01
 """How much a parameter is off, as a fraction of it."""
 
@@ -47,7 +57,7 @@ class Sensitivity:
     """What a parameter that is a little off does to the end of a motion.
 
     Attributes:
-        parameter: One of `PARAMETERS`.
+        parameter: One of `parameters`.
         change: The fraction by which it is off, of the two signs the one that moves the end further.
         position_m: How far the base's end position moves [m].
         angle_rad: How far the base's end orientation turns [rad].
@@ -68,7 +78,7 @@ class Sensitivity:
 def sensitivities(
     swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], change: float = CHANGE
 ) -> tuple[Sensitivity, ...]:
-    """Return what each of `PARAMETERS`, a little off, does to the end of a motion.
+    """Return what each of `parameters`, a little off, does to the end of a motion.
 
     Args:
         swimmer: The swimmer that the motion was planned for.
@@ -81,7 +91,7 @@ def sensitivities(
     after = _after(planned)
     end = matmul(start.pose, after[0])
     out = []
-    for parameter in PARAMETERS:
+    for parameter in parameters(swimmer):
         found = []
         for fraction, other in _neighbours(swimmer, parameter, change):
             moved = block_displacements(other, blocks, start.shape, _ENOUGH)
@@ -101,8 +111,45 @@ def _neighbours(swimmer: Swimmer, parameter: str, change: float) -> Iterator[tup
     """Return the swimmers with a parameter a little more and a little less, where there are such swimmers."""
     for fraction in (change, -change):
         with contextlib.suppress(ParameterError):
-            value = getattr(swimmer, parameter) * (1.0 + fraction)
-            yield fraction, dataclasses.replace(swimmer, **{parameter: value})
+            yield fraction, _changed(swimmer, parameter, 1.0 + fraction)
+
+
+def parameters(swimmer: Swimmer) -> list[str]:
+    """Return the names of the parameters that a swimmer's path depends on: keys of its file, with dots between."""
+    plain = [name for name in PARAMETERS if name != "drag_ratio" or swimmer.drag not in FINITE_RODS]
+    body = ["body_radius_m"] if swimmer.body_radius_m else []
+    if isinstance(swimmer.drag, str):
+        return plain + body
+    own = {link: getattr(swimmer.drag, link) for link in LINKS}
+    numbers = [
+        f"drag.{link}.{name}" for link, drag in own.items() for name in _DRAGS if getattr(drag, name) is not None
+    ]
+    return plain + body + (["viscosity_pa_s"] if body or len(numbers) < len(LINKS) * len(_DRAGS) else []) + numbers
+
+
+def parameter_name(parameter: str) -> str:
+    """Return what one of `parameters` is called."""
+    known = {**PARAMETERS, **_SOMETIMES}
+    if parameter in known:
+        return known[parameter]
+    _, link, number = parameter.split(".")
+    return f"drag {_DRAGS[number]}, {link.replace('limb', 'limb ')}"
+
+
+def _changed(swimmer: Swimmer, parameter: str, factor: float) -> Swimmer:
+    """Return a swimmer with a parameter times a factor; sizes of links of their own change with the swimmer's."""
+    if parameter.startswith("drag."):
+        _, link, number = parameter.split(".")
+        own = getattr(swimmer.drag, link)
+        changed = dataclasses.replace(own, **{number: getattr(own, number) * factor})
+        return dataclasses.replace(swimmer, drag=dataclasses.replace(swimmer.drag, **{link: changed}))  # type: ignore[type-var]
+    name = {"limb_half_length_m": "half_length_m"}.get(parameter, parameter)
+    links = swimmer.links
+    for link in LINKS:
+        own = getattr(links, link)
+        if name in {"half_length_m", "slenderness"} and (value := getattr(own, name)) is not None:
+            links = dataclasses.replace(links, **{link: dataclasses.replace(own, **{name: value * factor})})
+    return dataclasses.replace(swimmer, links=links, **{parameter: getattr(swimmer, parameter) * factor})
 
 
 def _after(poses: Array) -> Array:

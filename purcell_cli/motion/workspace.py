@@ -5,8 +5,9 @@ radius. A joint is the end of two links; it counts with the thicker one's radius
 
 How fast an end can move is bounded by dissipation. The base of a swimmer on which no force acts
 moves so that the dissipated power is least, hence it is no more than with the base held fast, and
-a link whose end moves at v dissipates at least k/rho times L v^2 / 2 (its other points may follow
-at leisure: v(x) = v/4 + 3 v x / (4 L) is the least). So between two instants the ends cannot have been
+a link whose end moves at v dissipates at least a quarter of its drag along its axis times v^2 (its other
+points may follow at leisure: v(x) = v/4 + 3 v x / (4 L) is the least, if turning drags it as lateral drag
+does). So between two instants the ends cannot have been
 further out than that speed allows, and only where this may be outside is the motion looked at closer.
 """
 
@@ -25,7 +26,6 @@ from purcell_cli.geometry.reproducible import inner, matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.clearance import radius_m
 from purcell_cli.motion.limb_circles import LimbCircles
 
 Rows = NDArray[np.int64]
@@ -36,7 +36,7 @@ TOLERANCE_L = 1e-5
 _MOST_STRETCHES = 1 << 16
 """Stretches at most: when there are more none is cut again, and the error is reported."""
 
-ENDS = ("joint of limb 1", "joint of limb 2", "end of limb 1", "end of limb 2")
+ENDS = ("joint of limb 1", "joint of limb 2", "end of limb 1", "end of limb 2", "body")
 """The points that the links' extent is measured by."""
 
 WALLS = tuple(f"{side} {axis}" for axis in "xyz" for side in ("least", "largest"))
@@ -112,24 +112,35 @@ drag of a link among others: 1.8 over 0.6 at the most was found."""
 
 
 def link_ends(swimmer: Swimmer, poses: Array, axes: Array) -> Array:
-    """Return where the `ENDS` are in the world [m]. Shapes (n, 4, 4) and (n, 2, 3) to (n, 4, 3)."""
+    """Return where the `ENDS` are in the world [m], k of them: the body's middle only where there is a body.
+
+    Shapes (n, 4, 4) and (n, 2, 3) to (n, k, 3).
+    """
     joints = np.zeros((len(axes), 2, 3))
     joints[:, 0, 0], joints[:, 1, 0] = swimmer.base_half_length_m, -swimmer.base_half_length_m
-    arms = 2.0 * swimmer.limb_half_length_m * np.array([1.0, -1.0])[:, None] * axes
+    arms = 2.0 * np.array(swimmer.halves_m[1:])[:, None] * np.array([1.0, -1.0])[:, None] * axes
     points = np.concatenate([joints, joints + arms], axis=1)
+    if swimmer.body_radius_m:
+        points = np.concatenate([points, np.zeros((len(axes), 1, 3))], axis=1)
     return np.asarray(matmul(points, np.swapaxes(poses[:, :3, :3], -1, -2)) + poses[:, None, :3, 3])
 
 
 def end_speeds(swimmer: Swimmer, circles: LimbCircles) -> Array:
-    """Return what the speeds of joints and of limbs' ends in the world cannot exceed [m/s]. Shape (n, 2)."""
-    b, l = swimmer.base_half_length_m, swimmer.limb_half_length_m
+    """Return what the speeds of the `ENDS` in the world cannot exceed [m/s]. Shape (n, k)."""
+    halves, k = swimmer.halves_m, swimmer.lateral_drag()
     spin = circles.turn * np.sqrt(inner(circles.centre, circles.centre))
-    held = 8.0 / 3.0 * l * l * l * circles.speed**2
-    held += 2.0 * l * swimmer.spin_drag(l) / swimmer.lateral_drag() * spin**2
-    power = 2.0 * swimmer.drag_ratio * held.sum(axis=1)
+    power, least = np.zeros(len(circles)), []
+    for link, half in enumerate(halves):
+        rod = swimmer.rod(link)
+        least.append(min(0.25 * rod.along, 1.0 / (1.0 / rod.across + half * half / rod.turn)) / k)
+        if link:
+            held = (rod.turn + rod.across * half * half) / k * circles.speed[:, link - 1] ** 2
+            power += held + rod.spin / k * spin[:, link - 1] ** 2
     if swimmer.fluid == "beads":
-        power = _TOGETHER * power
-    return np.asarray(np.sqrt(power[:, None] / np.array([max(b, l), l])))
+        power *= _TOGETHER
+    base, one, two = least
+    ends = [max(base, one), max(base, two), one, two, *([base] if swimmer.body_radius_m else [])]
+    return np.asarray(np.sqrt(power[:, None] / np.array(ends)))
 
 
 def largest_excess(
@@ -154,7 +165,7 @@ def largest_excess(
     """
     path = _Path(swimmer, pieces, displacements)
     box = _Box(swimmer, workspace)
-    speeds = np.repeat(end_speeds(swimmer, path.circles), 2, axis=1)[..., None]
+    speeds = end_speeds(swimmer, path.circles)[..., None]
     most = np.max(speeds, axis=(1, 2), initial=0.0)
     row, part, depth = np.arange(len(poses)), np.zeros(len(poses), dtype=np.int64), 0
     moves, axes = path.ahead(piece, part, depth, 1.0)
@@ -234,8 +245,9 @@ class _Box:
 
     def __init__(self, swimmer: Swimmer, workspace: Workspace) -> None:
         self.swimmer = swimmer
-        thick = [radius_m(swimmer, half) for half in (swimmer.base_half_length_m, swimmer.limb_half_length_m)]
-        self.radius = np.array([max(thick), max(thick), thick[1], thick[1]])[:, None]
+        base, one, two = swimmer.radii_m
+        body = [swimmer.body_radius_m] if swimmer.body_radius_m else []
+        self.radius = np.array([max(base, one), max(base, two), one, two, *body])[:, None]
         self.low, self.high = workspace.walls_m
         self.best = Excess()
 
@@ -245,9 +257,10 @@ class _Box:
         return max(TOLERANCE_L * self.swimmer.length_m, 0.01 * self.best.distance_m)
 
     def beyond(self, row: Rows, time: Array, poses: Array, axes: Array) -> Array:
-        """Return how far each end is beyond each wall [m]. Shape (n, 4, 6)."""
+        """Return how far each end is beyond each wall [m]. Shape (n, k, 6)."""
         place = link_ends(self.swimmer, poses, axes)
-        out = np.stack([self.low - place + self.radius, place - self.high + self.radius], axis=-1).reshape(-1, 4, 6)
+        out = np.stack([self.low - place + self.radius, place - self.high + self.radius], axis=-1)
+        out = out.reshape(len(place), len(self.radius), 6)
         if len(out):
             k, end, wall = np.unravel_index(int(np.argmax(out)), out.shape)
             if out[k, end, wall] > self.best.distance_m:

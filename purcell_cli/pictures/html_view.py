@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.errors import ParameterError
 from purcell_cli.files.atomic_file import whole_file
+from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import PHASES
-from purcell_cli.motion.clearance import radius_m
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.wording import length_unit
 
@@ -49,17 +50,23 @@ def shown_rows(table: Table, most: int = MOST_FRAMES) -> NDArray[np.int64]:
     return np.union1d(kept, np.searchsorted(table.time_s, times))
 
 
-def page(table: Table, swimmer: Swimmer, title: str) -> str:
+def page(table: Table, swimmer: Swimmer, title: str, beside: Table | None = None) -> str:
     """Return the page of a motion.
 
     Args:
         table: The motion.
         swimmer: The swimmer, for the lengths and the thickness of its links.
         title: What it is.
+        beside: Another motion of the same times that is played with it, if there is one.
+
+    Raises:
+        ParameterError: The other motion has other times.
     """
+    if beside is not None and not np.array_equal(beside.time_s, table.time_s):
+        raise ParameterError("beside: a trajectory of the same times, row by row, is wanted, found one of others")
     rows = shown_rows(table)
     place = table.position_m - table.origin_m
-    frames = np.concatenate([place, table.base, table.limbs[:, 0], table.limbs[:, 1]], axis=1)[rows]
+    frames = _frames(table, table.origin_m)[rows]
     names, gait = np.unique(table.gait[rows], return_inverse=True)
     size = float(max(np.max(np.abs(place)), swimmer.length_m))
     unit, unit_name = length_unit(size)
@@ -71,10 +78,10 @@ def page(table: Table, swimmer: Swimmer, title: str) -> str:
         "gait": _packed(gait, "<u4"),
         "gaits": names.tolist(),
         "phases": {str(phase): f"{phase} {name}" for phase, name in PHASES.items()},
-        "base_half": swimmer.base_half_length_m,
-        "limb_half": swimmer.limb_half_length_m,
-        "base_radius": radius_m(swimmer, swimmer.base_half_length_m),
-        "limb_radius": radius_m(swimmer, swimmer.limb_half_length_m),
+        "halves": swimmer.halves_m,
+        "radii": swimmer.radii_m,
+        "body_radius": swimmer.body_radius_m,
+        "beside": None if beside is None else _packed(_frames(beside, table.origin_m)[rows], "<f4"),
         "unit": unit,
         "unit_name": unit_name,
     }
@@ -83,19 +90,24 @@ def page(table: Table, swimmer: Swimmer, title: str) -> str:
     return template.replace("@DATA@", text)
 
 
+def _frames(table: Table, origin_m: Array) -> Array:
+    """Return positions [m] and quaternions of base and limbs, row by row. Shape (n, 15)."""
+    return np.concatenate([table.position_m - origin_m, table.base, table.limbs[:, 0], table.limbs[:, 1]], axis=1)
+
+
 def origin_told(table: Table) -> str:
     """Return where positions are measured from, in words, where that is not the world's origin."""
     x, y, z = table.origin_m.tolist()
     return f", from ({x:.12g}, {y:.12g}, {z:.12g}) m" if np.any(table.origin_m) else ""
 
 
-def write_page(table: Table, swimmer: Swimmer, title: str, path: Path) -> int:
-    """Write the page of a motion, and return how many bytes it has.
+def write_page(table: Table, swimmer: Swimmer, title: str, path: Path, beside: Table | None = None) -> int:
+    """Write the page of a motion, see `page`, and return how many bytes it has.
 
     Raises:
         InputError: The file cannot be written.
     """
-    text = page(table, swimmer, title).encode()
+    text = page(table, swimmer, title, beside).encode()
     with whole_file(path) as stream:
         stream.write(text)
     return len(text)

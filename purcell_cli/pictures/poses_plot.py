@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Circle
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.primitives import CONTROL_NAMES
@@ -33,8 +34,8 @@ def link_points(swimmer: Swimmer, trajectory: Trajectory, row: int) -> Array:
     """Return limb 2's tip, its joint, limb 1's joint and its tip in the world, in units of L. Shape (4, 3)."""
     pose, shape = trajectory.pose[row], trajectory.shape[row]
     x = np.array([1.0, 0.0, 0.0])
-    base, limb = swimmer.base_half_length_m * x, 2.0 * swimmer.limb_half_length_m * x
-    points = np.stack([-base - shape[1] @ limb, -base, base, base + shape[0] @ limb])
+    base, one, two = (half * x for half in swimmer.halves_m)
+    points = np.stack([-base - shape[1] @ (2.0 * two), -base, base, base + shape[0] @ (2.0 * one)])
     return np.asarray((points @ pose[:3, :3].T + pose[:3, 3]) / swimmer.length_m)
 
 
@@ -87,6 +88,9 @@ def poses_figure(swimmer: Swimmer, trajectory: Trajectory, title: str) -> Figure
                 continue
             axes.plot(flat[0, :, 0], flat[0, :, 1], color="#cccccc", linewidth=1.2)
             draw_links(axes, flat[k])
+            if swimmer.body_radius_m:
+                middle = 0.5 * (flat[k, 1] + flat[k, 2])
+                axes.add_patch(Circle(middle, swimmer.body_radius_m / swimmer.length_m, color=BLACK, alpha=0.4))
             for mark, colour in zip(roll_marks(swimmer, trajectory, rows[k], up), _LINKS, strict=True):
                 axes.plot(mark[:, 0], mark[:, up], color=colour, linewidth=1.2, solid_capstyle="butt")
                 axes.plot(*mark[1, [0, up]], marker=".", markersize=4, color=colour)

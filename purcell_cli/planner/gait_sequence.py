@@ -268,7 +268,13 @@ def gait_sequences(problem: Problem, breadth: Breadth, known: Sequence[Candidate
     Raises:
         GaitError: No stored gait for a motion that is needed, and no other candidate.
     """
-    book, pairs = stroke_book(tuple(problem.gaits.values()), problem.swimmer), problem.pairs(breadth)
+    try:
+        book = stroke_book(tuple(problem.gaits.values()), problem.swimmer)
+    except GaitError:
+        if known:
+            return []
+        raise
+    pairs = problem.pairs(breadth)
     found: list[Candidate] = []
     for k, displacement in enumerate(pairs.missing[:_PAIRS]):
         try:

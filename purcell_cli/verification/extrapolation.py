@@ -170,8 +170,9 @@ def _mesh(unit: Swimmer, shapes: Array, rates: Array, durations: Array, finer: f
     That distance is the root of the links' second moment about a line, so it changes no faster than the root of
     what a limb's turning moves, the integral of r^2 along it, (8/3) l^3.
     """
-    half = unit.limb_half_length_m
-    steepness, sharp = math.sqrt(8.0 / 3.0 * half * half * half / unit.bend_spread()), unit.roll_sharpness()
+    half, weight = max(unit.halves_m[1:]), unit.weights()[1]
+    steepness = math.sqrt(weight * 8.0 / 3.0 * half * half * half / unit.bend_spread())
+    sharp = unit.roll_sharpness()
     speed = np.linalg.norm(rates, axis=1) * durations
     owner = np.flatnonzero(durations)
     start, length = np.zeros(len(owner)), np.ones(len(owner))

@@ -83,7 +83,7 @@ class LimitsKept:
             when = f"{_line(row + near.piece)} (t = {time_s[near.piece] + near.time_s:.6g} s)"
             found = f"{1e3 * near.distance_m:.4g} mm apart{' (they overlap)' if near.distance_m < 0.0 else ''}"
             self.faults.setdefault(
-                "clearance", f"{when}: limb 1 and limb 2 are {found}, less than {1e3 * self.wanted.clearance_m:g} mm"
+                "clearance", f"{when}: {near.between} are {found}, less than {1e3 * self.wanted.clearance_m:g} mm"
             )
         self._bends(row, time_s, phase, pieces)
         for kind, text in self._joints.faults(row, time_s, pieces).items():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from helpers import assert_close, flown, missed, slope
 
-from purcell_cli import Swimmer
+from purcell_cli import LinkDrag, LinkDrags, LinkSize, LinkSizes, Swimmer
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import Block
@@ -129,3 +129,26 @@ def test_the_fan_keeps_the_bend_limit(bend: float, across: bool) -> None:
 def test_a_fan_is_made_once_of_the_loops_of_its_swimmer() -> None:
     assert fan(BODY, "travel", False) is fan(BODY, "travel", False)
     assert fan(BODY, "travel", False).loops is loops(BODY, "travel", False)
+
+
+@pytest.mark.parametrize(
+    "swimmer",
+    [
+        Swimmer(links=LinkSizes(limb1=LinkSize(0.06))),
+        Swimmer(links=LinkSizes(limb2=LinkSize(0.08, 0.03)), drag="cylinder", body_radius_m=0.03),
+        Swimmer(drag=LinkDrags(limb1=LinkDrag(0.5, 0.9, 3e-3))),
+    ],
+    ids=["short limb 1", "short limb 2", "heavy limb 1"],
+)
+@BOTH
+def test_where_limbs_differ_another_point_than_the_middle_swims_along_circles(swimmer: Swimmer, across: bool) -> None:
+    """There the loops' twists about y and z move along x, and aside by much less than the middle."""
+    of = fan(swimmer.scaled(), "travel", across)
+    twist = of.loops.at(of.bend, of.aside).cycle[0]
+    shift = np.eye(4)
+    shift[0, 3] = of.centre
+    there = (se3.adjoint(se3.inverse(shift)) @ twist.T).T
+    assert abs(of.centre) > 0.02
+    assert np.linalg.norm(there[:, 1:3]) < 0.6 * np.linalg.norm(twist[:, 1:3])
+    assert_close(there[:, 0], twist[:, 0], 1e-15)
+    assert fan(BODY, "travel", across).centre == 0.0

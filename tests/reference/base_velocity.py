@@ -39,8 +39,8 @@ class TwistModel:
         self.lateral = 2.0 * self.limb
         self.longitudinal_defect = 1.0 - 1.0 / unit.drag_ratio
         self.turn = 2.0 / 3.0 * self.limb * self.limb * self.limb
-        self.spin = 2.0 * unit.spin_drag(self.limb) * self.limb
-        self.base_drag = unit.drag(0)
+        self.spin = unit.rod(1).spin
+        self.base_drag = unit.drag_matrix(0)
         self.sharpness, self.straight_spread = unit.roll_sharpness(), unit.bend_spread()
         self.steepness = math.sqrt(4.0 * self.turn / self.straight_spread)
 

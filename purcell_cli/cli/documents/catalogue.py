@@ -25,12 +25,16 @@ from purcell_cli.cli.documents.gait import (
     SweepDocument,
 )
 from purcell_cli.cli.documents.plan import PlanDocument, VerifyDocument
+from purcell_cli.cli.documents.simulate import SimulateDocument
+from purcell_cli.cli.documents.track import TrackDocument
 
 DOCUMENTS: Mapping[str, Any] = MappingProxyType(
     {
         "purcell/plan/1": PlanDocument,
         "purcell/run/1": PlanDocument,
         "purcell/verify/1": VerifyDocument,
+        "purcell/simulate/1": SimulateDocument,
+        "purcell/track/1": TrackDocument,
         "purcell/gait/1": GaitDocument,
         "purcell/gait-list/1": GaitListDocument,
         "purcell/atlas/1": AtlasDocument,

@@ -28,6 +28,22 @@ class Failure(TypedDict):
     error: Annotated[str, "why, in one line: place, what was wanted and what was found"]
 
 
+class LinkDragPart(TypedDict):
+    """The drag of a whole link in numbers; what is left out is by the law of Cox."""
+
+    along_n_s_per_m: NotRequired[Annotated[float, "force per speed along its axis [N s/m]"]]
+    across_n_s_per_m: NotRequired[Annotated[float, "force per speed across it [N s/m]"]]
+    turn_n_m_s: NotRequired[Annotated[float, "torque per rate of turning about its middle [N m s]"]]
+    spin_n_m_s: NotRequired[Annotated[float, "torque per rate of spinning about its axis [N m s]"]]
+
+
+class LinkSizePart(TypedDict):
+    """A link's own size; what is left out is the swimmer's."""
+
+    half_length_m: NotRequired[Annotated[float, "half its length [m]"]]
+    slenderness: NotRequired[Annotated[float, "its radius over its full length"]]
+
+
 class SwimmerPart(TypedDict):
     """The swimmer."""
 
@@ -38,7 +54,15 @@ class SwimmerPart(TypedDict):
     drag_ratio: Annotated[float, "lateral over longitudinal drag"]
     max_bend_rad: Annotated[float, "how far a gait may bend a limb's axis from the base's axis [rad]"]
     joint_rate_rad_s: Annotated[float, "the rate at which one joint turns [rad/s]"]
-    fluid: Annotated[Literal["local", "beads"], "each link alone, or links that feel each other's flow"]
+    fluid: NotRequired[Annotated[Literal["beads"], "where links feel each other's flow"]]
+    drag: NotRequired[
+        Annotated[
+            Literal["cylinder", "spheroid"] | dict[str, LinkDragPart],
+            "the law of drag where it is not Cox's, or the drag of links in numbers",
+        ]
+    ]
+    links: NotRequired[Annotated[dict[str, LinkSizePart], "sizes of links that differ from the first three keys"]]
+    body_radius_m: NotRequired[Annotated[float, "radius of a sphere at the base's middle [m]"]]
     joints: NotRequired[Annotated[dict[str, Any], "the joints as in a swimmer's file, unless both are ball joints"]]
     joint_acceleration_rad_s2: NotRequired[Annotated[float, "how fast joints' rates change, where they do not jump"]]
     L_m: Annotated[float, "the length L: the mean half length of the links [m]"]

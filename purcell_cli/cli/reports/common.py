@@ -57,7 +57,8 @@ def displacement_document(g: Array) -> DisplacementPart:
     return {"position_m": g[:3, 3].tolist(), "psi_rad": psi, "theta_rad": theta, "phi_rad": phi}
 
 
-def _deviation(deviation: Deviation, length_m: float) -> DeviationPart:
+def deviation_document(deviation: Deviation, length_m: float) -> DeviationPart:
+    """Return how far one configuration is from another, for a length L [m]."""
     return {
         "position_m": deviation.position_m,
         "position_over_L": deviation.position_m / length_m,

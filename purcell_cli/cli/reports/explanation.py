@@ -18,7 +18,7 @@ from purcell_cli.cli.reports.common import displacement_cells, displacement_docu
 from purcell_cli.explanation import Explanation, figure
 from purcell_cli.geometry.rotations import angle_between
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.sensitivity import CHANGE, PARAMETERS
+from purcell_cli.motion.sensitivity import CHANGE, parameter_name
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -159,8 +159,9 @@ def _show_sensitivity(console: Console, explanation: ExplanationPart) -> None:
         if source is not None and source["description"]:
             sensitive[source["stroke"]] = source["description"]
         figures = (s["position_over_L"], 1e3 * s["position_m"], math.degrees(s["angle_rad"]))
-        table.add_row(PARAMETERS[s["parameter"]], *(figure(v) if v > _THERE else "0" for v in figures), told)
+        table.add_row(parameter_name(s["parameter"]), *(figure(v) if v > _THERE else "0" for v in figures), told)
     console.print(table)
     for stroke, words in sorted(sensitive.items()):
         console.print(f"{_name(stroke, strokes[stroke])} is sensitive: {words}")
-    console.print("viscosity: none; it scales forces and energy, never the path")
+    if all(s["parameter"] != "viscosity_pa_s" for s in explanation["sensitivity"]):
+        console.print("viscosity: none; it scales forces and energy, never the path")

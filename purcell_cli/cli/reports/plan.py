@@ -28,9 +28,9 @@ from purcell_cli.cli.documents.plan import (
 )
 from purcell_cli.cli.reports.common import (
     _checked,
-    _deviation,
     _verdict,
     certificate_document,
+    deviation_document,
     displacement_cells,
     displacement_document,
     swimmer_document,
@@ -105,9 +105,9 @@ def plan_document(
         "primitives": plan.primitives,
         "cycles": sum(s["cycles"] for s in strokes[2]),
         "phases": phases,
-        "planned_error": _deviation(solution.deviation, swimmer.length_m),
-        "verified_error": _deviation(found.deviation, swimmer.length_m),
-        "rows_error": _deviation(solution.rows_off, swimmer.length_m),
+        "planned_error": deviation_document(solution.deviation, swimmer.length_m),
+        "verified_error": deviation_document(found.deviation, swimmer.length_m),
+        "rows_error": deviation_document(solution.rows_off, swimmer.length_m),
         "tolerance": {"position_m": found.tolerance_m, "angle_rad": found.tolerance_rad},
         "certificate": certificate_document(found),
         "clearance_m": solution.limits.clearance.distance_m,

@@ -13,7 +13,13 @@ if TYPE_CHECKING:
     from purcell_cli.verification.verify import Verification
 from purcell_cli.cli.documents.common import as_part
 from purcell_cli.cli.documents.plan import VerifyDocument, WorkspacePart
-from purcell_cli.cli.reports.common import _checked, _deviation, _verdict, certificate_document, swimmer_document
+from purcell_cli.cli.reports.common import (
+    _checked,
+    _verdict,
+    certificate_document,
+    deviation_document,
+    swimmer_document,
+)
 
 
 def verify_document(found: Verification, swimmer: Swimmer) -> VerifyDocument:
@@ -23,8 +29,8 @@ def verify_document(found: Verification, swimmer: Swimmer) -> VerifyDocument:
         "schema": "purcell/verify/1",
         "verdict": Verdict.REACHED if found.holds else Verdict.NOT_REACHED,
         "swimmer": swimmer_document(swimmer),
-        "start_error": _deviation(found.start, swimmer.length_m),
-        "verified_error": _deviation(found.certificate.deviation, swimmer.length_m),
+        "start_error": deviation_document(found.start, swimmer.length_m),
+        "verified_error": deviation_document(found.certificate.deviation, swimmer.length_m),
         "tolerance": {"position_m": found.certificate.tolerance_m, "angle_rad": found.certificate.tolerance_rad},
         "certificate": certificate_document(found.certificate),
         "clearance_m": limits.clearance.distance_m,

@@ -47,6 +47,7 @@ class Fan:
         straight: The largest advance per cost [L/rad].
         tight: The largest turn per cost.
         unit: What a joint travel of 1 rad of the best straight loop costs.
+        centre: Where on the base's axis the point is that swims along circles, its middle where limbs are alike [L].
 
     Costs are joint travel, or another measure in units that make the best straight loop cost its
     joint travel.
@@ -68,6 +69,7 @@ class Fan:
         self.unit = price[0] / (8.0 * beat[0])
         price = price / self.unit
         twist = cycle / price[:, None]
+        self.centre = 0.0 if loops.even else _centre(twist)
         turn = hypot(twist[:, 4], twist[:, 5])
         some = slice(int(np.argmax(turn)) + 1)
         self.advance, self.turn = twist[some, 0], turn[some]
@@ -153,6 +155,16 @@ def _summit(x: Array, y: Array) -> float:
     a = (slopes[1] - slopes[0]) / (after - before)
     b = slopes[1] - a * after
     return float(x[k] - 0.5 * b / a)
+
+
+def _centre(twist: Array) -> float:
+    """Return the point on the x axis that twists about y and z move along it, as nearly as they do [L].
+
+    At (c, 0, 0) the velocity across the axis is (v_y + c w_z, v_z - c w_y).
+    """
+    (_, y, z), (_, p, q) = twist[:, :3].T, twist[:, 3:].T
+    turning = float(np.sum(p * p + q * q))
+    return float(np.sum(z * p - y * q)) / turning if turning > 0.0 else 0.0
 
 
 @functools.lru_cache(maxsize=128)

@@ -107,6 +107,7 @@ class Loops:
         most_rad: The greatest [rad].
         least_aside: How little may lie aside.
         most_aside: How much may.
+        even: Whether the swimmer is alike end for end, so that the base's middle swims along circles.
 
     Args:
         swimmer: The swimmer, scaled to L = 1.
@@ -115,7 +116,7 @@ class Loops:
     """
 
     def __init__(self, swimmer: Swimmer, measure: str, across: bool) -> None:
-        self.across = across
+        self.across, self.even = across, swimmer.equal_limbs
         limit = swimmer.max_bend_rad - BEND_MARGIN_RAD
         self.most_rad = min(limit, _ACROSS_BEND_RAD) if across else limit
         self.least_rad, self.most_aside = _LEAST_BEND * self.most_rad, _MOST_ASIDE[across]

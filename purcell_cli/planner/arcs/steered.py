@@ -9,7 +9,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from purcell_cli.geometry.reproducible import hypot, hypot_of
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import hypot, hypot_of, matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.arcs.arc_price import tightest
@@ -44,7 +45,7 @@ def steered_arcs(problem: Problem, breadth: Breadth, _known: Sequence[Candidate]
     if not rolling:
         return []
     fans, steering, pairs = problem.fans, tightest(problem.fans), problem.pairs(breadth)
-    way = steer(pairs.missing, steering, math.ceil(breadth.starts / len(pairs)))
+    way = steer(_seen_at(steering.centre, pairs.missing), steering, math.ceil(breadth.starts / len(pairs)))
     around = pairs.joint_travel_rad[way.displacement]
     travel = steering.cost(way.arc[..., 0], hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1) + around
     picked = np.array(_distinct(travel), dtype=np.int64)
@@ -66,6 +67,18 @@ def steered_arcs(problem: Problem, breadth: Breadth, _known: Sequence[Candidate]
             make = functools.partial(_played, chains, n, pairs, int(way.displacement[picked[n]]))
             out.append(Candidate(words, float(spent[n]), make, bool(off[n] > _FAR_OFF)))
     return out
+
+
+def _seen_at(centre: float, displacements: Array) -> Array:
+    """Return the displacements of the point (centre, 0, 0) of the base that displacements of its middle make.
+
+    Where limbs are not alike, that point swims along circles, by which arcs are steered.
+    """
+    if not centre:
+        return displacements
+    shift = np.eye(4)
+    shift[0, 3] = centre
+    return matmul(matmul(se3.inverse(shift), displacements), shift)
 
 
 def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> tuple[Chains, Array, Array]:

@@ -2,7 +2,8 @@
 
 A library plan is a closed sequence of primitives from the collinear shape, of the least joint travel that
 a long search found for its displacement. The collinear swimmer has 16 symmetries (two ends, four sides
-and a mirror), and a plan can be played backwards, so each plan stands for 32. With all angles scaled by
+and a mirror), and a plan can be played backwards, so each plan stands for 32. Where its limbs are not alike
+it has 8, and the plans with exchanged limbs are plans of their own. With all angles scaled by
 s its displacement is about s^2 times as large, since areas lead the displacement of closed strokes; where
 that would break the bend limit, several laps share it. Newton's method brings the plans that come near a
 wanted displacement to it.
@@ -33,6 +34,8 @@ from purcell_cli.motion.limb_circles import LimbCircles
 PRICES = np.array([204.0, 566.0, 566.0, 4.0, 374.0, 374.0])
 """Estimated square of the joint travel per component of a small displacement [rad^2 per L or rad]. Shape (6,)."""
 
+_END_FOR_END = np.diag([-1.0, 1.0, 1.0])
+"""The reflection that exchanges the limbs."""
 _SPARE = 0.1
 """A count of laps is rounded down if it exceeds a whole number by less than this: refinement takes up the rest."""
 _FEW = 1e-12
@@ -101,6 +104,10 @@ class MotionLibrary:
     """
 
     def __init__(self, plans: tuple[PrimitiveSequence, ...], swimmer: Swimmer) -> None:
+        self._symmetries = symmetries()
+        if not swimmer.equal_limbs:
+            plans = (*plans, *(image(plan, _END_FOR_END) for plan in plans))
+            self._symmetries = self._symmetries[self._symmetries[:, 0, 0] > 0.0]
         self._plans, self._limit = plans, swimmer.max_bend_rad
         whole, counts = joined(plans), [len(p) for p in plans]
         pieces = Pieces.of(whole)
@@ -130,7 +137,8 @@ class MotionLibrary:
             if (alike := (k, round(float(estimate[i, j, k]), 1))) in told:
                 continue  # the same plan seen another way, for what looks the same then
             told.add(alike)
-            plan = image(self._plans[k], symmetries()[j % 16], j >= 16)
+            seen, backwards = j % len(self._symmetries), j >= len(self._symmetries)
+            plan = image(self._plans[k], self._symmetries[seen], backwards)
             lap = plan.with_angles(math.sqrt(scale[i, j, k]) * plan.angle)
             out.append(Entry(i, lap, int(laps[i, j, k]), float(estimate[i, j, k])))
             if len(out) == most:
@@ -144,14 +152,14 @@ class MotionLibrary:
             wanted: The displacements. Shape (n, 4, 4).
 
         Returns:
-            Three arrays of shape (n, 32, plans); too many laps cost infinitely much.
+            Three arrays of shape (n, images, plans); too many laps cost infinitely much.
         """
-        # Instead of 32 images of each plan, as many of each displacement.
-        space = np.zeros((16, 4, 4))
-        space[:, :3, :3], space[:, 3, 3] = symmetries(), 1.0
+        # Instead of many images of each plan, as many of each displacement.
+        space = np.zeros((len(self._symmetries), 4, 4))
+        space[:, :3, :3], space[:, 3, 3] = self._symmetries, 1.0
         seen = matmul(matmul(np.swapaxes(space, 1, 2), wanted[:, None]), space)
         asked = se3.log(se3.normalised(np.stack([seen, se3.inverse(seen)], axis=1))) * PRICES
-        asked = asked.reshape(len(wanted), 32, 1, 6)
+        asked = asked.reshape(len(wanted), 2 * len(space), 1, 6)
         size = np.maximum(norm(asked), _FEW)
         apart = norm(asked / size[..., None] - self._does / self._size[:, None])
         scale = size / self._size

@@ -1,0 +1,43 @@
+"""Random swimmers with drags, links and bodies of their own."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from purcell_cli import LinkDrag, LinkDrags, LinkSize, LinkSizes, Swimmer
+from purcell_cli.mechanics.drag import LAWS
+from purcell_cli.motion.clearance import body_distance, limb_distance
+from purcell_cli.motion.limb_circles import bends
+
+
+def between(rng: np.random.Generator, low: float, high: float) -> float:
+    """Return a number between two, evenly in the logarithm."""
+    return float(np.exp(rng.uniform(math.log(low), math.log(high))))
+
+
+def of_its_own(rng: np.random.Generator, swimmer: Swimmer) -> Swimmer:
+    """Return a swimmer with a law of drag or numbers, limbs of their own sizes, and maybe a body."""
+
+    def size() -> LinkSize:
+        half = swimmer.limb_half_length_m * between(rng, 0.5, 2.0) if rng.random() < 0.7 else None
+        return LinkSize(half, between(rng, 1e-3, 0.1) if rng.random() < 0.5 else None)
+
+    links = LinkSizes(limb1=size(), limb2=size() if rng.random() < 0.7 else LinkSize())
+    out = dataclasses.replace(swimmer, drag=str(rng.choice(LAWS)), links=links)
+    if rng.random() < 0.4:
+        drags = []
+        for rod in map(out.rod, range(3)):
+            across, along, turn, spin = np.exp(rng.uniform(-0.5, 0.5, 4)) * [rod.across, rod.along, rod.turn, rod.spin]
+            drags.append(LinkDrag(min(along, 0.95 * across), across, turn, spin if rng.random() < 0.5 else None))
+        out = dataclasses.replace(out, drag=LinkDrags(*drags))
+    free = out.base_half_length_m - max(out.radii_m[1:])
+    body = float(rng.uniform(0.1, 0.9)) * free if rng.random() < 0.4 and free > 0.0 else 0.0
+    return dataclasses.replace(out, body_radius_m=body)
+
+
+def room(swimmer: Swimmer, axes: np.ndarray) -> float:
+    """Return how far limbs are from each other, and from the body [m]."""
+    return min(float(limb_distance(swimmer, axes)), float(np.min(body_distance(swimmer, bends(axes)))))

@@ -1,0 +1,41 @@
+"""The document of `purcell track`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypedDict
+
+from purcell_cli.cli.documents.common import DeviationPart, SwimmerPart
+
+
+class MeasuringPart(TypedDict):
+    """The noise of measurements: standard deviations of each component."""
+
+    position_l: Annotated[float, "of the base's position, in units of L"]
+    base_deg: Annotated[float, "of the base's orientation [deg]"]
+    seed: Annotated[int, "seed of the numbers"]
+
+
+class TrackPart(TypedDict):
+    """A plan that was swum."""
+
+    joint_travel_rad: Annotated[float, "its joint travel [rad]"]
+    duration_s: Annotated[float, "how long it took [s]"]
+    measured_off: Annotated[DeviationPart, "how far from the goal the swimmer was measured to be after it"]
+    off: Annotated[DeviationPart, "how far from the goal it really was"]
+
+
+class TrackDocument(TypedDict):
+    """What `purcell track` prints."""
+
+    schema: Annotated[Literal["purcell/track/1"], "the form of the document"]
+    verdict: Annotated[Literal["reached", "not reached"], "whether the goal was reached within the tolerances"]
+    model: Annotated[SwimmerPart, "the swimmer that was planned for"]
+    truth: Annotated[SwimmerPart, "the swimmer that swam"]
+    noise: Annotated[MeasuringPart, "the noise of measurements"]
+    tolerance_l: Annotated[float, "position tolerance, in units of L"]
+    tolerance_deg: Annotated[float, "angle tolerance [deg]"]
+    replans: Annotated[int, "how often it was planned again"]
+    joint_travel_rad: Annotated[float, "joint travel of all parts [rad]"]
+    off: Annotated[DeviationPart, "how far from the goal the swimmer really ended"]
+    parts: Annotated[list[TrackPart], "the plans that were swum, in order"]
+    out: Annotated[str | None, "the file of what really happened"]

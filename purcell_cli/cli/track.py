@@ -1,0 +1,95 @@
+"""The command track."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from purcell_cli.cli.options import Format
+from purcell_cli.cli.terminal import DONE, NOT_REACHED, Json, SwimmerFile, bar, ready, show, swimmer_of
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the command line."""
+    app.command(epilog="Example: purcell track start.yaml goal.yaml --truth beads.yaml --out real.csv")(track)
+
+
+def track(
+    start: Annotated[
+        str,
+        typer.Argument(
+            metavar="START", help="The start's YAML file; or, without GOAL, a scenario's file or stored name."
+        ),
+    ],
+    goal: Annotated[str | None, typer.Argument(metavar="[GOAL]", help="The goal's YAML file.")] = None,
+    truth: Annotated[
+        Path | None, typer.Option("--truth", metavar="FILE", help="The swimmer that really swims: its YAML file.")
+    ] = None,
+    swimmer: SwimmerFile = None,
+    replans: Annotated[int, typer.Option("--replans", metavar="N", help="Plan again so often at most.")] = 10,
+    noise: Annotated[
+        str,
+        typer.Option(
+            "--noise",
+            metavar="NAME=SIZE,...",
+            help="Standard deviations of measurements: position_l of the base's position [L], base_deg.",
+        ),
+    ] = "",
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the noise.")] = 0,
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", metavar="X", help="Largest error of the position where it stops [L].")
+    ] = 1e-3,
+    tolerance_deg: Annotated[
+        float, typer.Option("--tolerance-deg", metavar="X", help="Largest error of angles where it stops [deg].")
+    ] = 0.1,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="Write what really happened, as a trajectory.")
+    ] = None,
+    form: Format = None,
+    json: Json = False,
+) -> int:
+    """Plan on a model, swim on the truth, measure, plan again, until the goal is reached."""
+    from purcell_cli.cli.options import query_of, trajectory_file
+    from purcell_cli.cli.reports.track import show_track, track_document
+    from purcell_cli.errors import InputError, ParameterError
+    from purcell_cli.feedback.measured import Measuring
+    from purcell_cli.feedback.track import Tracking
+    from purcell_cli.feedback.track import track as tracked
+    from purcell_cli.files.trajectory_formats import write_trajectory
+    from purcell_cli.motion.options import PlanOptions
+
+    if truth is None:
+        raise InputError("--truth: the file of the swimmer that really swims is wanted, found none")
+    for name, value, most in (("--tolerance", tolerance, 1.0), ("--tolerance-deg", tolerance_deg, 45.0)):
+        if not 0.0 < value < most:
+            raise ParameterError(f"{name}: a number above 0 and below {most:g} is wanted, found {value!r}")
+    query, measuring = query_of(start, goal, swimmer), Measuring.of_text(noise, seed)
+    named = None if out is None else trajectory_file(out, form, "")
+    body = ready(swimmer_of(truth))
+    ready(query.swimmer)
+    with bar("swimming") as progress:
+
+        def told(found: Tracking) -> None:
+            progress(found.replans, replans, f"off by {found.off.position_m / query.swimmer.length_m:.2g} L")
+            if named is not None and found.trajectory is not None:
+                write_trajectory(found.trajectory, named[1], named[0], body)
+
+        found = tracked(
+            query.start,
+            query.goal,
+            body,
+            model=query.swimmer,
+            options=PlanOptions(workspace=query.workspace),
+            replans=replans,
+            measuring=measuring,
+            tolerance_l=tolerance,
+            tolerance_rad=math.radians(tolerance_deg),
+            told=told,
+        )
+    file = None if named is None or found.trajectory is None else str(named[1])
+    document = track_document(found, query.swimmer, measuring, tolerance, tolerance_deg, file)
+    show(document, json, show_track)
+    return DONE if found.arrived else NOT_REACHED

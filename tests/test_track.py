@@ -1,0 +1,139 @@
+"""The loop: plan, swim on another swimmer, measure, plan again; it arrives where a plan alone misses."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers import Run, assert_close, runner
+
+from purcell_cli import Configuration, Swimmer
+from purcell_cli.errors import ParameterError
+from purcell_cli.feedback.measured import EXACTLY, Measuring
+from purcell_cli.feedback.simulate import simulate
+from purcell_cli.feedback.track import Tracker, track
+from purcell_cli.mechanics.configuration import Deviation
+from purcell_cli.motion.trajectory import as_table
+from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.solution import plan
+
+TRUTH = Swimmer(drag_ratio=1.7)
+START = Configuration()
+GOAL = Configuration.from_angles((0.0, 0.0, 0.0), (20, 0, 0), (0, 0, 0), (0, 0, 0))
+FAR = Configuration.from_angles((0.2, 0.1, 0.0), (20, 0, 0), (0, 0, 0), (0, 0, 0))
+
+
+@pytest.fixture
+def command(capsys: pytest.CaptureFixture[str]) -> Run:
+    return runner(capsys, "track")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("goal", [GOAL, FAR])
+def test_it_arrives_where_one_plan_alone_misses(goal: Configuration) -> None:
+    found = track(START, goal, TRUTH)
+    assert found.arrived
+    assert found.off.within(1e-3 * TRUTH.length_m, math.radians(0.1))
+    alone = simulate(as_table(plan(START, goal).trajectory), TRUTH).off
+    assert not alone.within(1e-3 * TRUTH.length_m, math.radians(0.1))
+    assert 1 <= found.replans <= 10
+    # What was learned is of use: without it the way takes at least as many plans.
+    plain = Tracker(goal, Swimmer())
+    here, plans = START, 0
+    while not plain.arrived(here):
+        here = simulate(as_table(plain.update(here).trajectory), TRUTH).end
+        plain._asked = None
+        plans += 1
+    assert len(found.parts) <= plans
+
+
+def test_a_model_that_is_the_truth_needs_no_second_plan() -> None:
+    found = track(START, GOAL, Swimmer())
+    assert (found.arrived, found.replans) == (True, 0)
+    assert found.off.within(1e-10, 1e-9)
+
+
+@pytest.mark.slow
+def test_what_really_happened_is_one_motion_of_the_truth() -> None:
+    """Its controls, swum by the truth from the start, lead through the same rows; on the model they do not."""
+    found = track(START, FAR, TRUTH)
+    rows = found.trajectory
+    assert rows is not None
+    assert len(found.parts) > 1
+    assert np.all(np.diff(rows.time_s) > 0.0)
+    assert_close(rows.time_s[-1], sum(part.trajectory.time_s[-1] for part in found.parts), 1e-9)
+    table: Table = as_table(rows)
+    again = simulate(table, TRUTH)
+    assert_close(again.trajectory.pose, rows.pose, 1e-10)
+    assert Deviation.between(again.end, found.parts[-1].end).within(1e-11, 1e-10)
+    assert not simulate(table, Swimmer()).off.within(1e-4, 1e-3)
+
+
+@pytest.mark.slow
+def test_with_noise_it_ends_within_what_the_noise_hides() -> None:
+    measuring = Measuring(1e-3, 0.1, seed=4)
+    found, same = (track(START, GOAL, TRUTH, measuring=measuring) for _ in range(2))
+    assert found.arrived
+    assert found.off.within(4e-3 * TRUTH.length_m, math.radians(0.4))
+    assert np.array_equal(found.parts[-1].end.pose, same.parts[-1].end.pose)
+    assert not np.array_equal(found.parts[-1].end.pose, found.parts[-1].measured.pose)
+
+
+def test_measurements_have_the_noise_that_is_asked_for() -> None:
+    rng = np.random.default_rng(0)
+    measuring = Measuring(2e-3, 0.5)
+    off = [Deviation.between(measuring.of(FAR, 0.1, rng.normal(size=(2, 3))), FAR) for _ in range(2000)]
+    rms = np.sqrt(np.mean(np.square([[d.position_m, d.base_rad] for d in off]), axis=0))
+    assert_close(rms, np.array([2e-4, math.radians(0.5)]) * math.sqrt(3.0), 0.05 * math.radians(0.5))
+    assert EXACTLY.of(FAR, 0.1, rng.normal(size=(2, 3))) is FAR
+
+
+def test_at_the_goal_nothing_is_planned() -> None:
+    found = track(GOAL, GOAL, TRUTH)
+    assert (found.arrived, found.parts, found.trajectory) == (True, (), None)
+
+
+@pytest.mark.slow
+def test_the_command_says_what_happened_and_writes_it(command: Run, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("truth.yaml").write_text("drag_ratio: 1.7\n")
+    code, out, _ = command("yaw", "--truth", "truth.yaml", "--out", "real.csv", "--json")
+    document = json.loads(out)
+    assert (code, document["verdict"], document["out"]) == (0, "reached", "real.csv")
+    assert document["replans"] == len(document["parts"]) - 1
+    assert document["parts"][-1]["off"] == document["off"]
+    assert Path("real.csv").read_text().startswith("t_s,phase,gait")
+    code, out, _ = command("yaw", "--truth", "truth.yaml", "--replans", "0", "--json")
+    assert (code, json.loads(out)["verdict"]) == (1, "not reached")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["roll"], "--truth"),
+        (["roll", "--truth", "truth.yaml", "--replans", "-1"], "replans"),
+        (["roll", "--truth", "truth.yaml", "--tolerance", "0"], "--tolerance"),
+        (["roll", "--truth", "truth.yaml", "--noise", "position=1"], "position_l"),
+        (["roll", "--truth", "truth.yaml", "--noise", "base_deg=nan"], "finite"),
+        (["roll", "--truth", "truth.yaml", "--out", "truth.yaml"], "truth.yaml"),
+        (["roll", "--truth", "missing.yaml"], "no such file"),
+    ],
+)
+def test_bad_input_is_refused(
+    command: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], message: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("truth.yaml").write_text("drag_ratio: 1.7\n")
+    code, out, err = command(*arguments)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["truth.yaml"]
+
+
+def test_a_noise_that_is_none_is_refused() -> None:
+    with pytest.raises(ParameterError, match="position_l of at least 0"):
+        Measuring(position_l=-1.0)
