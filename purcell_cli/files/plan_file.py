@@ -30,7 +30,7 @@ from purcell_cli.geometry.rotations import INPUT_SLACK
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.moves import ControlSequence, MoveSequence
-from purcell_cli.mechanics.primitives import CONTROL_NAMES, PrimitiveSequence
+from purcell_cli.mechanics.primitives import PRIMITIVE_NAMES, PrimitiveSequence
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.plan import Plan
@@ -158,7 +158,7 @@ _BLOCK = Record(
         "amplitude_rad": Field(Number(), "amplitude of the stroke, where it has one [rad]"),
         "cycles": Field(Whole(1, _MOST_CYCLES), "how often it is played", required=True),
         "primitives": Field(
-            ListOf(Pair(Choice(CONTROL_NAMES), Number(at_least=-_LARGEST_ANGLE_RAD, at_most=_LARGEST_ANGLE_RAD))),
+            ListOf(Pair(Choice(PRIMITIVE_NAMES), Number(at_least=-_LARGEST_ANGLE_RAD, at_most=_LARGEST_ANGLE_RAD))),
             "control and angle [rad] of each primitive of one cycle",
         ),
         "moves": Field(

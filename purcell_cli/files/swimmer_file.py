@@ -9,6 +9,7 @@ from typing import Any
 from purcell_cli.files.containers import Either, Field, Record
 from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.elements import Element
+from purcell_cli.files.joint_elements import JOINT_FIELDS, joints_written
 from purcell_cli.files.place import Place
 from purcell_cli.files.scalars import Choice, Number
 from purcell_cli.files.yaml_source import load
@@ -79,6 +80,7 @@ SWIMMER = Document(
                 },
                 **_OWN,
             }
+            | JOINT_FIELDS
         ),
         _swimmer,
     ),
@@ -95,7 +97,11 @@ def swimmer_written(swimmer: Swimmer) -> dict[str, Any]:
         "links": _given(dataclasses.asdict(swimmer.links)),
         "body_radius_m": swimmer.body_radius_m,
     }
-    return out | {name: value for name, value in own.items() if value and value not in ("local", COX)}
+    return (
+        out
+        | {name: value for name, value in own.items() if value and value not in ("local", COX)}
+        | joints_written(swimmer)
+    )
 
 
 def _given(value: dict[str, Any]) -> dict[str, Any]:

@@ -27,6 +27,7 @@ from purcell_cli.mechanics.drag import (
     refuse_odd,
     sphere,
 )
+from purcell_cli.mechanics.joints import ACCELERATION_LIMITS, BALL, Joints
 
 LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
     {
@@ -67,12 +68,14 @@ class Swimmer:
         viscosity_pa_s: Dynamic viscosity of the fluid [Pa s]; it scales forces, never the path.
         drag_ratio: Lateral over longitudinal drag by the law of Cox; a swimmer needs more than 1.
         max_bend_rad: How far a gait may bend a limb's axis from the base's axis [rad].
-        joint_rate_rad_s: The rate at which one joint turns [rad/s].
+        joint_rate_rad_s: The rate at which one joint turns, where its own is not given [rad/s].
         drag: One of `drag.LAWS`, or numbers for some links; what is left out of them is by the law of Cox.
         links: The sizes of links that differ from the first three. The base's half length is kept in
             `base_half_length_m`, and what does not differ is left out.
         body_radius_m: Radius of a sphere at the base's middle that drags too; 0 for none [m].
         fluid: "local", each link alone in the fluid, or "beads", links that feel each other's flow (`beads`).
+        joints: The joints of limb 1 and limb 2.
+        joint_acceleration_rad_s2: How fast joints' rates change; None where rates may jump [rad/s^2].
 
     Raises:
         ParameterError: A parameter that no swimmer can have.
@@ -89,6 +92,8 @@ class Swimmer:
     links: LinkSizes = LinkSizes()
     body_radius_m: float = 0.0
     fluid: Fluid = "local"
+    joints: Joints = (BALL, BALL)
+    joint_acceleration_rad_s2: float | None = None
 
     def __post_init__(self) -> None:
         self._own_sizes()
@@ -103,6 +108,12 @@ class Swimmer:
         self._known_drag()
         self._slim_body()
         self._of_beads()
+        low, high = ACCELERATION_LIMITS
+        found = self.joint_acceleration_rad_s2
+        if found is not None and (isinstance(found, bool) or not low < found <= high):
+            raise ParameterError(
+                f"joint_acceleration_rad_s2: a number above {low:g} and at most {high:g} is wanted, found {found!r}"
+            )
 
     def _of_beads(self) -> None:
         """Refuse a fluid that is unknown, and what links that feel each other cannot have."""
@@ -212,6 +223,8 @@ class Swimmer:
             "limb_half_length_m": self.limb_half_length_m / size,
             "viscosity_pa_s": log(1.0 / self.slenderness) / (4.0 * math.pi),
             "joint_rate_rad_s": 1.0,
+            "joints": (self.joints[0].at_rate(None), self.joints[1].at_rate(None)),
+            "joint_acceleration_rad_s2": None,
         }
         sizes = (getattr(self.links, link) for link in LINKS)
         links = LinkSizes(
@@ -220,6 +233,21 @@ class Swimmer:
         k = self.lateral_drag()
         drag = self.drag if isinstance(self.drag, str) else self.drag.scaled(k * size, k * size * size * size)
         return dataclasses.replace(self, **out, links=links, drag=drag, body_radius_m=self.body_radius_m / size)
+
+    @property
+    def ball_joints(self) -> bool:
+        """Whether both limbs hang on ball joints, as the paper's do."""
+        return self.joints[0].ball and self.joints[1].ball
+
+    @property
+    def controls(self) -> tuple[int, ...]:
+        """The primitives that its joints can make, numbers in the order of `PRIMITIVE_NAMES`."""
+        return (*self.joints[0].controls(0), *self.joints[1].controls(1))
+
+    def rate_of(self, limb: int) -> float:
+        """Return the rate at which a limb, 0 or 1, turns on its joint [rad/s]."""
+        own = self.joints[limb].rate_rad_s
+        return self.joint_rate_rad_s if own is None else own
 
     def lateral_drag(self) -> float:
         """Return k, the lateral drag of a link per length [N s/m^2]: 4 pi mu / ln(l/a) (Cox).

@@ -63,6 +63,8 @@ class SwimmerPart(TypedDict):
     ]
     links: NotRequired[Annotated[dict[str, LinkSizePart], "sizes of links that differ from the first three keys"]]
     body_radius_m: NotRequired[Annotated[float, "radius of a sphere at the base's middle [m]"]]
+    joints: NotRequired[Annotated[dict[str, Any], "the joints as in a swimmer's file, unless both are ball joints"]]
+    joint_acceleration_rad_s2: NotRequired[Annotated[float, "how fast joints' rates change, where they do not jump"]]
     L_m: Annotated[float, "the length L: the mean half length of the links [m]"]
 
 

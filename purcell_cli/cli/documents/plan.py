@@ -52,7 +52,7 @@ class WorkspacePart(TypedDict):
 class ViolationPart(TypedDict):
     """A limit that the motion breaks, where it breaks it most."""
 
-    limit: Annotated[Literal["clearance", "bend", "workspace"], "which limit"]
+    limit: Annotated[Literal["clearance", "bend", "joint", "range", "workspace"], "which limit"]
     excess: Annotated[float, "by how much, in `unit`"]
     unit: Annotated[Literal["m", "rad"], "the unit of `excess`"]
     time_s: Annotated[float, "when [s]"]
