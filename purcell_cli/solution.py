@@ -9,13 +9,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from purcell_cli.errors import ParameterError
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.lie_brackets.joint_reach import refuse_weak_joints
 from purcell_cli.mechanics.bead_table import bead_table
 from purcell_cli.mechanics.configuration import Configuration, Deviation
+from purcell_cli.mechanics.joint_motion import refuse_displacement
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements, energies, starting_shapes
@@ -23,6 +26,7 @@ from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.limits import Limits, LimitsReport, check
 from purcell_cli.motion.memory import refuse_huge
 from purcell_cli.motion.options import Controls, PlanOptions
+from purcell_cli.motion.pace import paced
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, check_spacing, sample, schedule
 from purcell_cli.motion.verdict import PlanVerdict, Verdict
@@ -65,7 +69,9 @@ class Solution:
     def rows_off(self) -> Deviation:
         """How far the trajectory's rows, where the control changes, are from the re-integration at the most."""
         rows, again = self.trajectory, self.replay
-        row = np.searchsorted(rows.time_s, schedule(self.plan.swimmer, self.plan.blocks)[0][again.row])
+        swimmer, blocks = self.paced
+        times, _ = schedule(swimmer, self.plan.start.shape, blocks)
+        row = np.searchsorted(rows.time_s, times[again.row])
         pose, shape, most = again.pose, again.shape, np.zeros(4)
         for low in range(0, len(row), _BATCH):
             some = slice(low, low + _BATCH)
@@ -92,12 +98,14 @@ class Solution:
     @functools.cached_property
     def trajectory(self) -> Trajectory:
         """The sampled motion."""
-        return sample(self.plan.swimmer, self.plan.start, self.plan.blocks, self.options.dt_s)
+        swimmer, blocks = self.paced
+        return sample(swimmer, self.plan.start, blocks, self.options.dt_s)
 
     @functools.cached_property
     def energy_j(self) -> Array:
         """Energy dissipated in each block [J]. Shape (n,)."""
-        return energies(self.plan.swimmer, self.plan.blocks, self.plan.start.shape)
+        swimmer, blocks = self.paced
+        return energies(swimmer, blocks, self.plan.start.shape)
 
     @property
     def verdict(self) -> PlanVerdict:
@@ -115,7 +123,18 @@ class Solution:
     @property
     def duration_s(self) -> float:
         """How long the motion takes [s]."""
-        return sum(b.duration for b in self.plan.blocks) / self.plan.swimmer.joint_rate_rad_s
+        return sum(self.durations_s)
+
+    @property
+    def durations_s(self) -> tuple[float, ...]:
+        """How long each block lasts at the joints' pace [s]."""
+        swimmer, blocks = self.paced
+        return tuple(b.duration / swimmer.joint_rate_rad_s for b in blocks)
+
+    @functools.cached_property
+    def paced(self) -> tuple[Swimmer, tuple[Block, ...]]:
+        """The plan's blocks at the joints' pace, and the swimmer whose joint rate their durations are for."""
+        return paced(self.plan.swimmer, self.plan.start.shape, self.plan.blocks)
 
     @property
     def controls(self) -> Controls:
@@ -160,6 +179,7 @@ def plan(
         ParameterError: A start or goal that does not keep the clearance.
         ParameterError: A coordinate of the start or the goal too large to be said exactly.
         ParameterError: A motion that takes too much memory.
+        ParameterError: A start, a goal or an option that the swimmer's joints do not allow.
         GaitError: No stored gait for a motion that is needed.
     """
     stored = stored_gaits() if gaits is None else gaits
@@ -167,6 +187,8 @@ def plan(
     for name, configuration in (("start", start), ("goal", goal)):
         refuse_large(body, name, configuration)
         limits.refuse(body, name, configuration)
+    if not body.ball_joints:
+        refuse_joints(body, start, goal, options)
     if body.fluid == "beads":
         bead_table(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
     packaged = stored_gaits()
@@ -179,6 +201,25 @@ def plan(
     return carried_out(made, options)
 
 
+def refuse_joints(swimmer: Swimmer, start: Configuration, goal: Configuration, options: PlanOptions) -> None:
+    """Refuse what no plan by the joints can do, whatever the way.
+
+    Raises:
+        ParameterError: A goal out of reach, joints that cannot move the base, or simultaneous controls.
+    """
+    refuse_displacement(swimmer, start, goal)
+    refuse_weak_joints(swimmer, start.shape)
+    if any(joint.kind == "fixed" for joint in swimmer.joints):
+        joints = " and ".join(f"a {joint.name}" for joint in swimmer.joints)
+        raise ParameterError(f"swimmer: two joints that turn are wanted, by the planner as it is, found {joints}")
+    if options.controls == Controls.SIMULTANEOUS:
+        joints = " and ".join(f"a {joint.name}" for joint in swimmer.joints)
+        raise ParameterError(
+            "controls: primitive, since only ball joints turn at once so far, is wanted, "
+            f"found simultaneous with {joints}"
+        )
+
+
 def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
     """Carry out a plan, new or read from a document, and check it.
 
@@ -189,14 +230,16 @@ def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
     Raises:
         ParameterError: A motion that takes too much memory.
     """
-    swimmer, start, blocks = plan.swimmer, plan.start, plan.blocks
-    wanted, known = Limits.of(options), plan.limits
+    start, (swimmer, blocks) = plan.start, paced(plan.swimmer, plan.start.shape, plan.blocks)
+    wanted, known = Limits.of(options), plan.limits if blocks == plan.blocks else None
     check_spacing(swimmer, blocks, options.dt_s)
-    refuse_huge(plan.primitives, plan.duration_s / options.dt_s, options.max_memory_gb)
+    duration_s = sum(b.duration for b in blocks) / swimmer.joint_rate_rad_s
+    pieces = sum(b.cycles * len(b.sequence) for b in blocks)
+    refuse_huge(pieces, duration_s / options.dt_s, options.max_memory_gb)
     return Solution(
         plan,
         options,
-        replay(swimmer, start, *schedule(swimmer, blocks)),
+        replay(swimmer, start, *schedule(swimmer, start.shape, blocks)),
         known if known is not None and known.limits == wanted else check(swimmer, start, blocks, wanted),
     )
 

@@ -116,7 +116,7 @@ def test_rectangles_close_whatever_their_sides() -> None:
     angle = equations.angles.copy()
     angle[4:6] += [0.2, -0.1]
     loop = equations.with_angles(angle)[1]
-    assert loop.rectangle
+    assert loop.rectangles == 1
     assert_close(loop.sequence.shapes(COLLINEAR)[-1], COLLINEAR, 1e-15)
 
 

@@ -121,7 +121,7 @@ def test_a_document_prints_itself_as_json_schema(name: str) -> None:
 
 def test_the_json_schema_of_a_swimmer_has_its_limits_and_defaults() -> None:
     properties: Any = SCHEMAS["swimmer"].json_schema()["properties"]
-    assert set(properties) == {*LIMITS, "fluid"}
+    assert set(properties) == {*LIMITS, "fluid", "joints", "joint_acceleration_rad_s2"}
     assert properties["fluid"]["enum"] == ["local", "beads"]
     for name, (low, high) in LIMITS.items():
         rules = properties[name]

@@ -46,14 +46,19 @@ def init(
     folder: Annotated[
         Path, typer.Argument(metavar="[DIR]", help="The folder; it is made where there is none.")
     ] = Path(),
+    swimmer: Annotated[
+        str | None,
+        typer.Option("--swimmer", metavar="NAME", help="A stored swimmer for swimmer.yaml; default: the paper's."),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Write a start, a goal, a swimmer, a servo map and a scenario to begin with, every key explained."""
     from purcell_cli.errors import InputError
     from purcell_cli.files.atomic_file import whole_file, writable_folder
     from purcell_cli.files.paths import is_link, status
-    from purcell_cli.files.templates import FILES
+    from purcell_cli.files.templates import FILES, files_for
 
+    written = FILES if swimmer is None else files_for(swimmer)
     writable_folder(folder, "DIR")
     taken = [name for name in FILES if status(folder / name) is not None or is_link(folder / name)]
     if taken:
@@ -62,7 +67,7 @@ def init(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made ({error.strerror or error})") from error
-    for name, text in FILES.items():
+    for name, text in written.items():
         with whole_file(folder / name) as stream:
             stream.write(text.encode())
     files = [str(folder / name) for name in FILES]

@@ -60,6 +60,7 @@ def gait(
     from purcell_cli.files.builtin import stored_gaits
     from purcell_cli.files.trajectory_formats import write_trajectory
     from purcell_cli.gaits.gait import find
+    from purcell_cli.gaits.joint_fit import refuse_joints
     from purcell_cli.gaits.pure_stroke import fault, realise
     from purcell_cli.gaits.sampling import sample_stroke
     from purcell_cli.mechanics.configuration import Configuration
@@ -92,6 +93,7 @@ def gait(
         _show(compared, json, many_reports.show_ratios)
         return
     stroke = realise(chosen, body, amplitude)
+    refuse_joints(body, stroke)
     if why := fault(stroke, chosen.moves, body):
         print(f"gait {chosen.name} is said to move {chosen.moves}, but {why}", file=sys.stderr)
     form, file = trajectory_file(out, form, chosen.name)

@@ -29,7 +29,11 @@ _WIDTH = 128
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else.")]
 SwimmerFile = Annotated[
     Path | None,
-    typer.Option("--swimmer", metavar="FILE", help="The swimmer's YAML file, or a plan document; else the paper's."),
+    typer.Option(
+        "--swimmer",
+        metavar="FILE",
+        help="The swimmer's YAML file, a stored swimmer's name, or a plan document; else the paper's.",
+    ),
 ]
 GaitFolder = Annotated[Path | None, typer.Option("--gaits", metavar="DIR", help="A folder of your own gait files.")]
 
@@ -105,14 +109,14 @@ def ready(swimmer: Swimmer) -> Swimmer:
 
 
 def swimmer_of(path: Path | None) -> Swimmer:
-    """Return the swimmer in a file of its own, or in a plan document; the paper's where none is given."""
+    """Return the swimmer in a file of its own, a stored one, or that of a plan document; else the paper's."""
+    from purcell_cli.files.builtin import find_swimmer
     from purcell_cli.files.plan_file import is_plan, load_plan
-    from purcell_cli.files.swimmer_file import load_swimmer
     from purcell_cli.mechanics.swimmer import Swimmer
 
     if path is None:
         return Swimmer()
-    return load_plan(path).plan.swimmer if is_plan(path) else load_swimmer(path)
+    return load_plan(path).plan.swimmer if is_plan(path) else find_swimmer(str(path))
 
 
 def fitting_swimmer(path: Path | None, table: Table, trajectory: Path) -> Swimmer:

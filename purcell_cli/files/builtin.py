@@ -15,9 +15,11 @@ from purcell_cli.files.gait_file import load_gait
 from purcell_cli.files.paths import is_file, is_folder, is_link, status
 from purcell_cli.files.place import shortened
 from purcell_cli.files.scenario_file import Scenario, load_scenario
+from purcell_cli.files.swimmer_file import load_swimmer
 from purcell_cli.files.used_files import note_input
 from purcell_cli.files.yaml_source import compose_file
 from purcell_cli.gaits.gait import Gait, Gaits
+from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.wording import nearest
 
 _PACKAGE = Path(__file__).resolve().parent.parent
@@ -74,6 +76,31 @@ def _gaits_in(folder: Path) -> dict[str, Gait]:
 def stored_scenarios() -> dict[str, Path]:
     """Return the files of the stored scenarios by name."""
     return {path.stem: path for path in sorted(data_folder("scenarios").glob("*.yaml"))}
+
+
+def stored_swimmers() -> dict[str, Path]:
+    """Return the files of the stored swimmers by name."""
+    return {path.stem: path for path in sorted(data_folder("swimmers").glob("*.yaml"))}
+
+
+def find_swimmer(name: str) -> Swimmer:
+    """Return the swimmer in a file, or the stored one of that name.
+
+    Raises:
+        InputError: The file says no swimmer.
+        UnknownNameError: Neither a file nor a stored swimmer has the name.
+    """
+    swimmers = stored_swimmers()
+    if name in swimmers and not is_file(name):
+        return load_swimmer(swimmers[name])
+    if status(name) is None and not is_link(name) and name != "-":
+        near = nearest(name, swimmers, 0.4)
+        hint = f"; did you mean {near!r}?" if near else ""
+        raise UnknownNameError(
+            f"{shortened(name, 1000)}: wanted a file, or a stored swimmer ({', '.join(swimmers)}), "
+            f"found no such file, and no such swimmer{hint}"
+        )
+    return load_swimmer(name)
 
 
 def refuse_lone_part(name: str) -> None:

@@ -24,12 +24,13 @@ from purcell_cli.files.option_elements import OPTION_FIELDS, options_read, optio
 from purcell_cli.files.place import Place
 from purcell_cli.files.scalars import Choice, Number, Text, Whole
 from purcell_cli.files.scenario_file import SCHEMAS
+from purcell_cli.files.swimmer_file import swimmer_written
 from purcell_cli.files.yaml_source import load
 from purcell_cli.geometry.rotations import INPUT_SLACK
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.moves import ControlSequence, MoveSequence
-from purcell_cli.mechanics.primitives import CONTROL_NAMES, PrimitiveSequence
+from purcell_cli.mechanics.primitives import PRIMITIVE_NAMES, PrimitiveSequence
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.plan import Plan
@@ -70,7 +71,7 @@ class PlanDocument:
         head = {
             "schema": SCHEMA,
             "purcell": self.version,
-            "swimmer": dataclasses.asdict(plan.swimmer),
+            "swimmer": swimmer_written(plan.swimmer),
             "start": _configuration(plan.start),
             "goal": _configuration(plan.goal),
             **options_written(self.options),
@@ -157,7 +158,7 @@ _BLOCK = Record(
         "amplitude_rad": Field(Number(), "amplitude of the stroke, where it has one [rad]"),
         "cycles": Field(Whole(1, _MOST_CYCLES), "how often it is played", required=True),
         "primitives": Field(
-            ListOf(Pair(Choice(CONTROL_NAMES), Number(at_least=-_LARGEST_ANGLE_RAD, at_most=_LARGEST_ANGLE_RAD))),
+            ListOf(Pair(Choice(PRIMITIVE_NAMES), Number(at_least=-_LARGEST_ANGLE_RAD, at_most=_LARGEST_ANGLE_RAD))),
             "control and angle [rad] of each primitive of one cycle",
         ),
         "moves": Field(

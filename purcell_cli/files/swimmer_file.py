@@ -8,6 +8,7 @@ from typing import Any
 
 from purcell_cli.files.containers import Field, Record
 from purcell_cli.files.documents import Document, Made
+from purcell_cli.files.joint_elements import JOINT_FIELDS, joints_written
 from purcell_cli.files.place import Place
 from purcell_cli.files.scalars import Choice, Number
 from purcell_cli.files.yaml_source import load
@@ -33,6 +34,7 @@ SWIMMER = Document(
                 for above, at_most in (LIMITS[field.name],)
             }
             | _NAMED
+            | JOINT_FIELDS
         ),
         _swimmer,
     ),
@@ -46,3 +48,8 @@ def load_swimmer(path: Path | str) -> Swimmer:
         InputError: The file says no swimmer.
     """
     return load(path, SWIMMER)
+
+
+def swimmer_written(swimmer: Swimmer) -> dict[str, Any]:
+    """Return a swimmer as a document's values: its numbers, and its joints where they are no ball joints."""
+    return {name: getattr(swimmer, name) for name in (*LIMITS, *_NAMED)} | joints_written(swimmer)

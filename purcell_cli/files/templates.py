@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from purcell_cli.errors import UnknownNameError
+from purcell_cli.files.builtin import find_swimmer, stored_swimmers
+from purcell_cli.mechanics.joint_motion import plane_axis
+from purcell_cli.wording import nearest_hint
+
 START = """\
 # A start configuration. Every key may be left out; nothing else may stand here.
 # An orientation is one of: euler_deg or euler_rad ([psi, theta, phi]: yaw, pitch, roll),
@@ -33,6 +38,10 @@ drag_ratio: 2.0                      # lateral / longitudinal
 max_bend_rad: 1.0                    # how far a gait may bend a limb's axis from the base's axis
 joint_rate_rad_s: 1.0
 fluid: local                         # each link alone in the fluid; or beads: links that feel each other's flow
+# joints:                            # left out, ball joints; else universal, hinge or fixed:
+#   limb1: universal                 # yaw (psi) and pitch (theta), no roll
+#   limb2: {kind: hinge, axis: yaw, range_deg: [-90, 60], rate_rad_s: 0.5}
+# joint_acceleration_rad_s2: 4.0     # left out, rates may jump
 """
 
 SCENARIO = """\
@@ -78,6 +87,9 @@ channels:
 # limb1_yaw: {unit: us, zero: 1500.0, sign: -1, scale: 11.111, range: [500.0, 2500.0]}
 """
 
+_PLANAR_GOAL = GOAL.replace("euler_deg: [0, 0, 10]", "euler_deg: [10, 0, 0]", 1)
+"""The goal for swimmers whose base stays in its x-y plane."""
+
 FILES = {
     "start.yaml": START,
     "goal.yaml": GOAL,
@@ -86,3 +98,21 @@ FILES = {
     "scenario.yaml": SCENARIO,
 }
 """Each file's text by name."""
+
+
+def files_for(swimmer: str) -> dict[str, str]:
+    """Return each file's text by name, with a stored swimmer in place of the paper's.
+
+    Args:
+        swimmer: The stored swimmer's name.
+
+    Raises:
+        UnknownNameError: No stored swimmer has it.
+    """
+    known = stored_swimmers()
+    if swimmer not in known:
+        hint = nearest_hint(swimmer, known)
+        raise UnknownNameError(f"--swimmer: a stored swimmer is wanted ({', '.join(known)}){hint}, found {swimmer!r}")
+    text = known[swimmer].read_text(encoding="utf-8")
+    goal = GOAL if plane_axis(find_swimmer(str(known[swimmer]))) is None else _PLANAR_GOAL
+    return {**FILES, "goal.yaml": goal, "swimmer.yaml": text}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.files.atomic_file import whole_file
+from purcell_cli.files.swimmer_file import swimmer_written
 from purcell_cli.files.trajectory_csv import COLUMNS, polars, write_csv
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.trajectory import Trajectory, as_table
@@ -75,7 +75,7 @@ def write_trajectory(
         write_csv(trajectory, path)
         return
     named = columns(as_table(trajectory))
-    about = None if swimmer is None else json.dumps(dataclasses.asdict(swimmer))
+    about = None if swimmer is None else json.dumps(swimmer_written(swimmer))
     with whole_file(path) as stream:
         if form == "npz":
             np.savez(stream, **(named if about is None else {**named, "swimmer": np.array(about)}))

@@ -51,7 +51,9 @@ struct chain {
     const struct swimmer *s;
     const struct rule *rule;
     int moves;            /* whether pieces are moves, not primitives */
+    int based;            /* the limb that the piece turns about the base's z, or -1 */
     wide_pose here, once; /* from the path's start and from the repeat's */
+    double pitch_axis[3]; /* that limb's own y where the piece begins */
     int repeating;
     double *total, *own;  /* of the piece: what turning limbs changes on it, and what its own turn does */
     struct known known;
@@ -59,13 +61,35 @@ struct chain {
     struct solved solved;
 };
 
+/* What a limb's pitch changes while the limb turns about the base's z: its shape turns about its own y, which turns with
+ * it, but its rate stays along z. In place of the changes by turns of the limb about x, y, z, its rate with it. */
+static void by_pitch(struct chain *c, const struct step *step) {
+    const int limb = c->based;
+    const double rate = step->rates[limb][2];
+    for (SIZE k = 0; k < c->rule->stages; k++) {
+        const double part = step->start + c->rule->nodes[k] * step->duration;
+        const double turned[3] = {0.0, 0.0, part * rate};
+        double rotation[9], n[3], changed[6];
+        about(turned, 0, rotation);
+        product(rotation, c->pitch_axis, n, 3, 3, 1);
+        for (int i = 0; i < 6; i++) {
+            double sum = rate * (c->solved.per_rate[k][3 * limb + 1][i] * n[0] - c->solved.per_rate[k][3 * limb][i] * n[1]);
+            for (int j = 0; j < 3; j++) sum += c->solved.change[k][3 * limb + j][i] * n[j];
+            changed[i] = sum;
+        }
+        for (int j = 0; j < 6; j++)
+            for (int i = 0; i < 6; i++) c->solved.change[k][j][i] = j == limb ? changed[i] : 0.0;
+    }
+}
+
 /* The twist at the end of a primitive. */
 static void ending(const struct chain *c, const double *shape, SIZE control, SIZE steps, double out[6]) {
-    const int limb = (int)(control / 3), axis = (int)(control % 3);
+    const int limb = LIMB_OF(control), axis = (int)(control % 3);
     lane axes[2][3], rates[2][3], xi[6], given[1][RESISTANCE];
     double at_end[2][3], found[1][RESISTANCE];
     for (int i = 0; i < 6; i++) {
-        const double u = i / 3 == limb ? shape[9 * limb + 3 * (i % 3) + axis] : 0.0;
+        const double along = control >= BASE_YAW ? i % 3 == 2 : shape[9 * limb + 3 * (i % 3) + axis];
+        const double u = i / 3 == limb ? along : 0.0;
         at_end[i / 3][i % 3] = shape[18 + 9 * (i / 3) + 3 * (i % 3)];
         axes[i / 3][i % 3] = (lane){0.0, 0.0} + at_end[i / 3][i % 3];
         rates[i / 3][i % 3] = (lane){u, u};
@@ -80,7 +104,7 @@ static void ending(const struct chain *c, const double *shape, SIZE control, SIZ
 static void link(const struct step *step, void *state) {
     struct chain *c = state;
     double pose[16], ad[36], seen[36], moved[36];
-    purcell_solve_step(c->s, c->rule, step, c->moves ? PER_RATE : CHANGE, &c->solved);
+    purcell_solve_step(c->s, c->rule, step, c->moves || c->based >= 0 ? PER_RATE : CHANGE, &c->solved);
     if (step->field && !c->moves) {
         const double end = step->start + step->duration;
         purcell_of_field(step->field, (lane){end, end}, 1, c->given);
@@ -116,6 +140,12 @@ static void link(const struct step *step, void *state) {
         product(ad, seen, moved, 6, 6, 6);
         for (int i = 0; i < 36; i++) c->own[i] += moved[i];
     }
+    if (c->based >= 0) {
+        by_pitch(c, step);
+        carried(&c->solved, c->rule->stages, c->solved.change, seen);
+        product(ad, seen, moved, 6, 6, 6);
+        for (int i = 0; i < 36; i++) c->own[i] += moved[i];
+    }
     purcell_wide_times(&c->here, c->solved.pose);
     if (c->repeating) purcell_wide_times(&c->once, c->solved.pose);
 }
@@ -141,21 +171,27 @@ static void power_sum(const double g[16], SIZE cycles, double total[36]) {
     }
 }
 
-/* What piece p does: the rates, and how long it lasts. */
-static double played(const SIZE *control, const double *amount, SIZE p, double rate[6]) {
+/* What piece p does from a shape: the rates, and how long it lasts. */
+static double played(const SIZE *control, const double *amount, const double *shape, SIZE p, double rate[6]) {
     if (!control) {
         for (int i = 0; i < 6; i++) rate[i] = amount[6 * p + i];
         return 1.0;
     }
     for (int i = 0; i < 6; i++) rate[i] = 0.0;
-    rate[control[p]] = amount[p] < 0.0 ? -1.0 : 1.0;
+    const double sign = amount[p] < 0.0 ? -1.0 : 1.0;
+    const int limb = LIMB_OF(control[p]);
+    if (control[p] < BASE_YAW) rate[control[p]] = sign;
+    else
+        for (int i = 0; i < 3; i++) rate[3 * limb + i] = sign * shape[9 * limb + 6 + i];
     return amount[p] < 0.0 ? -amount[p] : amount[p];
 }
 
 /* The displacement along n pieces and its derivatives, as body twists at the end.
  *
  * Lengthening a primitive turns the limb's whole later path by a constant rotation in the base frame, about the axis
- * that the limb turned on. So one pass that carries six such rotations back from the end gives all derivatives. A part
+ * that the limb turned on. So one pass that carries six such rotations back from the end gives all derivatives. The
+ * pitch of a limb that turns about the base's z too is another matter: it turns the later path about the limb's own y,
+ * wherever that is, so that is carried back as well, one column a limb. A part
  * that is repeated costs one cycle: the others are conjugate to it. Its own angles may only change together, so that
  * it still closes; what they do within a cycle is then all they do.
  *
@@ -182,7 +218,9 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
     purcell_wide_identity(&c.here);
     for (SIZE p = 0; p < n; p++) {
         double rate[6];
-        const double duration = played(control, amount, p, rate);
+        const double duration = played(control, amount, shapes + 18 * p, p, rate);
+        c.based = control && control[p] >= BASE_YAW ? LIMB_OF(control[p]) : -1;
+        for (int i = 0; c.based >= 0 && i < 3; i++) c.pitch_axis[i] = shapes[18 * p + 9 * c.based + 3 * i + 1];
         if (r < k && p == repeats[3 * r]) {
             c.repeating = 1;
             purcell_wide_identity(&c.once);
@@ -217,21 +255,42 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
     inverse_pose(pose, there);
     adjoint(there, back);
     double outside[36] = {0.0}, inside[36] = {0.0};
+    double pitched_outside[12] = {0.0}, pitched_inside[12] = {0.0};  /* by the pitch of limb 1, limb 2: rows of two */
+    int universal[2] = {0, 0};
+    for (SIZE p = 0; control && p < n; p++)
+        if (control[p] >= BASE_YAW) universal[LIMB_OF(control[p])] = 1;
     for (SIZE p = n - 1; p >= 0; p--) {
         const double *total = room + 88 * p, *own = total + 36, *end = total + 72, *shape = shapes + 18 * p;
         while (r > 0 && p < repeats[3 * r - 3]) r--;
-        if (r > 0 && p + 1 == repeats[3 * r - 2])
+        if (r > 0 && p + 1 == repeats[3 * r - 2]) {
             for (int i = 0; i < 36; i++) inside[i] = 0.0;
+            for (int i = 0; i < 12; i++) pitched_inside[i] = 0.0;
+        }
         const double *all = r > 0 && p < repeats[3 * r - 2] ? spread + 36 * (r - 1) : 0;
         const double *later = all ? inside : outside;
         double column[36], seen[36];
         if (control) {
-            const int limb = (int)(control[p] / 3), axis = (int)(control[p] % 3);
+            const int limb = LIMB_OF(control[p]), based = control[p] >= BASE_YAW, axis = (int)(control[p] % 3);
             double n_k[3];
-            for (int i = 0; i < 3; i++) n_k[i] = shape[9 * limb + 3 * i + axis];
+            for (int i = 0; i < 3; i++) n_k[i] = based ? i == 2 : shape[9 * limb + 3 * i + axis];
             adjoint(end, ad);
             transform(ad, room + 88 * n + 6 * p, column);
-            for (int i = 0; i < 6; i++) column[i] += DOT(later + 6 * i + 3 * limb, n_k);
+            const double *pitched = all ? pitched_inside : pitched_outside;
+            for (int i = 0; i < 6; i++)
+                column[i] += universal[limb] && !based ? pitched[2 * i + limb] : DOT(later + 6 * i + 3 * limb, n_k);
+            for (int l = 0; l < 2; l++)
+                if (universal[l]) {
+                    double made_l[6], by[6];
+                    for (int i = 0; i < 6; i++) {
+                        const double own_y[3] = {shape[9 * l + 1], shape[9 * l + 4], shape[9 * l + 7]};
+                        by[i] = based && l == limb ? own[6 * i + l] : DOT(total + 6 * i + 3 * l, own_y);
+                    }
+                    if (all) transform(all, by, made_l);
+                    for (int i = 0; i < 6; i++) {
+                        pitched_outside[2 * i + l] += all ? made_l[i] : by[i];
+                        if (all) pitched_inside[2 * i + l] += by[i];
+                    }
+                }
         } else {
             double turn[18], shifted[36];
             for (int limb = 0; limb < 2; limb++) {

@@ -138,7 +138,8 @@ class Flow:
 
         Args:
             shapes: Shapes before, between and after the pieces. Shape (n + 1, 2, 3, 3).
-            controls: Which of the six controls each primitive turns, shape (n,); None for moves.
+            controls: Which control each primitive turns, 6 and 7 about the base's z, shape (n,); None for moves. A limb
+                that turns about the base's z may turn about its own y besides, and about no other axis.
             amounts: The primitives' angles, shape (n,), or the moves' rotation vectors, shape (n, 6) [rad].
             repeats: Parts played more than once, in order: first piece, the piece after the last, cycles.
 

@@ -23,6 +23,17 @@ static void turn_about_axis(double r[9], int axis, double angle) {
     }
 }
 
+/* The limb turned about the base's z. */
+static void turn_about_base(double r[9], double angle) {
+    double s, c;
+    purcell_sin_cos_of(angle, &s, &c);
+    for (int j = 0; j < 3; j++) {
+        const double first = r[j], second = r[3 + j];
+        r[j] = c * first - s * second;
+        r[3 + j] = s * first + c * second;
+    }
+}
+
 /* rotation(w) = 1 + sin(t)/t hat(w) + (1 - cos t)/t^2 hat(w)^2 */
 void purcell_rotation_of(const double w[3], double out[9]) {
     double c[3];
@@ -44,8 +55,10 @@ API void purcell_shapes(SIZE n, const double *start, const SIZE *control, const 
         for (int limb = 0; limb < 2; limb++) {
             double *shape = out + 18 + 9 * limb, turn[9];
             const double *w = amount + 6 * p + 3 * limb;
-            if (control && control[p] / 3 != limb) continue;
-            if (control) {
+            if (control && LIMB_OF(control[p]) != limb) continue;
+            if (control && control[p] >= BASE_YAW) {
+                turn_about_base(shape, amount[p]);
+            } else if (control) {
                 turn_about_axis(shape, (int)(control[p] % 3), amount[p]);
             } else if (w[0] != 0.0 || w[1] != 0.0 || w[2] != 0.0) {
                 purcell_rotation_of(w, turn);

@@ -14,7 +14,7 @@ def shapes_along(start: ArrayLike, controls: ArrayLike | None, amounts: ArrayLik
 
     Args:
         start: Shape before the first. Shape (2, 3, 3).
-        controls: Which of the six controls each primitive turns, shape (n,); None for moves.
+        controls: Which control each primitive turns, 6 and 7 about the base's z, shape (n,); None for moves.
         amounts: The primitives' angles, shape (n,), or the moves' rotation vectors, shape (n, 6) [rad].
 
     Returns:
@@ -32,11 +32,11 @@ def control_numbers(controls: ArrayLike | None, n: int) -> Whole | None:
     """Return the controls of n primitives, or None for moves.
 
     Raises:
-        ValueError: Another number of them, or one that is not from 0 to 5.
+        ValueError: Another number of them, or one that is not from 0 to 7.
     """
     if controls is None:
         return None
     control = wholes(controls, "controls", (n,))
-    if n and not 0 <= int(control.min()) <= int(control.max()) <= 5:
-        raise ValueError("controls: numbers from 0 to 5 are wanted")
+    if n and not 0 <= int(control.min()) <= int(control.max()) <= 7:
+        raise ValueError("controls: numbers from 0 to 7 are wanted")
     return control

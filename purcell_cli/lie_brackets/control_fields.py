@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -34,16 +34,16 @@ ALL_CONTROLS = tuple(range(6))
 YAW_CONTROLS = (2, 5)
 """The controls of the planar swimmer."""
 
-_BERNOULLI = (1.0, 1.0 / 2.0, 1.0 / 12.0, 0.0, -1.0 / 720.0, 0.0, 1.0 / 30240.0)
+BERNOULLI = (1.0, 1.0 / 2.0, 1.0 / 12.0, 0.0, -1.0 / 720.0, 0.0, 1.0 / 30240.0)
 """Coefficients of t / (1 - exp(-t)): exp(x) exp(t u) = exp(x + t sum_n b_n hat(x)^n u), to first order in t."""
 
-_EXPONENTIAL = tuple(1.0 / float(np.prod(range(1, n + 1))) for n in range(len(_BERNOULLI)))
+EXPONENTIAL = tuple(1.0 / float(np.prod(range(1, n + 1))) for n in range(len(BERNOULLI)))
 """Coefficients of exp(t), 1 / n!, as many as of the series above."""
 
 _E_X = np.array([1.0, 0.0, 0.0])
 """The axis of a link in its own frame."""
 
-MOST_DEPTH = len(_BERNOULLI) - 1
+MOST_DEPTH = len(BERNOULLI) - 1
 """The deepest brackets that there are coefficients for."""
 
 Word = tuple[int, ...]
@@ -74,12 +74,14 @@ class Frame:
         degree: To what degree the control fields are known.
         steps: How the coordinates move along E_j: column j. Shape (monomials, c, c).
         fields: The control fields, depth 1.
+        angular: Limbs, 0 or 1, whose coordinates are joint angles: their fields commute.
     """
 
     controls: tuple[int, ...]
     degree: int
     steps: Array
     fields: Fields
+    angular: tuple[int, ...] = ()
 
     def ring(self, degree: int) -> Taylor:
         """Return the polynomials of a degree in the controls' coordinates."""
@@ -123,6 +125,8 @@ class Frame:
             ],
             axis=-1,
         )
+        for limb in self.angular:
+            limbs[..., 3 * limb : 3 * limb + 3] = 0.0
         words = tuple((j, *word) for j in self.controls for word in fields.words)
         return Fields(words, limbs.reshape(-1, 6), change.reshape(len(low), -1, 6))
 
@@ -148,7 +152,7 @@ def brackets_by_depth(frame: Frame) -> Iterator[Fields]:
         yield fields
 
 
-def _exponential(ring: Taylor, x: Array, coefficients: tuple[float, ...]) -> Array:
+def exponential(ring: Taylor, x: Array, coefficients: tuple[float, ...]) -> Array:
     """Return sum_n c_n hat(x)^n for a vector of polynomials. Shape (monomials, 3) to (monomials, 3, 3)."""
     power, out = ring.constant(np.eye(3)), coefficients[0] * ring.constant(np.eye(3))
     for c in coefficients[1 : ring.degree + 1]:
@@ -157,7 +161,8 @@ def _exponential(ring: Taylor, x: Array, coefficients: tuple[float, ...]) -> Arr
     return out
 
 
-def _coordinates(ring: Taylor, controls: tuple[int, ...]) -> Array:
+def coordinates(ring: Taylor, controls: tuple[int, ...]) -> Array:
+    """Return the coordinates x = (x_1, x_2) in which controls vary, as polynomials. Shape (monomials, 6)."""
     x = np.zeros((len(ring), 6))
     for k, control in enumerate(controls):
         x[:, control] = ring.variable(k)
@@ -181,14 +186,33 @@ def connection_polynomial(
     Raises:
         ParameterError: Links that feel each other's flow: there is no closed form for them.
     """
+    ring = taylor(len(controls), degree)
+    x = coordinates(ring, controls)
+    limbs = [shape[k] @ exponential(ring, x[:, 3 * k : 3 * k + 3], EXPONENTIAL) for k in (0, 1)]
+    return connection_of_limbs(swimmer, ring, limbs)
+
+
+def connection_of_limbs(swimmer: Swimmer, ring: Taylor, limbs: Sequence[Array]) -> Array:
+    """Return A(r) of the scaled swimmer from the limbs' orientations as polynomials.
+
+    Args:
+        swimmer: The swimmer.
+        ring: The polynomials.
+        limbs: The orientations A_1 and A_2. Shapes (monomials, 3, 3).
+
+    Returns:
+        Polynomials on (omega_1, omega_2). Shape (monomials, 6, 6).
+
+    Raises:
+        ParameterError: Links that feel each other's flow: there is no closed form for them.
+    """
     if swimmer.fluid != "local":
         raise ParameterError(f"fluid: 'local', for brackets of control fields, is wanted, found {swimmer.fluid!r}")
-    unit, ring = swimmer.scaled(), taylor(len(controls), degree)
-    x = _coordinates(ring, controls)
+    unit = swimmer.scaled()
     p, q = ring.constant(unit.drag(0)), np.zeros((len(ring), 6, 6))
     for limb, side in ((1, 1.0), (2, -1.0)):
         part = slice(3 * limb - 3, 3 * limb)
-        a = shape[limb - 1] @ _exponential(ring, x[:, part], _EXPONENTIAL)
+        a = limbs[limb - 1]
         a_t = np.swapaxes(a, 1, 2)
         centre = side * (unit.base_half_length_m * ring.constant(_E_X) + unit.limb_half_length_m * a[..., 0])
         b = np.zeros((len(ring), 6, 6))
@@ -210,10 +234,10 @@ def frame(swimmer: Swimmer, shape: Array, degree: int, controls: tuple[int, ...]
         controls: The controls that act, closed under brackets.
     """
     ring = taylor(len(controls), degree)
-    x = _coordinates(ring, controls)
+    x = coordinates(ring, controls)
     steps = np.zeros((len(ring), 6, 6))
     for part in (slice(0, 3), slice(3, 6)):
-        steps[:, part, part] = _exponential(ring, x[:, part], _BERNOULLI)
+        steps[:, part, part] = exponential(ring, x[:, part], BERNOULLI)
     xi = -np.swapaxes(connection_polynomial(swimmer, shape, degree, controls), 1, 2)
     words = tuple((j,) for j in controls)
     own = Fields(words, np.eye(6)[list(controls)], xi[:, controls])

@@ -33,8 +33,11 @@ from purcell_cli.lie_brackets.control_fields import (
     first_brackets,
     frame,
 )
+from purcell_cli.lie_brackets.joint_fields import joint_frame
 from purcell_cli.lie_brackets.ranks import WEAK, Rank, null_space, rank_of, simplest
+from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR, checked_shape
+from purcell_cli.mechanics.joint_motion import in_plane, plane_axis, refuse_shape
 from purcell_cli.mechanics.swimmer import Swimmer
 
 DIRECTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
@@ -113,7 +116,7 @@ class Controllability:
 
     @property
     def dimension(self) -> int:
-        """The dimension of the configuration space: 12, or 5 in the plane."""
+        """The dimension of the configuration space: 12, 5 in the plane, and as joints have it."""
         return len(self.controls) + len(self.rows)
 
     @property
@@ -230,8 +233,17 @@ def controllability(
         raise ParameterError("one shape of finite numbers is wanted")
     if planar and not np.all(np.abs(r[:, 2, 2]) >= 1.0 - 1e-12):
         raise ParameterError("a planar shape is wanted, its limbs bent by yaw alone")
-    controls, rows = (YAW_CONTROLS, PLANAR_ROWS) if planar else (ALL_CONTROLS, tuple(range(6)))
-    around = frame(swimmer, r, depth - 1, controls)
+    if planar or swimmer.ball_joints:
+        controls, rows = (YAW_CONTROLS, PLANAR_ROWS) if planar else (ALL_CONTROLS, tuple(range(6)))
+        around = frame(swimmer, r, depth - 1, controls)
+    else:
+        refuse_shape(swimmer, "shape", Configuration(shape=r))
+        if not swimmer.controls:
+            raise ParameterError("swimmer: a joint that turns is wanted, found two fixed joints")
+        axis = plane_axis(swimmer)
+        rows = tuple(range(6)) if axis is None else in_plane(axis)
+        around = joint_frame(swimmer, r, depth - 1)
+        controls = around.controls
     depths, brackets = _depths(around, rows)
     direct = around.fields.twist[0][:, rows]
     return Controllability(

@@ -122,6 +122,30 @@ def shape_gap(sequence: PrimitiveSequence, shapes: Array, end: Array) -> tuple[A
         leading order in the gap, shape (6, n).
     """
     gap = as_vector(matmul(shapes[-1], np.swapaxes(end, -1, -2))).ravel()
-    limb, axis = sequence.control // 3, sequence.control % 3
-    turned = shapes[np.arange(len(sequence)), limb, :, axis].T
+    turned = turning_axes(sequence, shapes, np.full(len(sequence), len(sequence))).T
+    limb = sequence.limb
     return gap, np.concatenate([np.where(limb == i, turned, 0.0) for i in (0, 1)])
+
+
+def turning_axes(sequence: PrimitiveSequence, shapes: Array, seen: NDArray[np.int64]) -> Array:
+    """Return the axes that each primitive's angle turns its limb's shape about, at a later place.
+
+    A limb on ball joints turns about the axis it turned on, wherever it is seen. The pitch of a limb that turns about
+    the base's z too turns it about its own y there.
+
+    Args:
+        sequence: The controls.
+        shapes: Shapes before, between and after them. Shape (n + 1, 2, 3, 3).
+        seen: The number of the shape at which each is seen. Shape (n,).
+
+    Returns:
+        Axes in base coordinates. Shape (n, 3).
+    """
+    limb, axis = sequence.limb, sequence.axis
+    out = shapes[np.arange(len(sequence)), limb, :, axis]
+    based = sequence.control >= 6
+    if np.any(based):
+        out[based] = np.array([0.0, 0.0, 1.0])
+        pitched = ~based & np.isin(limb, limb[based])
+        out[pitched] = shapes[seen[pitched], limb[pitched], :, 1]
+    return np.asarray(out)

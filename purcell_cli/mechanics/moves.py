@@ -36,11 +36,15 @@ class ControlSequence(Protocol):
     def joint_travel_rad(self) -> float:
         """The sum over all pieces and joints of |angle| [rad]."""
 
-    def rates(self) -> Array:
-        """Return the limb rates of each piece at a joint rate of 1 rad/s [rad/s]. Shape (n, 6)."""
+    def rates(self, shapes: Array | None = None) -> Array:
+        """Return the limb rates of each piece at a joint rate of 1 rad/s [rad/s]. Shape (n, 6).
 
-    def turns(self) -> Array:
-        """Return how each piece turns the limbs, in their own frames. Shape (n, 2, 3, 3)."""
+        Args:
+            shapes: Shapes before the pieces, which turns about the base's z need. Shape (n, 2, 3, 3).
+        """
+
+    def turns(self, shapes: Array | None = None) -> Array:
+        """Return how each piece turns the limbs, in their own frames; see `rates`. Shape (n, 2, 3, 3)."""
 
     def shapes(self, start: ArrayLike) -> Array:
         """Return the shapes before, between and after the pieces. Shape (n + 1, 2, 3, 3)."""
@@ -119,7 +123,7 @@ class MoveSequence:
         """The sum over all moves and joints of |rate| times duration [rad]."""
         return float(np.sum(np.abs(self.rate) * self.duration[:, None]))
 
-    def rates(self) -> Array:
+    def rates(self, shapes: Array | None = None) -> Array:  # noqa: ARG002  # moves know their rates
         """Return the limb rates at a joint rate of 1 rad/s [rad/s]. Shape (n, 6)."""
         return self.rate
 
@@ -131,7 +135,7 @@ class MoveSequence:
         """Return some of the moves, at the rates they have, each for a time of its own [s]."""
         return MoveSequence(self.rate[piece], duration)
 
-    def turns(self) -> Array:
+    def turns(self, shapes: Array | None = None) -> Array:  # noqa: ARG002
         """Return how each move turns the limbs, in their own frames. Shape (n, 2, 3, 3)."""
         return se3.rotation(self.turn.reshape(-1, 2, 3))
 

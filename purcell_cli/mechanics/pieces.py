@@ -46,7 +46,7 @@ class Pieces:
             sequence: The controls.
             shapes: Shapes before, between and after them. Shape (n + 1, 2, 3, 3).
         """
-        return cls(shapes[:-1], sequence.rates(), sequence.duration)
+        return cls(shapes[:-1], sequence.rates(shapes[:-1]), sequence.duration)
 
     @classmethod
     def together(cls, parts: Iterable[Pieces]) -> Pieces:

@@ -1,6 +1,7 @@
 """Primitive controls and their sequences (section V-A of the paper).
 
-A primitive turns one limb about one of its own axes while the other five controls rest.
+A primitive turns one limb about one of its own axes while the other five controls rest. A limb on a universal joint
+turns about the base's z instead of its own: in the limb's frame that direction is constant while its pitch rests.
 Conventions: `rotations`.
 """
 
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from purcell_cli.errors import ParameterError, UnknownNameError
+from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.kernel.shapes import shapes_along
 
@@ -22,6 +24,19 @@ AXIS_NAMES = ("roll", "pitch", "yaw")
 CONTROL_NAMES = tuple(f"limb{limb} {axis}" for limb in (1, 2) for axis in AXIS_NAMES)
 """The six controls in their order."""
 
+BASE_YAWS = (6, 7)
+"""The numbers of the turns of limb 1 and limb 2 about the base's z, which universal joints make."""
+
+PRIMITIVE_NAMES = (*CONTROL_NAMES, "limb1 base yaw", "limb2 base yaw")
+"""All primitives in their order: the six controls, and the turns about the base's z."""
+
+LIMB_OF: NDArray[np.int64] = np.array([0, 0, 0, 1, 1, 1, 0, 1])
+"""The limb that each primitive turns, 0 or 1."""
+AXIS_OF: NDArray[np.int64] = np.array([0, 1, 2, 0, 1, 2, 2, 2])
+"""The axis that each turns about: x, y, z of the limb, or z of the base."""
+for _table in (LIMB_OF, AXIS_OF):
+    _table.setflags(write=False)
+
 
 def control_index(name: str) -> int:
     """Return the index of a control named like 'limb1 yaw'.
@@ -30,9 +45,9 @@ def control_index(name: str) -> int:
         UnknownNameError: No control has this name.
     """
     try:
-        return CONTROL_NAMES.index(name)
+        return PRIMITIVE_NAMES.index(name)
     except ValueError:
-        raise UnknownNameError(f"a control is one of {', '.join(CONTROL_NAMES)}; found {name!r}") from None
+        raise UnknownNameError(f"a control is one of {', '.join(PRIMITIVE_NAMES)}; found {name!r}") from None
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -40,7 +55,7 @@ class PrimitiveSequence:
     """A sequence of primitives, played from first to last.
 
     Attributes:
-        control: Which control acts, 0 to 5 in the order of `CONTROL_NAMES`. Shape (n,).
+        control: Which control acts, 0 to 7 in the order of `PRIMITIVE_NAMES`. Shape (n,).
         angle: By how much, signed [rad]. Shape (n,).
     """
 
@@ -57,8 +72,8 @@ class PrimitiveSequence:
             raise ParameterError(
                 f"one angle a control is wanted, found {len(control)} controls and {len(angle)} angles"
             )
-        if len(control) and not (control.min() >= 0 and control.max() <= 5):
-            raise ParameterError("controls are numbered 0 to 5")
+        if len(control) and not (control.min() >= 0 and control.max() <= 7):
+            raise ParameterError("controls are numbered 0 to 7")
         if not np.all(np.isfinite(angle)):
             raise ParameterError("angles must be finite")
         control.setflags(write=False)
@@ -85,7 +100,7 @@ class PrimitiveSequence:
         return len(self.control)
 
     def __iter__(self) -> Iterator[tuple[str, float]]:
-        return iter([(CONTROL_NAMES[c], float(a)) for c, a in zip(self.control, self.angle, strict=True)])
+        return iter([(PRIMITIVE_NAMES[c], float(a)) for c, a in zip(self.control, self.angle, strict=True)])
 
     def __add__(self, other: PrimitiveSequence) -> PrimitiveSequence:
         return joined([self, other])
@@ -125,20 +140,59 @@ class PrimitiveSequence:
         sign = np.where(self.angle < 0, -1.0, 1.0)
         return PrimitiveSequence(self.control[piece], sign[piece] * duration)
 
-    def rates(self) -> Array:
-        """Return the limb rates of each primitive at unit rate [rad/s]. Shape (n, 6)."""
+    @property
+    def limb(self) -> NDArray[np.int64]:
+        """The limb that each primitive turns, 0 or 1. Shape (n,)."""
+        return LIMB_OF[self.control]
+
+    @property
+    def axis(self) -> NDArray[np.int64]:
+        """The axis that each primitive turns its limb about: x, y, z of the limb, or z of the base. Shape (n,)."""
+        return AXIS_OF[self.control]
+
+    def rates(self, shapes: Array | None = None) -> Array:
+        """Return the limb rates of each primitive at unit rate [rad/s]. Shape (n, 6).
+
+        Args:
+            shapes: Shapes before the primitives, which turns about the base's z need. Shape (n, 2, 3, 3).
+
+        Raises:
+            ParameterError: Turns about the base's z, and no shapes.
+        """
         out = np.zeros((len(self), 6))
-        out[np.arange(len(self)), self.control] = np.where(self.angle < 0, -1.0, 1.0)
+        based, directions = self._about_base(shapes)
+        own = np.flatnonzero(self.control < 6)
+        sign = np.where(self.angle < 0, -1.0, 1.0)
+        out[own, self.control[own]] = sign[own]
+        out.reshape(-1, 2, 3)[based, self.control[based] - 6] = sign[based, None] * directions
         return out
 
-    def turns(self) -> Array:
-        """Return how each primitive turns the limbs, in their own frames. Shape (n, 2, 3, 3)."""
+    def turns(self, shapes: Array | None = None) -> Array:
+        """Return how each primitive turns the limbs, in their own frames. Shape (n, 2, 3, 3).
+
+        Args:
+            shapes: Shapes before the primitives, which turns about the base's z need. Shape (n, 2, 3, 3).
+
+        Raises:
+            ParameterError: Turns about the base's z, and no shapes.
+        """
         out = np.zeros((len(self), 2, 3, 3))
         out[..., range(3), range(3)] = 1.0
         for axis in range(3):
-            mine = np.flatnonzero(self.control % 3 == axis)
+            mine = np.flatnonzero((self.control < 6) & (self.control % 3 == axis))
             out[mine, self.control[mine] // 3] = about_axis(axis, self.angle[mine])
+        based, directions = self._about_base(shapes)
+        out[based, self.control[based] - 6] = se3.rotation(self.angle[based, None] * directions)
         return out
+
+    def _about_base(self, shapes: Array | None) -> tuple[NDArray[np.int64], Array]:
+        """Return the numbers of the turns about the base's z, and that direction in each limb's frame."""
+        based = np.flatnonzero(self.control >= 6)
+        if not len(based):
+            return based, np.empty((0, 3))
+        if shapes is None:
+            raise ParameterError("turns about the base's z: the shapes before them are wanted, found none")
+        return based, shapes[based, self.control[based] - 6, 2]
 
     def shapes(self, start: ArrayLike) -> Array:
         """Return the shapes before, between and after the primitives.

@@ -14,6 +14,7 @@ import numpy as np
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.reproducible import log
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.joints import ACCELERATION_LIMITS, BALL, Joints
 
 LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
     {
@@ -51,8 +52,10 @@ class Swimmer:
         viscosity_pa_s: Dynamic viscosity of the fluid [Pa s]; it scales forces, never the path.
         drag_ratio: Lateral over longitudinal drag; a swimmer needs more than 1.
         max_bend_rad: How far a gait may bend a limb's axis from the base's axis [rad].
-        joint_rate_rad_s: The rate at which one joint turns [rad/s].
+        joint_rate_rad_s: The rate at which one joint turns, where its own is not given [rad/s].
         fluid: "local", each link alone in the fluid, or "beads", links that feel each other's flow (`beads`).
+        joints: The joints of limb 1 and limb 2.
+        joint_acceleration_rad_s2: How fast joints' rates change; None where rates may jump [rad/s^2].
 
     Raises:
         ParameterError: A parameter that no swimmer can have.
@@ -66,6 +69,8 @@ class Swimmer:
     max_bend_rad: float = 1.0
     joint_rate_rad_s: float = 1.0
     fluid: Fluid = "local"
+    joints: Joints = (BALL, BALL)
+    joint_acceleration_rad_s2: float | None = None
 
     def __post_init__(self) -> None:
         if self.fluid not in FLUIDS:
@@ -82,6 +87,12 @@ class Swimmer:
                 if not low <= getattr(self, name) <= high:
                     wanted = f"{low:g} to {high:g} for links that feel each other"
                     raise ParameterError(f"{name}: {wanted} is wanted, found {getattr(self, name):g}")
+        low, high = ACCELERATION_LIMITS
+        found = self.joint_acceleration_rad_s2
+        if found is not None and (isinstance(found, bool) or not low < found <= high):
+            raise ParameterError(
+                f"joint_acceleration_rad_s2: a number above {low:g} and at most {high:g} is wanted, found {found!r}"
+            )
         ratio = self.limb_half_length_m / self.base_half_length_m
         if not 1e-2 <= ratio <= 1e2:
             raise ParameterError(
@@ -104,7 +115,24 @@ class Swimmer:
             limb_half_length_m=self.limb_half_length_m / self.length_m,
             viscosity_pa_s=log(1.0 / self.slenderness) / (4.0 * math.pi),
             joint_rate_rad_s=1.0,
+            joints=(self.joints[0].at_rate(None), self.joints[1].at_rate(None)),
+            joint_acceleration_rad_s2=None,
         )
+
+    @property
+    def ball_joints(self) -> bool:
+        """Whether both limbs hang on ball joints, as the paper's do."""
+        return self.joints[0].ball and self.joints[1].ball
+
+    @property
+    def controls(self) -> tuple[int, ...]:
+        """The primitives that its joints can make, numbers in the order of `PRIMITIVE_NAMES`."""
+        return (*self.joints[0].controls(0), *self.joints[1].controls(1))
+
+    def rate_of(self, limb: int) -> float:
+        """Return the rate at which a limb, 0 or 1, turns on its joint [rad/s]."""
+        own = self.joints[limb].rate_rad_s
+        return self.joint_rate_rad_s if own is None else own
 
     def lateral_drag(self) -> float:
         """Return k, the lateral drag of a link per length [N s/m^2]: 4 pi mu / ln(l/a) (Cox).

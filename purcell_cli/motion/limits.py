@@ -1,7 +1,7 @@
 """The limits that a plan keeps over its whole path, and the check that it does.
 
-Limbs keep clear of each other, no limb bends too far, and all links stay in their workspace. All
-three hold at every instant, not only where moves begin and end. In phase 2 the bend limit is the
+Limbs keep clear of each other, no limb bends too far or leaves its joint's ranges, and all links stay in
+their workspace. All hold at every instant, not only where moves begin and end. In phase 2 the bend limit is the
 swimmer's; in phases 1 and 3 a limb may also bend as far as it does at the start, or at the goal.
 """
 
@@ -18,6 +18,8 @@ from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.joint_motion import angle_rates, angles_along, bend_limits, excess_of_ranges, refuse_shape
+from purcell_cli.mechanics.joints import ANGLES, MISFIT_RAD, RANGE_SLACK_RAD
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -71,7 +73,9 @@ class Limits:
 
         Raises:
             ParameterError: The limbs are nearer than they may be, or a link stands out of the workspace.
+            ParameterError: A shape that the joints cannot make.
         """
+        refuse_shape(swimmer, name, configuration)
         found = float(limb_distance(swimmer, configuration.shape[..., 0]))
         if found < self.clearance_m - CLEARANCE_SLACK_L * swimmer.length_m:
             raise ParameterError(
@@ -93,7 +97,7 @@ class Violation:
     """A limit that a motion breaks, where it breaks it most.
 
     Attributes:
-        limit: "clearance", "bend" or "workspace".
+        limit: "clearance", "bend", "joint", "range" or "workspace".
         excess: By how much, in `unit`.
         unit: "m" or "rad".
         time_s: When [s].
@@ -160,7 +164,7 @@ class _Path:
         return cls(
             Pieces(
                 once.shapes,
-                np.concatenate([once.sequence.rates() * rate, np.zeros((1, 6))]),
+                np.concatenate([once.sequence.rates(once.shapes[:-1]) * rate, np.zeros((1, 6))]),
                 np.concatenate([duration, [0.0]]),
             ),
             np.concatenate([ends[:-1] + again[block], [ends[-1] + again[-1]]]),
@@ -189,6 +193,8 @@ def check(
         violations.append(Violation("clearance", short, "m", time, int(path.phase[k]), "limb 1 and limb 2"))
     largest, broken = _bends(swimmer, path)
     violations += broken
+    if not swimmer.ball_joints:
+        violations += _joints(swimmer, path)
     excess = None
     if wanted.workspace is not None:
         excess, broken = _workspace(swimmer, wanted.workspace, start, blocks, path)
@@ -207,7 +213,7 @@ def _bends(swimmer: Swimmer, path: _Path) -> tuple[tuple[float | None, float | N
         if not len(mine):
             continue
         largest[phase - 1] = float(np.max(bend[mine]))
-        limit = np.full(2, swimmer.max_bend_rad)
+        limit = bend_limits(swimmer, pieces.shapes[0])
         if own is not None:
             limit = np.maximum(limit, bends(own[..., 0]))
         over = bend[mine] - limit
@@ -216,6 +222,29 @@ def _bends(swimmer: Swimmer, path: _Path) -> tuple[tuple[float | None, float | N
             when = float(path.begun[mine[k]] + time[mine[k], limb])
             broken.append(Violation("bend", float(over[k, limb]), "rad", when, phase, f"limb {limb + 1}"))
     return (largest[0], largest[1], largest[2]), broken
+
+
+def _joints(swimmer: Swimmer, path: _Path) -> list[Violation]:
+    """Return the greatest turn about an axis that a joint has not, and the greatest excess of a range.
+
+    An angle changes one way on a piece, so it is farthest at one of the ends.
+    """
+    pieces, broken = path.pieces, []
+    rates, stray = angle_rates(swimmer, pieces.shapes, pieces.rates)
+    turned = stray * pieces.durations[:, None]
+    k, limb = np.unravel_index(int(np.argmax(turned)), turned.shape)
+    if turned[k, limb] > MISFIT_RAD:
+        what = f"limb {limb + 1} on its {swimmer.joints[limb].name}"
+        broken.append(Violation("joint", float(turned[k, limb]), "rad", float(path.begun[k]), int(path.phase[k]), what))
+    angles = angles_along(swimmer, pieces.shapes[0], rates * pieces.durations[:, None, None])
+    over = excess_of_ranges(swimmer, angles)
+    k, limb, angle = np.unravel_index(int(np.argmax(over)), over.shape)
+    if over[k, limb, angle] > RANGE_SLACK_RAD:
+        piece = max(int(k) - 1, 0)
+        when = float(path.begun[piece] + pieces.durations[piece])
+        what = f"limb {limb + 1}'s {ANGLES[angle]}"
+        broken.append(Violation("range", float(over[k, limb, angle]), "rad", when, int(path.phase[piece]), what))
+    return broken
 
 
 def _displacements(swimmer: Swimmer, pieces: Pieces) -> Array:

@@ -18,7 +18,6 @@ from purcell_cli.geometry.reproducible import inner, matmul
 from purcell_cli.geometry.rotations import Array, as_euler, as_quaternion, orthonormalised
 from purcell_cli.kernel.flow import played, with_twice_the_digits
 from purcell_cli.mechanics.configuration import Configuration
-from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import EMPTY
@@ -146,19 +145,20 @@ def _played(blocks: Sequence[Block], rows: _Rows) -> Iterator[tuple[slice, slice
         at, time = at + count, time + block.cycles * float(rows.lasts_s[k])
 
 
-def schedule(swimmer: Swimmer, blocks: Sequence[Block]) -> tuple[Array, Array]:
+def schedule(swimmer: Swimmer, start: Array, blocks: Sequence[Block]) -> tuple[Array, Array]:
     """Return the times [s] at which the controls of blocks switch, from 0 to the end, and the controls from there on.
 
     Args:
         swimmer: The swimmer; its joint rate sets the pace.
+        start: Shape before the motion. Shape (2, 3, 3).
         blocks: The motion, its durations whole numbers of clock steps (`rounded`).
 
     Returns:
         Times, shape (n,), and the six controls, 0 in the last row, shape (n, 6) [rad/s].
     """
-    pieces = BlockPieces.of(blocks, COLLINEAR)
+    pieces = BlockPieces.of(blocks, start)
     rows = _Rows.of(pieces, swimmer.joint_rate_rad_s, math.inf, 1.0)
-    rates = pieces.sequence.rates()[rows.piece] * swimmer.joint_rate_rad_s
+    rates = pieces.sequence.rates(pieces.shapes[:-1])[rows.piece] * swimmer.joint_rate_rad_s
     times, controls, end = [], [], 0.0
     for k, (mine, _, begins) in enumerate(_played(blocks, rows)):
         times.append((begins[:, None] + rows.time_s[mine]).ravel())
@@ -184,8 +184,9 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
     pieces = BlockPieces.of(blocks, start.shape)
     rows = _Rows.of(pieces, rate, dt_s, clock_step(sum(b.duration for b in blocks) / rate))
     q = pieces.sequence
-    turned, rates = q.lasting(rows.piece, rows.since).turns(), q.rates()[rows.piece]
-    shapes = orthonormalised(matmul(pieces.shapes[rows.piece], turned))
+    begun = pieces.shapes[rows.piece]
+    turned, rates = q.lasting(rows.piece, rows.since).turns(begun), q.rates(pieces.shapes[:-1])[rows.piece]
+    shapes = orthonormalised(matmul(begun, turned))
     moves = piece_displacements(swimmer, Pieces(shapes, rates, rows.length))
     count = int(matmul(pieces.cycles, np.diff(rows.stops))) + 1
     time, phase, gait = np.empty(count), np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)

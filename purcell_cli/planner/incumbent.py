@@ -13,6 +13,8 @@ ARRIVES = 1e-10
 
 _FAULTS = {
     "bend": "bends a limb too far",
+    "joint": "turns a limb about an axis that its joint has not",
+    "range": "leaves a joint's range",
     "clearance": "brings the limbs too near each other",
     "workspace": "leaves the workspace",
 }

@@ -17,6 +17,7 @@ from collections.abc import Mapping
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.mechanics.configuration import Configuration, Deviation, displacement_between
+from purcell_cli.mechanics.joint_motion import flattened
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import apart_bend_rad
@@ -26,6 +27,8 @@ from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.candidates import generate, ranked
 from purcell_cli.planner.effort import EFFORTS
 from purcell_cli.planner.exploration import Exploration
+from purcell_cli.planner.joints.candidates import joint_candidates
+from purcell_cli.planner.joints.effort import JOINT_EFFORTS
 from purcell_cli.planner.objectives import known_measure
 from purcell_cli.planner.problem import Problem
 from purcell_cli.planner.progress import Progress, silent
@@ -105,7 +108,7 @@ def _searched(
     progress: Progress,
 ) -> tuple[Exploration, list[Candidate]]:
     """Return a search that is over, and the candidates of its last stage; the swimmer's bend limit is phase 2's."""
-    unit, wanted = careful.scaled(), displacement_between(start, goal, careful.length_m)
+    unit, wanted = careful.scaled(), flattened(careful, displacement_between(start, goal, careful.length_m))
     query = Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING)
     clearance = kept_to.clearance_m / careful.length_m
     problem = Problem(unit, start.shape, goal.shape, wanted, gaits, minimize, clearance)
@@ -113,13 +116,18 @@ def _searched(
     problems = [problem.minimizing(objective) for objective in dict.fromkeys(("travel", minimize))]
     search = Exploration(query, Refinement(careful, start, kept_to, minimize), progress=progress)
     found: list[Candidate] = []
-    for stage in EFFORTS[effort]:
+    wide = JOINT_EFFORTS[effort]
+    for k, stage in enumerate(EFFORTS[effort] if unit.ball_joints else [one.stage for one in wide]):
         if stage.last_resort:
             if search.incumbent.arrives:
                 break
             found = []  # those have all been tried
         try:
-            found = ranked(problem, [*found, *(c for one in problems for c in generate(one, stage.breadth))])
+            if unit.ball_joints:
+                found = ranked(problem, [*found, *(c for one in problems for c in generate(one, stage.breadth))])
+            else:
+                new = joint_candidates(unit, start.shape, goal.shape, wanted, wide[k].breadth)
+                found = sorted([*found, *new], key=lambda c: round(c.estimate_rad, 9))
             search.explore(stage, found)
         except KeyboardInterrupt:
             if not (stage.interrupt_keeps_best and search.incumbent.good):

@@ -8,6 +8,7 @@ import numpy as np
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.joint_motion import bend_limits
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
@@ -16,6 +17,7 @@ from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
 from purcell_cli.motion.workspace import ENDS, WALLS, Workspace, largest_excess
 from purcell_cli.motion.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
 from purcell_cli.verification.extrapolation import Rows, segment_displacements
+from purcell_cli.verification.joints_kept import JointsKept
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -60,7 +62,9 @@ class LimitsKept:
         self.faults: dict[str, str] = {}
         self._swimmer = swimmer
         own = {1: bends(start.shape[..., 0]), 3: bends(goal.shape[..., 0])}
-        self._most_rad = {k: np.maximum(swimmer.max_bend_rad, own.get(k, np.zeros(2))) for k in (1, 2, 3)}
+        limit = bend_limits(swimmer, start.shape)
+        self._most_rad = {k: np.maximum(limit, own.get(k, np.zeros(2))) for k in (1, 2, 3)}
+        self._joints = JointsKept(swimmer, start)
 
     def look(self, row: int, time_s: Array, phase: Rows, poses: Array, pieces: Pieces) -> None:
         """Look at some more rows.
@@ -82,6 +86,8 @@ class LimitsKept:
                 "clearance", f"{when}: limb 1 and limb 2 are {found}, less than {1e3 * self.wanted.clearance_m:g} mm"
             )
         self._bends(row, time_s, phase, pieces)
+        for kind, text in self._joints.faults(row, time_s, pieces).items():
+            self.faults.setdefault(kind, text)
         if self.wanted.workspace is not None:
             self._workspace(self.wanted.workspace, row, time_s, poses, pieces)
 

@@ -14,18 +14,17 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler, as_vector, from_euler, from_quaternion
 from purcell_cli.mechanics.bead_table import tabulated
 from purcell_cli.mechanics.configuration import Configuration, Deviation
+from purcell_cli.mechanics.joint_motion import refuse_shape
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.verification.certificate import Certificate
 from purcell_cli.verification.extrapolation import Resistances, segment_displacements
+from purcell_cli.verification.joints_kept import too_fast
 from purcell_cli.verification.limits_kept import NOTHING_MORE, LimitsKept, Wanted
 from purcell_cli.verification.replay import Replay, replay
 
-_RATE_SLACK = 1e-9
-"""By which part of itself the joint rate may be exceeded: above the rounding of a rate that is written and read,
-and below what anybody would call faster."""
 _PART = 0.1
 """Each part of a trajectory is replayed so well that its bound is small against this part of the tolerance."""
 _MOST_TURNED_RAD = 100.0
@@ -88,9 +87,11 @@ def verify(
 
     Raises:
         ParameterError: A coordinate of the start or the goal too large to be said within the tolerance.
+        ParameterError: A start or goal that the joints cannot make.
     """
     for name, configuration in (("start", start), ("goal", goal)):
         refuse_large(swimmer, name, configuration, tolerance_l)
+        refuse_shape(swimmer, name, configuration)
     limit = tolerance_l * swimmer.length_m
     kept = LimitsKept(swimmer, start, goal, wanted)
     faults: dict[str, list[str]] = {}
@@ -110,7 +111,7 @@ def verify(
         for kind, new in (
             ("rows", _rows(table, poses, shapes, found, row, limit, tolerance_rad)),
             ("phases", _phases(table, row)),
-            ("controls", _controls(table, swimmer, row)),
+            ("controls", _controls(table, shapes, swimmer, row)),
             ("angles", _angles(table, poses, shapes, tolerance_rad, row)),
         ):
             faults[kind] = faults.get(kind) or new
@@ -222,15 +223,12 @@ def _phases(table: Table, row: int) -> list[str]:
     return [f"line {row + n + 2}: the phases of a reconfiguration are 1, 2, 3 in this order, found {table.phase[n]:g}"]
 
 
-def _controls(table: Table, swimmer: Swimmer, row: int) -> list[str]:
-    over = np.abs(table.rate_rad_s).max(axis=1) > swimmer.joint_rate_rad_s * (1 + _RATE_SLACK)
-    if not np.any(over):
+def _controls(table: Table, shapes: Array, swimmer: Swimmer, row: int) -> list[str]:
+    found = too_fast(swimmer, shapes, table.rate_rad_s)
+    if found is None:
         return []
-    n = int(np.flatnonzero(over)[0])
-    return [
-        f"line {row + n + 2}: a joint turns at {np.abs(table.rate_rad_s[n]).max():.9g} rad/s, "
-        f"more than {swimmer.joint_rate_rad_s:g}"
-    ]
+    n, rate, most = found
+    return [f"line {row + n + 2}: a joint turns at {rate:.9g} rad/s, more than {most:g}"]
 
 
 def _angles(table: Table, poses: Array, shapes: Array, limit_rad: float, row: int) -> list[str]:

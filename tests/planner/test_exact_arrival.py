@@ -112,7 +112,7 @@ def test_a_repeated_stroke_that_is_no_rectangle_is_left_alone() -> None:
     assert_close(found.segments[3].sequence.angle, FIXED.angle, 0.0)
     assert list(found.segments[3].sequence.control) == list(FIXED.control)
     loop = found.segments[1]
-    assert loop.rectangle
+    assert loop.rectangles == 1
     assert not is_close(loop.sequence.angle, LOOP.angle, 1e-6)
     assert_close(loop.sequence.shapes(COLLINEAR)[-1], COLLINEAR, 1e-15)
     for now, before in zip(found.segments[:4], begun.segments, strict=False):

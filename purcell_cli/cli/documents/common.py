@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict, TypeVar, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NotRequired, TypedDict, TypeVar, cast
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -39,6 +39,8 @@ class SwimmerPart(TypedDict):
     max_bend_rad: Annotated[float, "how far a gait may bend a limb's axis from the base's axis [rad]"]
     joint_rate_rad_s: Annotated[float, "the rate at which one joint turns [rad/s]"]
     fluid: Annotated[Literal["local", "beads"], "each link alone, or links that feel each other's flow"]
+    joints: NotRequired[Annotated[dict[str, Any], "the joints as in a swimmer's file, unless both are ball joints"]]
+    joint_acceleration_rad_s2: NotRequired[Annotated[float, "how fast joints' rates change, where they do not jump"]]
     L_m: Annotated[float, "the length L: the mean half length of the links [m]"]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import codecs
-import dataclasses
 import json
 import math
 import sys
@@ -17,6 +16,7 @@ from purcell_cli.cli.documents.common import (
     Failure,
     SwimmerPart,
 )
+from purcell_cli.files.swimmer_file import swimmer_written
 from purcell_cli.geometry.rotations import Array, as_euler
 from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -79,7 +79,7 @@ def certificate_document(found: Certificate) -> CertificatePart:
 
 def swimmer_document(swimmer: Swimmer) -> SwimmerPart:
     """Return a swimmer's parameters."""
-    return cast(SwimmerPart, {**dataclasses.asdict(swimmer), "L_m": swimmer.length_m})
+    return cast(SwimmerPart, {**swimmer_written(swimmer), "L_m": swimmer.length_m})
 
 
 def displacement_cells(displacement: DisplacementPart, length_m: float, digits: int) -> list[str]:

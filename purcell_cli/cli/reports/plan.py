@@ -62,7 +62,6 @@ def plan_document(
         command: The command that asks: plan or run.
     """
     plan, swimmer = solution.plan, solution.plan.swimmer
-    rate = swimmer.joint_rate_rad_s
     strokes: dict[int, list[StrokePart]] = {1: [], 2: [], 3: []}
     for part in solution.strokes:
         blocks = plan.blocks[part]
@@ -75,7 +74,7 @@ def plan_document(
                 "cycles": stroke_cycles(blocks),
                 "primitives": sum(b.cycles * len(b.sequence) for b in blocks),
                 "joint_travel_rad": travel,
-                "duration_s": sum(b.duration for b in blocks) / rate,
+                "duration_s": sum(solution.durations_s[part]),
                 "energy_j": float(np.sum(solution.energy_j[part])),
                 "displacement": displacement_document(se3.prefix_products(solution.displacement[part])[-1]),
             }

@@ -8,7 +8,7 @@ minimum travel, some come close to the best known.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -31,19 +31,20 @@ _SPREADS_RAD = (0.15, 0.3, 0.5)
 """Standard deviations of the angles of a random plan; one of these is drawn [rad]."""
 
 
-def random_plans(count: int, seed: int = 0) -> Iterator[Segment]:
+def random_plans(count: int, seed: int = 0, bends: Sequence[int] = _BENDS) -> Iterator[Segment]:
     """Yield random plans of phase 2: each of the limbs' pitches and yaws, in a few rounds.
 
     Args:
         count: How many.
         seed: Seed of their orders and angles.
+        bends: The controls that bend limbs; of fewer, there are more rounds.
     """
     rng = np.random.default_rng(seed)
     for _ in range(count):
-        rounds = int(rng.choice(_ROUNDS))
-        same = rng.permutation(_BENDS)
+        rounds = int(rng.choice(_ROUNDS)) * max(1, len(_BENDS) // len(bends))
+        same = rng.permutation(bends)
         fresh = bool(rng.integers(2))
-        control = np.concatenate([rng.permutation(_BENDS) if fresh else same for _ in range(rounds)])
+        control = np.concatenate([rng.permutation(bends) if fresh else same for _ in range(rounds)])
         angle = rng.choice(_SPREADS_RAD) * normal_numbers(rng, (len(control),))
         yield free_segment(PrimitiveSequence(control, angle))
 

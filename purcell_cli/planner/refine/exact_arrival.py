@@ -76,7 +76,7 @@ def approach(
     Returns:
         The motion, its equations' values, and the largest residual left [L, rad].
     """
-    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
+    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
     angle = equations.angles
     values = equations.at(angle)
     best, kept, known, idle, halved = np.inf, angle, values, 0, np.inf
@@ -131,12 +131,12 @@ def arrive(
         return here, best
     first = 1 + max(k for k, s in enumerate(here.segments) if not s.free)
     last = here.after(first, missing[:6])
-    last = last.of([s.changed(lambda part: offered(part, 1)) for s in last.segments])
+    last = last.of([s.changed(lambda part: offered(part, 1, here.controls)) for s in last.segments])
     known = len(missing) - 6 * len(last.targets)  # of limbs where an earlier phase ends
     missing = np.concatenate([missing[:6], missing[known:]])
     rough = last.at_accuracy(SEARCHING).at(last.angles)
     bend = max_bend_rad - _MARGINS_RAD[1]
-    least = least_cosines(last.phase, last.start, last.goal, bend)
+    least = least_cosines(last.phase, last.start, last.goal, bend, last.home)
     room, slope = bend_rows(last, rough.sequence, rough.shapes, least)
     few = _independent(np.concatenate([rough.derivative, slope[room < _TIGHT]]))
     enough = np.full(len(missing), _ENOUGH_LAST)
@@ -172,7 +172,7 @@ def _rounds(
         may: Which angles may change.
         enough: What may be missing [L, rad]. Shape (m,).
     """
-    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
+    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
     room, slope = bend_rows(equations, rough.sequence, rough.shapes, least)
     begun, derivative = angle, rough.derivative[:, may]
     best, kept, idle = (float(np.max(np.abs(missing))), missing), angle, 0
@@ -240,7 +240,9 @@ def bent_less(equations: Equations, max_bend_rad: float, rounded: Callable[[Arra
         The motion, and the largest residual left [L, rad].
     """
     values = equations.at(equations.angles)
-    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad - _MARGINS_RAD[1])
+    least = least_cosines(
+        equations.phase, equations.start, equations.goal, max_bend_rad - _MARGINS_RAD[1], equations.home
+    )
     room, slope = bend_rows(equations, values.sequence, values.shapes, least + _INSIDE)
     step = bounded_step(values.derivative, values.residual, room, slope, _REACH_RAD)
     angle = rounded(equations.angles + step)

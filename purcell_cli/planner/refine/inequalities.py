@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from purcell_cli.geometry.reproducible import cos, inner, sin
 from purcell_cli.geometry.rotations import Array, cross
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.joints import ANGLES
+from purcell_cli.mechanics.lift_derivatives import turning_axes
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.clearance import clearances, distance_slope, limb_distance
@@ -21,24 +24,32 @@ from purcell_cli.planner.refine.shooting import Equations
 
 _ACTIVE = 0.35
 """Primitives within this of the bend limit are constraints, in the cosine of the bend."""
+_RANGE_MARGIN_RAD = 1e-7
+"""Margin inside joints' ranges while a motion is refined: a hundred times what the last steps may change [rad]."""
+_AT_KNOWN_RAD = 1e-6
+"""An angle this near the start's, the goal's or that between the phases is held to the range itself [rad]."""
 _NEAR_L = 0.25
 """Primitives on which the limbs come within this of their least distance are constraints [L]."""
 _MARGIN_L = 1e-3
 """How much more than the clearance the limbs are to keep while a motion is optimised [L]."""
 
 
-def least_cosines(phase: NDArray[np.int64], start: Array, goal: Array, max_bend_rad: float) -> Array:
+def least_cosines(
+    phase: NDArray[np.int64], start: Array, goal: Array, max_bend_rad: float, home: Array = COLLINEAR
+) -> Array:
     """Return the least cosine of the bend that each limb may have on each piece of a motion. Shape (k, 2).
 
-    The limit holds in phase 2; in phases 1 and 3 a limb may be as bent as the start or the goal has it.
+    The limit holds in phase 2, but for limbs that are bent more at home; in phases 1 and 3 a limb may be as bent as
+    the start or the goal has it.
 
     Args:
         phase: Phase of each piece. Shape (k,).
         start: Shape before the motion. Shape (2, 3, 3).
         goal: Shape it must end at. Shape (2, 3, 3).
         max_bend_rad: The limit [rad].
+        home: Shape between the phases. Shape (2, 3, 3).
     """
-    out = np.full((len(phase), 2), cos(max_bend_rad))
+    out = np.full((len(phase), 2), np.minimum(cos(max_bend_rad), home[:, 0, 0]))
     for own, shape in ((1, start), (3, goal)):
         out[phase == own] = np.minimum(out[phase == own], shape[:, 0, 0])
     return out
@@ -57,19 +68,78 @@ def bend_rows(equations: Equations, sequence: PrimitiveSequence, shapes: Array, 
         cos(bend) - least at the ends or far sides of primitives near the limit that may change, shape (j,), and
         its derivative by the free angles, shape (j, n).
     """
-    row, limb, axis = np.arange(len(sequence)), sequence.control // 3, sequence.control % 3
+    row, limb, axis = np.arange(len(sequence)), sequence.limb, sequence.axis
     begin, place = shapes[row, limb, :, 0], shapes[row + 1, limb, :, 0].copy()
-    about = shapes[row, limb, :, axis]
+    about = turning_axes(sequence, shapes, row)
     across = np.where(sequence.angle < 0.0, -1.0, 1.0)[:, None] * cross(about, begin)
     far = lowest(begin[:, 0], across[:, 0])
     # A primitive passes the far side if its rotation reaches it before the end.
-    passed = (far < sequence.duration) & (axis != 0)
+    passed = (far < sequence.duration) & (axis != 0) & (sequence.control < 6)
     place[passed] = (cos(far)[:, None] * begin + sin(far)[:, None] * across)[passed]
     room = place[:, 0] - least[row, limb]
     active = np.flatnonzero((room < _ACTIVE) & (axis != 0) & ~equations.fixed)
     lever = about[None, :, 1] * place[active, None, 2] - about[None, :, 2] * place[active, None, 1]
+    lever = _pitched(sequence, lever, shapes[active + 1, limb[active], :, 1], place[active])
     acts = (limb[None, :] == limb[active, None]) & (row[None, :] <= (row - passed)[active, None])
-    return room[active], equations.by_free_angles(np.where(acts, lever, 0.0))
+    found = room[active], equations.by_free_angles(np.where(acts, lever, 0.0))
+    if equations.swimmer.ball_joints:
+        return found
+    ranges = range_rows(equations, sequence)
+    return np.concatenate([found[0], ranges[0]]), np.concatenate([found[1], ranges[1]])
+
+
+def _pitched(sequence: PrimitiveSequence, lever: Array, own_y: Array, place: Array) -> Array:
+    """Return levers on the axes of limbs, those of universal joints' pitches about the limbs' own y where they are.
+
+    Args:
+        sequence: The primitives.
+        lever: What each primitive's angle does about its axis where it turned. Shape (j, k).
+        own_y: The limbs' own y at the places looked at. Shape (j, 3).
+        place: The limbs' axes there. Shape (j, 3).
+    """
+    based = sequence.control >= 6
+    if not np.any(based):
+        return lever
+    pitched = ~based & np.isin(sequence.limb, sequence.limb[based])
+    own = own_y[:, 1] * place[:, 2] - own_y[:, 2] * place[:, 1]
+    return np.where(pitched, own[:, None], lever)
+
+
+def range_rows(equations: Equations, sequence: PrimitiveSequence) -> tuple[Array, Array]:
+    """Return the room left in the joints' ranges where it is small, and its derivative by the free angles.
+
+    A range is kept with a margin, but where the start, the goal or the shape between the phases is nearer its end.
+
+    Args:
+        equations: The motion.
+        sequence: Its primitives.
+
+    Returns:
+        Angles left at the ends of primitives [rad], shape (j,), and its derivative, shape (j, n).
+    """
+    rooms, slopes = [np.empty(0)], [np.empty((0, len(sequence)))]
+    for limb, joint in enumerate(equations.swimmer.joints):
+        for k, name in enumerate(ANGLES):
+            if name not in joint.angles or joint.range_deg(name) is None:
+                continue
+            own = (sequence.limb == limb) & (sequence.axis == 2 - k)
+            mine = np.flatnonzero(own & ~equations.fixed)
+            shapes = equations.start, equations.goal, equations.home
+            known = np.array([joint.read(shape[limb])[k] for shape in shapes])
+            angle = known[0] + np.cumsum(
+                np.where(sequence.limb == limb, sequence.angle, 0.0) * (sequence.axis == 2 - k)
+            )
+            angle = angle[mine]
+            at_known = np.min(np.abs(angle[:, None] - known), axis=1) < _AT_KNOWN_RAD
+            inside = np.where(at_known, 0.0, _RANGE_MARGIN_RAD)
+            low, high = joint.range_rad(name)
+            acts = np.zeros((len(mine), len(sequence)))
+            acts[:, mine] = mine[None, :] <= mine[:, None]
+            for room, slope in ((angle - low - inside, acts), (high - inside - angle, -acts)):
+                active = room < _ACTIVE
+                rooms.append(room[active])
+                slopes.append(slope[active])
+    return np.concatenate(rooms), equations.by_free_angles(np.concatenate(slopes))
 
 
 def least_distances(equations: Equations, clearance: float) -> Array:
@@ -101,7 +171,7 @@ def clearance_rows(
         Distance - least where the limbs are nearest on primitives [L], shape (j,), and its derivative
         by the free angles, shape (j, n).
     """
-    row, limb, axis = np.arange(len(sequence)), sequence.control // 3, sequence.control % 3
+    row, limb = np.arange(len(sequence)), sequence.limb
     active = np.flatnonzero(least > -np.inf)
     pieces = Pieces.between(sequence, shapes)[active]
     enough = float(np.max(least, initial=0.0)) + _NEAR_L
@@ -110,6 +180,11 @@ def clearance_rows(
     at_end = time[near] >= pieces.durations[near]
     axes = LimbCircles.of(pieces).at(near, time[near])
     torque = cross(axes, distance_slope(equations.swimmer, axes))
-    lever = inner(shapes[row, limb, :, axis], torque[:, limb])
+    lever = inner(turning_axes(sequence, shapes, row), torque[:, limb])
+    based = sequence.control >= 6
+    if np.any(based):  # universal joints' pitches turn limbs about their own y, where they are
+        pitched = np.flatnonzero(~based & np.isin(limb, limb[based]))
+        own_y = shapes[active[near] + at_end][..., 1][:, limb[pitched]]
+        lever[:, pitched] = inner(own_y, torque[:, limb[pitched]])
     acts = row[None, :] < (active[near] + at_end)[:, None]
     return (apart - least[active])[near], equations.by_free_angles(np.where(acts, lever, 0.0))

@@ -13,6 +13,7 @@ exact l1 penalty and a second-order correction.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -81,7 +82,7 @@ class _Point:
 class _Search:
     def __init__(self, equations: Equations, max_bend_rad: float, clearance: float, price: float) -> None:
         self.equations, self.price = equations, price
-        self.least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad)
+        self.least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
         self.apart = least_distances(equations, clearance)
 
     def point(self, angle: Array) -> _Point:
@@ -130,13 +131,13 @@ class _Search:
         return descended(begun, self.step, self.landed, steps, lambda _: _WORTH_RAD)
 
 
-def offered(sequence: PrimitiveSequence, split: int) -> PrimitiveSequence:
-    """Return a sequence with every other control offered, at angle zero, at every switch."""
-    controls, angles = list(range(6)), [0.0] * 6
+def offered(sequence: PrimitiveSequence, split: int, every: Sequence[int] = range(6)) -> PrimitiveSequence:
+    """Return a sequence with every other control that there is offered, at angle zero, at every switch."""
+    controls, angles = list(every), [0.0] * len(every)
     for control, angle in zip(sequence.control.tolist(), sequence.angle.tolist(), strict=True):
         for _ in range(split):
-            controls += [control, *(c for c in range(6) if c != control)]
-            angles += [angle / split, 0.0, 0.0, 0.0, 0.0, 0.0]
+            controls += [control, *(c for c in every if c != control)]
+            angles += [angle / split, *[0.0] * (len(every) - 1)]
     return PrimitiveSequence(np.array(controls), np.array(angles))
 
 
@@ -173,7 +174,9 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
     for _ in range(pace.rounds):
         parts = found.segments
         if sum(len(s.sequence) for s in parts if s.free) <= _LONGEST:
-            parts = tuple(s.renamed(NAME, offered(s.sequence, pace.split)) if s.free else s for s in parts)
+            parts = tuple(
+                s.renamed(NAME, offered(s.sequence, pace.split, found.controls)) if s.free else s for s in parts
+            )
         tried = found.of(parts)
         search = _Search(tried, max_bend_rad, clearance, pace.price)
         for uneven in _UNEVEN:

@@ -45,10 +45,13 @@ class Segment:
         return self.cycles == 1 and not self.fixed
 
     @property
-    def rectangle(self) -> bool:
-        """Whether it repeats a rectangle of two joints' angles."""
-        c, a = self.sequence.control, self.sequence.angle
-        return not self.free and len(a) == 4 and c[0] == c[2] and c[1] == c[3] and bool(np.all(a[:2] == -a[2:]))
+    def rectangles(self) -> int:
+        """How many rectangles of two joints' angles it repeats, one after the other; 0 where it is not made of them."""
+        if self.free or not len(self.sequence) or len(self.sequence) % 4:
+            return 0
+        c, a = self.sequence.control.reshape(-1, 4), self.sequence.angle.reshape(-1, 4)
+        closed = np.all(c[:, :2] == c[:, 2:]) and np.all(a[:, :2] == -a[:, 2:])
+        return len(c) if closed else 0
 
     @property
     def joint_travel_rad(self) -> float:
@@ -99,18 +102,21 @@ def segments_of(blocks: Sequence[Block]) -> list[Segment]:
 
 
 def _closes_exactly(sequence: PrimitiveSequence) -> bool:
-    """Return whether a stroke turns each limb about one axis only, so that it closes to the last bit or not at all."""
-    return all(len(np.unique(sequence.control[sequence.control // 3 == limb])) < 2 for limb in (0, 1))
+    """Return whether a stroke turns each limb about one axis only, so that it closes to the last bit or not at all.
+
+    The two angles of a universal joint close one by one.
+    """
+    limb, based = sequence.limb, sequence.control >= 6
+    return all(len(np.unique(sequence.control[(limb == k) & ~based])) < 2 for k in (0, 1))
 
 
-def phase_ends(phase: Rows, goal: Array) -> list[tuple[int, Array]]:
-    """Return the pieces before which shapes are given, and those: collinear after phases 1 and 2, the goal's last.
+def phase_ends(phase: Rows, goal: Array, home: Array = COLLINEAR) -> list[tuple[int, Array]]:
+    """Return the pieces before which shapes are given, and those: the home after phases 1 and 2, the goal's last.
 
     Args:
         phase: Phase of each piece. Shape (k,).
         goal: Shape at the end. Shape (2, 3, 3).
+        home: Shape that phases 1 and 2 end at. Shape (2, 3, 3).
     """
-    ends = [
-        (int(np.flatnonzero(phase == p)[-1]) + 1, COLLINEAR) for p in (1, 2) if np.any(phase == p) and np.any(phase > p)
-    ]
+    ends = [(int(np.flatnonzero(phase == p)[-1]) + 1, home) for p in (1, 2) if np.any(phase == p) and np.any(phase > p)]
     return [*ends, (len(phase), goal)]

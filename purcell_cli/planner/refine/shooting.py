@@ -1,8 +1,9 @@
 """The equations of an exact arrival, and their derivatives, for a whole motion at once.
 
 A motion is a chain of segments: primitives whose angles are free, and strokes that repeat. A repeated
-stroke round a rectangle of two joints' angles closes whatever its sides are, so its two sides are free
-as well; any other repeated stroke is fixed. The limbs must be collinear at the end of phases 1 and 2,
+stroke round rectangles of two joints' angles closes whatever their sides are, so their sides are free
+as well; any other repeated stroke is fixed. The limbs must be collinear at the end of phases 1 and 2, or as near
+as their joints allow,
 and at the end of the motion the limbs must have the goal's shape and the base the goal's pose.
 """
 
@@ -19,6 +20,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.collocation import Accuracy
+from purcell_cli.mechanics.joint_motion import home_shape
 from purcell_cli.mechanics.lift import EXACT, run_displacements
 from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian, shape_gap
 from purcell_cli.mechanics.pieces import Pieces
@@ -85,7 +87,8 @@ class Equations:
         self.phase = np.repeat(np.array([s.phase for s in self.segments], dtype=np.int64), counts)
         self.fixed = np.repeat(np.array([s.fixed for s in self.segments], dtype=bool), counts)
         self._free_index()
-        self.targets = phase_ends(self.phase, goal)
+        self.home, self.controls = home_shape(swimmer, start), swimmer.controls
+        self.targets = phase_ends(self.phase, goal, self.home)
 
     def _free_index(self) -> None:
         """Number the free angles: primitive k turns by sign[k] times free angle index[k]; -1 is none."""
@@ -99,9 +102,10 @@ class Equations:
                 sign += [1.0] * n
                 weight += [1.0] * n
             else:
-                index += [k, k + 1, k, k + 1] if s.rectangle else [-1] * n
-                sign += [1.0, 1.0, -1.0, -1.0] if s.rectangle else [0.0] * n
-                weight += [2.0 * s.cycles] * 2 if s.rectangle else []
+                many = s.rectangles
+                index += [k + 2 * r + side for r in range(many) for side in (0, 1, 0, 1)] if many else [-1] * n
+                sign += [1.0, 1.0, -1.0, -1.0] * many if many else [0.0] * n
+                weight += [2.0 * s.cycles] * (2 * many)
         self.weight = np.array(weight)
         self._index, self._sign = np.array(index, dtype=np.int64), np.array(sign)
         self._all_free = all(s.free for s in self.segments)

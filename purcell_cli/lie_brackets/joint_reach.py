@@ -1,0 +1,80 @@
+"""Whether joints can move the base in every direction, and well enough for a plan to be of use."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+
+import numpy as np
+
+from purcell_cli.errors import ParameterError
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.lie_brackets.controllability import DIRECTIONS, controllability
+from purcell_cli.mechanics.joints import ANGLES, limb_at
+from purcell_cli.mechanics.swimmer import Swimmer
+
+_HOPELESS = 1e-3
+"""A direction whose brackets are below this is out of reach of any plan [L, rad per rad^depth].
+
+A yaw and a pitch hinge have 0.025 and plans of hundreds of rad; one universal joint alone has 1e-4, and 0.1 L would
+take thousands of rad."""
+_DEPTHS = {1: 6, 2: 6, 3: 5, 4: 4, 5: 3, 6: 3}
+"""The deepest brackets that are looked at, by the number of controls."""
+_BENT_RAD = (0.6, 0.4)
+"""The psi and theta of the shape looked at: without symmetry, so that nothing vanishes by chance [rad]."""
+_SHARE = 0.05
+"""A direction with more than this share in what is weak is named."""
+
+
+@functools.lru_cache(maxsize=64)
+def weak_directions(swimmer: Swimmer, fixed: bytes) -> tuple[str, ...]:
+    """Return the directions in which joints do not move the base, or hardly; none where all is well.
+
+    Args:
+        swimmer: The swimmer, scaled to L = 1.
+        fixed: The limbs' orientations that fixed limbs keep, as bytes of an array of shape (2, 3, 3).
+    """
+    count = len(swimmer.controls)
+    if not count:
+        return DIRECTIONS
+    shape = np.frombuffer(fixed).reshape(2, 3, 3).copy()
+    for limb, joint in enumerate(swimmer.joints):
+        if joint.kind != "fixed":
+            given = zip(ANGLES, _BENT_RAD, strict=True)
+            bent = [angle if joint.ball or name in joint.angles else 0.0 for name, angle in given]
+            shape[limb] = limb_at(bent[0], bent[1])
+    found = controllability(_unlimited(swimmer), shape, _DEPTHS[count])
+    rows = np.array(found.rows)
+    twists = np.array([b.twist for b in found.brackets] or np.zeros((1, 6)))[:, rows]
+    padded = np.concatenate([twists, np.zeros((len(rows), len(rows)))])
+    _, values, directions = np.linalg.svd(padded, full_matrices=False)
+    weak = directions[values < _HOPELESS]
+    shares = np.sum(weak**2, axis=0)
+    return tuple(DIRECTIONS[row] for row, share in zip(rows, shares, strict=True) if share > _SHARE)
+
+
+def _unlimited(swimmer: Swimmer) -> Swimmer:
+    """Return the swimmer without its joints' ranges, each link alone in the fluid."""
+    first, second = (dataclasses.replace(j, psi_deg=None, theta_deg=None) for j in swimmer.joints)
+    return dataclasses.replace(swimmer, joints=(first, second), fluid="local")
+
+
+def refuse_weak_joints(swimmer: Swimmer, start: Array) -> None:
+    """Refuse joints that cannot move the base in every direction, or only hopelessly slowly.
+
+    Args:
+        swimmer: The swimmer.
+        start: The shape at the start. Shape (2, 3, 3).
+
+    Raises:
+        ParameterError: There is a direction that they do not move it in.
+    """
+    if swimmer.ball_joints:
+        return
+    weak = weak_directions(swimmer.scaled(), np.ascontiguousarray(start, dtype=np.float64).tobytes())
+    if weak:
+        joints = " and ".join(f"a {joint.name}" for joint in swimmer.joints)
+        raise ParameterError(
+            "swimmer: joints that can move the base in every direction are wanted, "
+            f"found {joints}, which do not move it, or hardly, in: {', '.join(weak)}"
+        )

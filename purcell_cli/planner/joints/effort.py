@@ -1,0 +1,70 @@
+"""Efforts of searches for swimmers on other joints than balls: the stages, and how widely chains are looked for."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+from purcell_cli.planner.effort import Stage
+from purcell_cli.planner.refine.minimum_travel import Pace
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class JointBreadth:
+    """How widely candidates are looked for.
+
+    Attributes:
+        ways: Pairs of ways in and out that chains are looked for.
+        chains: Chains that are tried for each.
+        kept: Chains of each that become candidates.
+        short: Short plans that are tried.
+        pace: How long those that arrive are shortened.
+        seed: Seed of the chains and short plans.
+    """
+
+    ways: int = 2
+    chains: int = 4000
+    kept: int = 6
+    short: int = 24
+    pace: Pace = Pace(rounds=2, steps=10)
+    seed: int = 0
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class JointStage:
+    """A stage of the search, and how widely it looks for candidates."""
+
+    stage: Stage
+    breadth: JointBreadth
+
+
+_QUICK = JointStage(Stage(), JointBreadth(chains=1500, short=12, pace=Pace(1, 6)))
+"""A quick search: the best chain, and nothing is optimised together."""
+_STANDARD = JointStage(
+    Stage(candidates=4, pace=Pace(rounds=2, steps=12), longest_rad=300.0, most_apart=24), JointBreadth()
+)
+"""A standard search: the four best chains, optimised; a fifth of the joint travel is saved by that."""
+_WIDE = JointStage(Stage(last_resort=True), JointBreadth(ways=8, chains=12000, kept=12, short=60, seed=1))
+"""The last resort: other chains and more of them, so that something arrives."""
+_THOROUGH = JointStage(
+    Stage(
+        candidates=16,
+        pace=Pace(rounds=3, steps=40, price=300.0),
+        finalists=3,
+        most_apart=60,
+        interrupt_keeps_best=True,
+    ),
+    JointBreadth(ways=6, chains=16000, kept=8, short=120, pace=Pace(3, 30), seed=2),
+)
+"""The second stage of a thorough search."""
+
+JOINT_EFFORTS: Mapping[str, tuple[JointStage, ...]] = {
+    "quick": (_QUICK, _WIDE),
+    "standard": (_STANDARD, _WIDE),
+    "thorough": (
+        dataclasses.replace(_STANDARD, stage=dataclasses.replace(_STANDARD.stage, interrupt_keeps_best=True)),
+        _THOROUGH,
+        _WIDE,
+    ),
+}
+"""The stages of each effort, in order."""

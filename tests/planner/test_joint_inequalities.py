@@ -1,0 +1,65 @@
+"""The limits of a motion by other joints than balls, as inequalities, have the derivatives they say."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from helpers import assert_close, assert_slope
+
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.joints import Joint, limb_at
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, range_rows
+from purcell_cli.planner.refine.segments import Segment
+from purcell_cli.planner.refine.shooting import Equations
+
+RANGED = Joint("universal", psi_deg=(-45.0, 60.0), theta_deg=(-40.0, 50.0))
+START = np.stack([limb_at(0.3, -0.2), limb_at(-0.1, 0.4)])
+TURNS = PrimitiveSequence.of([(6, 0.5), (1, 0.6), (7, -0.4), (6, -0.9), (4, 0.3), (1, -0.7), (7, 0.8), (4, -0.5)])
+
+
+def motion(sequence: PrimitiveSequence, phase: int, joint: Joint = RANGED) -> Equations:
+    swimmer = Swimmer(joints=(joint, joint)).scaled()
+    segments = [Segment(phase, (("turns", math.nan, len(sequence)),), sequence)]
+    return Equations(swimmer, segments, START, COLLINEAR, np.eye(4))
+
+
+@pytest.mark.parametrize("rows", ["bends and ranges", "clearance"])
+def test_rows_by_psi_and_theta_have_the_derivatives_they_say(rows: str) -> None:
+    equations = motion(TURNS, 2 if rows == "bends and ranges" else 1)
+
+    def of(angle: Array) -> tuple[Array, Array]:
+        sequence = equations.sequence_at(angle)
+        shapes = sequence.shapes(START)
+        if rows == "clearance":
+            return clearance_rows(equations, sequence, shapes, np.full(len(TURNS), 1.9))
+        return bend_rows(equations, sequence, shapes, np.full((len(TURNS), 2), 0.55))
+
+    assert len(of(TURNS.angle)[0]) > 4
+    assert_slope(of, TURNS.angle, 1e-7)
+
+
+def test_room_in_a_range_is_what_the_angles_leave_of_it() -> None:
+    sequence = PrimitiveSequence.of([(6, 0.7), (6, -0.6), (1, 0.8)])
+    room, slope = range_rows(motion(sequence, 2), sequence)
+    margin = 1e-7
+    assert_close(
+        np.sort(room),
+        np.sort([math.radians(60) - 1.0 - margin, math.radians(50) - 0.6 - margin]),
+        1e-12,
+    )
+    assert sorted(map(tuple, slope)) == [(-1.0, 0.0, 0.0), (0.0, 0.0, -1.0)]
+    free = dataclasses.replace(RANGED, psi_deg=None, theta_deg=None)
+    assert len(range_rows(motion(sequence, 2, free), sequence)[0]) == 0
+
+
+def test_an_angle_at_the_goal_may_be_at_the_end_of_its_range() -> None:
+    edge = dataclasses.replace(RANGED, psi_deg=(0.0, 60.0))
+    sequence = PrimitiveSequence.of([(6, -0.3)])
+    room = range_rows(motion(sequence, 3, edge), sequence)[0]
+    assert_close(np.min(room), 0.0, 1e-12)

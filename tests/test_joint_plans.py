@@ -1,0 +1,43 @@
+"""Plans by every combination of joints arrive, use the axes that joints have, and stay in their ranges."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from helpers import mostly_slow
+from joint_queries import COMBINATIONS, joint_faults, plane_fault, random_query
+
+from purcell_cli.mechanics.joints import Joint
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.verdict import Verdict
+from purcell_cli.solution import plan
+
+_QUERIES = [(name, seed) for seed in range(4) for name in COMBINATIONS]
+
+
+@pytest.mark.parametrize(("name", "seed"), mostly_slow(_QUERIES, len(COMBINATIONS)))
+def test_a_random_query_arrives_by_the_axes_and_within_the_ranges_of_its_joints(name: str, seed: int) -> None:
+    query = random_query(name, seed)
+    solution = plan(query.start, query.goal, swimmer=query.swimmer)
+    assert solution.verdict == Verdict.REACHED
+    off = solution.certificate.deviation
+    assert max(off.position_m / query.swimmer.length_m, off.base_rad, off.limb1_rad, off.limb2_rad) < 1e-9
+    assert joint_faults(query, solution.trajectory) == []
+    assert plane_fault(query, name, solution.trajectory) < 1e-12
+
+
+def test_the_check_of_joints_finds_what_they_cannot_do() -> None:
+    query = random_query("universal joints", 0)
+    rows = plan(
+        query.start, query.goal, swimmer=dataclasses.replace(query.swimmer, joints=(Joint(), Joint()))
+    ).trajectory
+    assert any("axis that its joint has not" in fault for fault in joint_faults(query, rows))
+    narrow = Joint("hinge", "yaw", psi_deg=(-20.0, 20.0))
+    query = random_query("yaw hinges", 0)
+    wide = Swimmer(joints=(Joint("hinge", "yaw"), Joint("hinge", "yaw")))
+    rows = plan(query.start, query.goal, swimmer=wide).trajectory
+    held = dataclasses.replace(query, swimmer=Swimmer(joints=(narrow, narrow)))
+    assert any("leaves its range" in fault for fault in joint_faults(held, rows))
+    assert np.all(np.isfinite(rows.time_s))
