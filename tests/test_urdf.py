@@ -11,15 +11,17 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 from helpers import Run, assert_close, is_close, random_swimmer, runner
-from motions import usual, written
+from motions import motion, usual, written
 from scipy.spatial.transform import Rotation
 
 from purcell_cli import Configuration, Swimmer, read_csv
 from purcell_cli.exports.joint_path import joint_path
 from purcell_cli.exports.urdf import write_urdf
+from purcell_cli.files.builtin import find_swimmer
 from purcell_cli.files.servo_map_file import Channel, ServoMap
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.drag import LinkSize, LinkSizes
+from purcell_cli.motion.trajectory import as_table
 
 yourdfpy: Any = pytest.importorskip("yourdfpy", reason="no yourdfpy: URDF is not read back (pip install yourdfpy)")
 HALF = {"base": 0.1, "limb1": 0.07, "limb2": 0.07}
@@ -139,3 +141,36 @@ def test_limbs_of_their_own_sizes_and_a_body_are_there() -> None:
     assert [part.geometry.sphere.radius for part in (links["base"].visuals[1], links["base"].collisions[1])] == [
         0.03
     ] * 2
+
+
+@pytest.mark.parametrize(
+    ("name", "way", "joints"),
+    [
+        ("planar", [("limb1 yaw", 0.5), ("limb2 yaw", -0.8)], ["limb1_yaw", "limb2_yaw"]),
+        (
+            "robot",
+            [("limb1 pitch", 0.4), ("limb1 base yaw", 0.9), ("limb2 pitch", -0.3), ("limb2 base yaw", 0.5)],
+            ["limb1_yaw", "limb1_pitch", "limb2_yaw", "limb2_pitch"],
+        ),
+    ],
+)
+def test_hinges_and_universal_joints_are_as_the_swimmer_has_them(
+    tmp_path: Path, name: str, way: list[tuple[str, float]], joints: list[str]
+) -> None:
+    swimmer = find_swimmer(name)
+    rows = as_table(motion(way, Configuration(), 0.05, swimmer))
+    hinges, stream = ServoMap.of_swimmer(swimmer), io.BytesIO()
+    assert write_urdf(swimmer, hinges, stream) == tuple(joints)
+    stream.seek(0)
+    found, b = robot(stream), swimmer.base_half_length_m
+    angles = joint_path(rows, hinges, rows.time_s, tmp_path)
+    for k in range(0, len(rows.time_s), 5):
+        wanted = np.tile(np.eye(4), (2, 1, 1))
+        wanted[:, :3, :3] = Rotation.from_quat(rows.limbs[k], scalar_first=True).as_matrix()
+        wanted[:, 0, 3] = b, -b
+        assert_close(in_base(found, joints, angles[k]), wanted, 1e-9)
+    for limb, joint in enumerate(swimmer.joints, 1):
+        for angle, turn in (("psi", "yaw"), ("theta", "pitch")):
+            if joint.range_deg(angle) is not None:
+                limit = found.joint_map[f"limb{limb}_{turn}"].limit
+                assert_close(np.degrees([limit.lower, limit.upper]), joint.range_deg(angle), 1e-12)

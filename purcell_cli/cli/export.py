@@ -74,9 +74,10 @@ def export(
         raise ParameterError(f"--map: no map is wanted for {to}, which has no hinges, found {servo_map}")
     file = out or Path(f"{trajectory.stem}-servo.csv" if to == "servo" else f"{trajectory.stem}.{chosen.endings[0]}")
     writable(file, "--out", chosen.endings)
-    hinges = ServoMap.of({}, {}) if servo_map is None else load_servo_map(servo_map)
+    given = None if servo_map is None else load_servo_map(servo_map)
     table = read_csv(trajectory)
     body = fitting_swimmer(swimmer, table, trajectory)
+    hinges = ServoMap.of_swimmer(body) if given is None else given
     with busy("exporting"), whole_file(file) as stream:
         count = _write(to, table, body, hinges, rate, trajectory, stream)
         size = stream.tell()

@@ -55,6 +55,7 @@ def simulate(
     """Play a trajectory's controls on another swimmer: where it ends, and which stroke lost most."""
     from purcell_cli.cli.options import trajectory_file
     from purcell_cli.cli.reports.simulate import show_simulate, simulate_document
+    from purcell_cli.errors import ParameterError
     from purcell_cli.feedback.noise import Noise
     from purcell_cli.feedback.simulate import simulate as simulated
     from purcell_cli.files.trajectory_formats import write_trajectory
@@ -62,6 +63,10 @@ def simulate(
     disturbance = Noise.of(noise, seed)
     named = None if out is None else trajectory_file(out, form, "")
     truth, (table, body) = ready(swimmer_of(swimmer)), _planned(trajectory, model)
+    if body is not None and body.joints != truth.joints:
+        found = " and ".join(f"a {joint.name}" for joint in truth.joints)
+        wanted = " and ".join(f"a {joint.name}" for joint in body.joints)
+        raise ParameterError(f"--swimmer: the joints that the motion is made for, {wanted}, are wanted, found {found}")
     with busy("integrating"):
         found = simulated(table, truth, disturbance)
     if named is not None:

@@ -204,6 +204,9 @@ def track(
     if replans < 0:
         raise ParameterError(f"replans: a number at least 0 is wanted, found {replans}")
     body = model or Swimmer()
+    if body.joints != truth.joints:
+        names = [" and ".join(f"a {joint.name}" for joint in one.joints) for one in (body, truth)]
+        raise ParameterError(f"truth: the joints of the model, {names[0]}, are wanted, found {names[1]}")
     tracker = Tracker(goal, body, options, *measuring.hidden(tolerance_l, tolerance_rad))
     noise = np.random.default_rng(measuring.seed)
     parts: list[Part] = []

@@ -19,6 +19,7 @@ from purcell_cli.files.scalars import Choice, Number, Text
 from purcell_cli.files.yaml_source import load
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.hinge_chain import TURNS, HingeChain
+from purcell_cli.mechanics.swimmer import Swimmer
 
 JOINTS = tuple(f"limb{limb}_{turn}" for limb in (1, 2) for turn in ("yaw", "pitch", "roll"))
 """All joints that a channel may be for."""
@@ -94,6 +95,9 @@ class Channel:
 _ORDER_DEFAULT = "zyx"
 """The order of hinges where none is named: their angles are the Euler angles psi, theta and phi."""
 
+_AXES = {"psi": "z", "theta": "y"}
+"""The axis about which each angle of a joint turns."""
+
 _MARGIN_DEG = 5.0
 """How far the middle hinge stays from +-90 degrees where nothing else is said: there the outer two turn at most 11
 times as fast as the limb."""
@@ -121,6 +125,19 @@ class ServoMap:
         chains = tuple(HingeChain(limb, orders.get(f"limb{limb}", _ORDER_DEFAULT)) for limb in (1, 2))
         all_channels = {name: channels.get(name, Channel()) for chain in chains for name in chain.names}
         return cls((chains[0], chains[1]), MappingProxyType(all_channels), math.radians(margin_deg))
+
+    @classmethod
+    def of_swimmer(cls, swimmer: Swimmer) -> ServoMap:
+        """Return the map of a swimmer's own joints, in degrees, with their ranges; a fixed one has hinges that rest."""
+        orders: dict[str, str] = {}
+        channels: dict[str, Channel] = {}
+        for limb, joint in enumerate(swimmer.joints, 1):
+            for angle in joint.angles:
+                axis, own = _AXES[angle], joint.range_deg(angle)
+                orders[f"limb{limb}"] = orders.get(f"limb{limb}", "") + axis
+                if own is not None:
+                    channels[f"limb{limb}_{TURNS[axis]}"] = Channel(low=own[0], high=own[1])
+        return cls.of(orders, channels)
 
 
 def _channel(value: dict[str, Any], place: Place) -> Channel:
