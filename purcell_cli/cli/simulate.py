@@ -64,9 +64,8 @@ def simulate(
     named = None if out is None else trajectory_file(out, form, "")
     truth, (table, body) = ready(swimmer_of(swimmer)), _planned(trajectory, model)
     if body is not None and body.joints != truth.joints:
-        found = " and ".join(f"a {joint.name}" for joint in truth.joints)
-        wanted = " and ".join(f"a {joint.name}" for joint in body.joints)
-        raise ParameterError(f"--swimmer: the joints that the motion is made for, {wanted}, are wanted, found {found}")
+        names = [" and ".join(f"a {joint.name}" for joint in one.joints) for one in (body, truth)]
+        raise ParameterError(f"--swimmer: the joints of the motion's own, {names[0]}, are wanted, found {names[1]}")
     with busy("integrating"):
         found = simulated(table, truth, disturbance)
     if named is not None:
