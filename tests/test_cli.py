@@ -462,7 +462,7 @@ BAD_COMMANDS: dict[str, tuple[list[str], str]] = {
     "a folder for a file": (["plan", ".", "goal.yaml"], "wanted a readable file, found a directory"),
     "missing swimmer": (
         ["plan", "start.yaml", "goal.yaml", "--swimmer", "missing.yaml"],
-        "missing.yaml: wanted a readable",
+        "missing.yaml: wanted a file, or a stored swimmer",
     ),
     "no scenario": (["plan", "start.yaml"], "the goal is missing: start.yaml is a configuration"),
     "unknown scenario": (["plan", "nonesuch-scenario"], "nonesuch-scenario: wanted a file, or a stored scenario"),

@@ -35,7 +35,7 @@ def test_linear_programs_are_those_of_highs(seed: int) -> None:
     assert np.all(given.wall @ found <= given.bound + 1e-12)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_quadratic_programs_cost_least(seed: int) -> None:
     """No random point within the walls costs less, and a search of another kind from it finds nothing better."""
     given = random_program(seed, curved=True)
@@ -49,7 +49,8 @@ def test_quadratic_programs_cost_least(seed: int) -> None:
         if np.all(given.wall @ other <= given.bound):
             assert given.cost(other) > least_cost - 1e-7 * (1.0 + abs(least_cost))
     inside = {"type": "ineq", "fun": lambda y: given.bound - given.wall @ y}
-    searched = minimize(given.cost, found, method="COBYLA", constraints=[inside], options={"rhobeg": 0.01, "tol": 1e-9})
+    quickly = {"rhobeg": 0.01, "tol": 1e-9, "maxiter": 400}
+    searched = minimize(given.cost, found, method="COBYLA", constraints=[inside], options=quickly)
     assert searched.fun > least_cost - 1e-6 * (1.0 + abs(least_cost))
     assert given.cost(given.begun) > least_cost + 1e-4
 

@@ -16,7 +16,8 @@ from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import check
-from purcell_cli.planner.refine.minimum_time import minimise_time, newton_step, settled
+from purcell_cli.planner.refine.minimum_time import QUICKEST, minimised, newton_step, settled
+from purcell_cli.planner.refine.move_program import MoveProgram
 from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
 
 BODY = Swimmer(max_bend_rad=0.7).scaled()
@@ -35,7 +36,7 @@ def begun() -> MoveShooting:
 
 @functools.cache
 def quick() -> MoveShooting:
-    return minimise_time(begun())
+    return minimised(begun(), MoveProgram(begun(), QUICKEST), 30)[0]
 
 
 @functools.cache

@@ -29,7 +29,7 @@ def loop(cycles: int = CYCLES) -> MoveSegment:
     tie = np.zeros((4, 6, 4))
     for k, (i, sign) in enumerate([(0, 1.0), (1, 1.0), (0, -1.0), (1, -1.0)]):
         tie[k, 2, 2 * i], tie[k, 5, 2 * i + 1] = sign, sign
-    return MoveSegment(2, "loop", yaws(np.concatenate([half, -half])), cycles, tie.reshape(24, 4))
+    return MoveSegment(2, "loop", yaws(np.concatenate([half, -half])), cycles, tie=tie.reshape(24, 4))
 
 
 def motion(cycles: int = CYCLES) -> MoveShooting:
@@ -78,7 +78,7 @@ def test_segments_take_their_unknowns_and_give_them_back() -> None:
     assert_close(np.concatenate([segment.unknown() for segment in segments]), unknown, 1e-14)
     assert_close(motion().of(segments).unknown, unknown, 1e-14)
     assert_close(np.sum(segments[1].turn, axis=0), np.zeros(6), 1e-15)
-    fixed = MoveSegment(2, "fixed", loop().turn, 2, np.empty((24, 0)))
+    fixed = MoveSegment(2, "fixed", loop().turn, 2, tie=np.empty((24, 0)))
     assert fixed.at(np.empty(0)) is fixed
     assert len(fixed.unknown()) == 0
 
