@@ -12,6 +12,7 @@ import pytest
 from helpers import Run, runner
 
 from purcell_cli import Configuration, PlanOptions, PrimitiveSequence, Swimmer, Workspace, plan
+from purcell_cli.cli.app import _run
 from purcell_cli.files import trajectory_reader
 from purcell_cli.files.plan_file import PlanDocument, write_plan
 from purcell_cli.files.trajectory_csv import write_csv
@@ -181,3 +182,15 @@ def test_files_for_other_programs_name_the_swimmer(tmp_path: Path, form: str) ->
     write_trajectory(made.trajectory, path, form, OTHER)
     text = str(np.load(path)["swimmer"]) if form == "npz" else pl.read_parquet_metadata(path)["swimmer"]
     assert Swimmer(**json.loads(text)) == OTHER
+
+
+def test_a_row_that_would_turn_for_ever_is_refused_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A time that lost its point: 3e9 s of turning would be ten thousand million pieces."""
+    file = tmp_path / "swim.csv"
+    goal = Configuration.from_angles((0, 0, 0), (0, 0, 20), (0, 0, 0), (0, 0, 0))
+    write_csv(plan(Configuration(), goal).trajectory, file)
+    rows = file.read_text().splitlines()
+    rows[-1] = ",".join(["3e9", *rows[-1].split(",")[1:]])
+    file.write_text("\n".join(rows) + "\n")
+    assert _run(["verify", str(file), "roll"]) == 2
+    assert "rad at the most" in capsys.readouterr().err

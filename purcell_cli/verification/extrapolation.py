@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.rotations import Array, hat
 from purcell_cli.mechanics.bead_table import tabulated
 from purcell_cli.mechanics.connection import base_twist_rows, resistance
@@ -45,6 +46,8 @@ and of the precision's last bit: twice what was found of swimmers thin and stout
 _SURE, _LEAST = 8.0, 1.0 / 32.0
 """What rounding turns a segment by where that was measured, by two integrations with other pieces: so many times their
 difference, and this part of the most at the least. Found were differences of a hundredth of that part and less."""
+_MOST_RAD = 1e4
+"""What no segment of one control turns the limbs by [rad]: a damaged time or rate would take memory without bound."""
 _BATCH = 1024
 """Pieces solved as one system: bounds the memory of a long path."""
 
@@ -177,6 +180,10 @@ def _mesh(unit: Swimmer, shapes: Array, rates: Array, durations: Array, finer: f
     steepness = math.sqrt(weight * 8.0 / 3.0 * half * half * half / unit.bend_spread())
     sharp = unit.roll_sharpness()
     speed = np.linalg.norm(rates, axis=1) * durations
+    if np.max(speed, initial=0.0) > _MOST_RAD:
+        raise ParameterError(
+            f"rows that turn limbs by {_MOST_RAD:g} rad at the most are wanted, found one of {np.max(speed):.3g} rad"
+        )
     owner = np.flatnonzero(durations)
     start, length = np.zeros(len(owner)), np.ones(len(owner))
     done: list[tuple[Rows, Array, Array, Array]] = [(owner[:0], start[:0], length[:0], length[:0])]
@@ -243,6 +250,9 @@ def segment_displacements(
         durations: How long the segments last [s]. Shape (m,).
         finer: How long pieces are, in units of the usual length.
         resistances: See `base_twist_rows`.
+
+    Raises:
+        ParameterError: A segment that turns the limbs further than any does.
     """
     unit = swimmer.scaled()
     mesh = _mesh(unit, shapes.astype(np.float64), rates, durations, finer)
