@@ -26,8 +26,8 @@ def queries() -> dict[str, tuple[Configuration, Configuration, Swimmer, dict[str
     for name, path in stored_scenarios().items():
         scenario = load_scenario(path)
         out[name] = (scenario.start, scenario.goal, scenario.swimmer, {})
-    start, goal, swimmer, _ = out["along-y"]
-    out["along-y, least energy"] = (start, goal, swimmer, {"objective": "energy"})
+    start, goal, swimmer, _ = out["yaw"]
+    out["yaw, least energy"] = (start, goal, swimmer, {"objective": "energy"})
     start, goal, swimmer, _ = out["along-x"]
     out["along-x, simultaneous"] = (start, goal, swimmer, {"controls": "simultaneous"})
     rng = np.random.default_rng(20)

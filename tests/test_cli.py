@@ -255,7 +255,7 @@ def test_a_checks_document_has_exactly_its_keys_and_writes_nothing(run: Run, fol
 @pytest.mark.slow
 def test_people_read_tables_on_stdout(run: Run, folder: Path, good: Path) -> None:
     commands = {
-        ("plan", "start.yaml", "goal.yaml"): ["x-rotation", "reached", "joint travel", "rows in trajectory.csv"],
+        ("plan", "start.yaml", "goal.yaml"): ["base displacement", "reached", "joint travel", "rows in trajectory.csv"],
         ("gait", "yaw", "--amplitude", "0.5"): ["z-rotation", "limb1 yaw", "trajectory in z-rotation.csv"],
         ("gait", "--list"): ["x-motion", "cruise", "printed-phi"],
         ("verify", "good.csv", "start.yaml", "goal.yaml"): ["re-integrated end", "extrapolation", "reached"],
