@@ -34,7 +34,7 @@ LONGER = {"0.05 L along y": 1.16, "0.05 L along z": 1.16}
 @pytest.mark.slow
 @pytest.mark.parametrize("name", KNOWN)
 def test_plans_meet_the_best_known_joint_travel(name: str) -> None:
-    """Within 1.5 %, but for two that are known to be longer; the quick plan, the foil, is longer where strokes can be joined."""
+    """Within 1.5 %, but for two; the quick plan, the foil, is longer where strokes can be joined."""
     position, angles, bend, best = KNOWN[name]
     swimmer, goal = Swimmer(max_bend_rad=bend), Configuration.from_angles(position, angles)
     found = plan(Configuration(), goal, swimmer=swimmer)
