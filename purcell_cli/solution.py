@@ -19,6 +19,7 @@ from purcell_cli.lie_brackets.joint_reach import refuse_weak_joints
 from purcell_cli.mechanics.bead_table import bead_table
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.joint_motion import refuse_displacement
+from purcell_cli.mechanics.joints import named
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements, energies, starting_shapes
@@ -230,13 +231,13 @@ def refuse_joints(swimmer: Swimmer, start: Configuration, goal: Configuration, o
     refuse_displacement(swimmer, start, goal)
     refuse_weak_joints(swimmer, start.shape)
     if any(joint.kind == "fixed" for joint in swimmer.joints):
-        joints = " and ".join(f"a {joint.name}" for joint in swimmer.joints)
-        raise ParameterError(f"swimmer: two joints that turn are wanted, by the planner as it is, found {joints}")
+        raise ParameterError(
+            f"swimmer: two joints that turn are wanted, by the planner as it is, found {named(swimmer.joints)}"
+        )
     if options.controls == Controls.SIMULTANEOUS:
-        joints = " and ".join(f"a {joint.name}" for joint in swimmer.joints)
         raise ParameterError(
             "controls: primitive, since only ball joints turn at once so far, is wanted, "
-            f"found simultaneous with {joints}"
+            f"found simultaneous with {named(swimmer.joints)}"
         )
 
 

@@ -55,17 +55,16 @@ def simulate(
     """Play a trajectory's controls on another swimmer: where it ends, and which stroke lost most."""
     from purcell_cli.cli.options import trajectory_file
     from purcell_cli.cli.reports.simulate import show_simulate, simulate_document
-    from purcell_cli.errors import ParameterError
     from purcell_cli.feedback.noise import Noise
+    from purcell_cli.feedback.simulate import refuse_other_joints
     from purcell_cli.feedback.simulate import simulate as simulated
     from purcell_cli.files.trajectory_formats import write_trajectory
 
     disturbance = Noise.of(noise, seed)
     named = None if out is None else trajectory_file(out, form, "")
     truth, (table, body) = ready(swimmer_of(swimmer)), _planned(trajectory, model)
-    if body is not None and body.joints != truth.joints:
-        names = [" and ".join(f"a {joint.name}" for joint in one.joints) for one in (body, truth)]
-        raise ParameterError(f"--swimmer: the joints of the motion's own, {names[0]}, are wanted, found {names[1]}")
+    if body is not None:
+        refuse_other_joints(body, truth)
     with busy("integrating"):
         found = simulated(table, truth, disturbance)
     if named is not None:

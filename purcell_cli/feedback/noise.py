@@ -7,11 +7,10 @@ import math
 
 import numpy as np
 
-from purcell_cli.errors import ParameterError
+from purcell_cli.feedback.sizes import refuse_sizes, sizes_of
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul, normal_numbers
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.wording import nearest_hint
 
 _MOST = {"angle_deg": 90.0, "rate": 0.5, "drift_m_s": 1e3}
 """The most noise of each kind: beyond, nothing of the motion is left."""
@@ -37,12 +36,7 @@ class Noise:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name, most in _MOST.items():
-            value = getattr(self, name)
-            if not 0.0 <= value <= most:
-                raise ParameterError(f"noise: {name} of at least 0 and at most {most:g} is wanted, found {value!r}")
-        if not 0 <= self.seed < 2**63:
-            raise ParameterError(f"seed: a whole number at least 0 and below 2^63 is wanted, found {self.seed!r}")
+        refuse_sizes({name: getattr(self, name) for name in _MOST}, _MOST, self.seed)
 
     @classmethod
     def of(cls, text: str, seed: int = 0) -> Noise:
@@ -51,19 +45,7 @@ class Noise:
         Raises:
             ParameterError: A text that says something else, or says it twice.
         """
-        sizes: dict[str, float] = {}
-        for part in filter(None, (part.strip() for part in text.split(","))):
-            name, _, value = (one.strip() for one in part.partition("="))
-            if name not in _MOST or name in sizes:
-                wanted = f"each once, as NAME=SIZE, of {', '.join(_MOST)}{nearest_hint(name, _MOST)}"
-                raise ParameterError(f"noise: {wanted} is wanted, found {part!r}")
-            try:
-                sizes[name] = float(value)
-            except ValueError:
-                sizes[name] = math.nan
-            if not math.isfinite(sizes[name]):
-                raise ParameterError(f"noise: a finite number for {name} is wanted, found {value!r}")
-        return cls(**sizes, seed=seed)
+        return cls(**sizes_of(text, _MOST), seed=seed)
 
     def disturbed(self, shape: Array, rates: Array) -> tuple[Array, Array, Array]:
         """Return what becomes of a motion's shape at the beginning, its controls, and the stream's velocity.

@@ -20,6 +20,7 @@ from purcell_cli.kernel.flow import played, with_twice_the_digits
 from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.mechanics.bead_table import REACH_RAD
 from purcell_cli.mechanics.configuration import Configuration, Deviation
+from purcell_cli.mechanics.joints import named
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -127,6 +128,17 @@ def _refuse_far_bends(pieces: Pieces) -> None:
         raise ParameterError(
             f"limbs bent by at most {REACH_RAD:g} rad, for links that feel each other, are wanted, found {bend:.4g} rad"
         )
+
+
+def refuse_other_joints(model: Swimmer, truth: Swimmer) -> None:
+    """Refuse a truth whose joints are not those that the motion is made for.
+
+    Raises:
+        ParameterError: It has others.
+    """
+    if model.joints != truth.joints:
+        wanted, found = named(model.joints), named(truth.joints)
+        raise ParameterError(f"the truth's joints: those of the model, {wanted}, are wanted, found {found}")
 
 
 def off_by_coordinate(found: Configuration, wanted: Configuration) -> dict[str, list[float]]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.measured import EXACTLY, Measuring
-from purcell_cli.feedback.simulate import simulate
+from purcell_cli.feedback.simulate import refuse_other_joints, simulate
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.linear_systems import solve
 from purcell_cli.geometry.reproducible import inner, matmul, normal_numbers
@@ -204,9 +204,7 @@ def track(
     if replans < 0:
         raise ParameterError(f"replans: a number at least 0 is wanted, found {replans}")
     body = model or Swimmer()
-    if body.joints != truth.joints:
-        names = [" and ".join(f"a {joint.name}" for joint in one.joints) for one in (body, truth)]
-        raise ParameterError(f"truth: the joints of the model, {names[0]}, are wanted, found {names[1]}")
+    refuse_other_joints(body, truth)
     tracker = Tracker(goal, body, options, *measuring.hidden(tolerance_l, tolerance_rad))
     noise = np.random.default_rng(measuring.seed)
     parts: list[Part] = []

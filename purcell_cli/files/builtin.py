@@ -83,6 +83,24 @@ def stored_swimmers() -> dict[str, Path]:
     return {path.stem: path for path in sorted(data_folder("swimmers").glob("*.yaml"))}
 
 
+def _file_or_stored(name: str, kind: str, stored: Mapping[str, Path]) -> str | Path:
+    """Return the file that a name is of, or that of what is stored under it.
+
+    Raises:
+        UnknownNameError: Neither a file nor anything stored has the name.
+    """
+    if name in stored and not is_file(name):
+        return stored[name]
+    if status(name) is None and not is_link(name) and name != "-":
+        near = nearest(name, stored, 0.4)
+        hint = f"; did you mean {near!r}?" if near else ""
+        raise UnknownNameError(
+            f"{shortened(name, 1000)}: wanted a file, or a stored {kind} ({', '.join(stored)}), "
+            f"found no such file, and no such {kind}{hint}"
+        )
+    return name
+
+
 def find_swimmer(name: str) -> Swimmer:
     """Return the swimmer in a file, or the stored one of that name.
 
@@ -90,17 +108,7 @@ def find_swimmer(name: str) -> Swimmer:
         InputError: The file says no swimmer.
         UnknownNameError: Neither a file nor a stored swimmer has the name.
     """
-    swimmers = stored_swimmers()
-    if name in swimmers and not is_file(name):
-        return load_swimmer(swimmers[name])
-    if status(name) is None and not is_link(name) and name != "-":
-        near = nearest(name, swimmers, 0.4)
-        hint = f"; did you mean {near!r}?" if near else ""
-        raise UnknownNameError(
-            f"{shortened(name, 1000)}: wanted a file, or a stored swimmer ({', '.join(swimmers)}), "
-            f"found no such file, and no such swimmer{hint}"
-        )
-    return load_swimmer(name)
+    return load_swimmer(_file_or_stored(name, "swimmer", stored_swimmers()))
 
 
 def refuse_lone_part(name: str) -> None:
@@ -128,14 +136,4 @@ def find_scenario(name: str) -> Scenario:
         InputError: The file says no scenario.
         UnknownNameError: Neither a file nor a stored scenario has the name.
     """
-    scenarios = stored_scenarios()
-    if name in scenarios and not is_file(name):
-        return load_scenario(scenarios[name])
-    if status(name) is None and not is_link(name) and name != "-":
-        near = nearest(name, scenarios, 0.4)
-        hint = f"; did you mean {near!r}?" if near else ""
-        raise UnknownNameError(
-            f"{shortened(name, 1000)}: wanted a file, or a stored scenario ({', '.join(scenarios)}), "
-            f"found no such file, and no such scenario{hint}"
-        )
-    return load_scenario(name)
+    return load_scenario(_file_or_stored(name, "scenario", stored_scenarios()))

@@ -10,7 +10,7 @@ import numpy as np
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.lie_brackets.controllability import DIRECTIONS, controllability
-from purcell_cli.mechanics.joints import ANGLES, limb_at
+from purcell_cli.mechanics.joints import ANGLES, limb_at, named
 from purcell_cli.mechanics.swimmer import Swimmer
 
 _HOPELESS = 1e-3
@@ -73,7 +73,7 @@ def refuse_weak_joints(swimmer: Swimmer, start: Array) -> None:
         return
     weak = weak_directions(swimmer.scaled(), np.ascontiguousarray(start, dtype=np.float64).tobytes())
     if weak:
-        joints = " and ".join(f"a {joint.name}" for joint in swimmer.joints)
+        joints = named(swimmer.joints)
         raise ParameterError(
             "swimmer: joints that can move the base in every direction are wanted, "
             f"found {joints}, which do not move it, or hardly, in: {', '.join(weak)}"

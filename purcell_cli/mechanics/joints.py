@@ -174,6 +174,11 @@ Joints = tuple[Joint, Joint]
 """The joints of limb 1 and limb 2."""
 
 
+def named(joints: Joints) -> str:
+    """Return what the joints of both limbs are, in words."""
+    return " and ".join(f"a {joint.name}" for joint in joints)
+
+
 def _psi(limb: Array) -> float:
     return float(arctan2(-limb[0, 1], limb[1, 1]))
 
