@@ -23,7 +23,7 @@ from purcell_cli.mechanics.joints import ANGLES, MISFIT_RAD, RANGE_SLACK_RAD
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.blocks import Block, BlockPieces
+from purcell_cli.motion.blocks import Block, BlockPieces, block_displacements, starting_shapes
 from purcell_cli.motion.clearance import LIMBS, Clearance, body_distance, least_clearance, limb_distance
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
 from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
@@ -286,3 +286,45 @@ def _workspace(
     what = f"{ENDS[found.end]} beyond the {WALLS[found.wall]}"
     phase = int(path.phase[which[found.place]])
     return found, [Violation("workspace", found.distance_m, "m", time, phase, what)]
+
+
+def check_legs(
+    swimmer: Swimmer, start: Configuration, legs: Sequence[Sequence[Block]], limits: Limits | None = None
+) -> LimitsReport:
+    """Return how near a motion of several legs comes to its limits; each leg has phases, and ends, of its own.
+
+    Args:
+        swimmer: The swimmer.
+        start: The configuration before the motion.
+        legs: The motion.
+        limits: The limits, as of `check`.
+    """
+    reports, begun, count, here = [], 0.0, 0, start
+    for blocks in legs:
+        one = check(swimmer, here, blocks, limits)
+        late = tuple(dataclasses.replace(v, time_s=begun + v.time_s) for v in one.violations)
+        near = dataclasses.replace(one.clearance, piece=count + one.clearance.piece)
+        reports.append(dataclasses.replace(one, clearance=near, violations=late))
+        moved = block_displacements(swimmer, blocks, here.shape)
+        pose = se3.normalised(matmul(here.pose, se3.prefix_products(moved)[-1]))
+        here = Configuration(pose, starting_shapes(blocks, here.shape)[-1])
+        begun += sum(b.duration for b in blocks) / swimmer.joint_rate_rad_s
+        count += sum(len(b.sequence) for b in blocks)
+    if len(reports) == 1:
+        return reports[0]
+    bends_rad = [
+        [b for b in phase if b is not None] for phase in zip(*(r.largest_bend_rad for r in reports), strict=True)
+    ]
+    most = [max(phase, default=None) for phase in bends_rad]
+    worst: dict[str, Violation] = {}
+    for violation in (v for r in reports for v in r.violations):
+        if violation.limit not in worst or violation.excess > worst[violation.limit].excess:
+            worst[violation.limit] = violation
+    out = [r.workspace for r in reports if r.workspace is not None]
+    return LimitsReport(
+        reports[0].limits,
+        min((r.clearance for r in reports), key=lambda c: c.distance_m),
+        (most[0], most[1], most[2]),
+        max(out, key=lambda e: e.distance_m, default=None),
+        tuple(worst.values()),
+    )
