@@ -26,7 +26,10 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, BlockPieces, block_displacements, starting_shapes
 from purcell_cli.motion.clearance import LIMBS, Clearance, body_distance, least_clearance, limb_distance
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
+from purcell_cli.motion.every_piece import EveryPiece
 from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
+from purcell_cli.motion.mission import Follow
+from purcell_cli.motion.off_curve import OffCurve, farthest
 from purcell_cli.motion.options import OPTIONS, PlanOptions
 from purcell_cli.motion.workspace import ENDS, WALLS, Excess, Workspace, excess_of, largest_excess
 from purcell_cli.motion.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
@@ -47,6 +50,7 @@ class Limits:
     Attributes:
         clearance_m: How far the surfaces of limb 1, limb 2 and the body stay apart, at least [m].
         workspace: The box that all links stay in, if there is one.
+        follow: The curve that the base's middle stays near, if there is one.
 
     Raises:
         ParameterError: A clearance that is negative or not finite.
@@ -54,14 +58,15 @@ class Limits:
 
     clearance_m: float = 0.0
     workspace: Workspace | None = None
+    follow: Follow | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "clearance_m", OPTIONS["clearance_m"].checked(self.clearance_m, "clearance_m"))
 
     @classmethod
-    def of(cls, options: PlanOptions) -> Limits:
-        """Return the limits that options ask for."""
-        return cls(options.clearance_m, options.workspace)
+    def of(cls, options: PlanOptions, follow: Follow | None = None) -> Limits:
+        """Return the limits that options ask for, and a curve to follow."""
+        return cls(options.clearance_m, options.workspace, follow)
 
     def refuse(self, swimmer: Swimmer, name: str, configuration: Configuration) -> None:
         """Refuse a start or goal at which the limbs are too near each other, or a link is outside the workspace.
@@ -103,7 +108,7 @@ class Violation:
     """A limit that a motion breaks, where it breaks it most.
 
     Attributes:
-        limit: "clearance", "bend", "joint", "range" or "workspace".
+        limit: "clearance", "bend", "joint", "range", "workspace" or "follow".
         excess: By how much, in `unit`.
         unit: "m" or "rad".
         time_s: When [s].
@@ -129,6 +134,7 @@ class LimitsReport:
         largest_bend_rad: The largest bend of a limb in phases 1, 2 and 3; None where nothing moves [rad].
         workspace: How far links leave their workspace, if there is one.
         violations: The limits that are broken.
+        off_curve: How far the base's middle is from the curve that it follows, if there is one.
     """
 
     limits: Limits
@@ -136,6 +142,7 @@ class LimitsReport:
     largest_bend_rad: tuple[float | None, float | None, float | None]
     workspace: Excess | None
     violations: tuple[Violation, ...]
+    off_curve: OffCurve | None = None
 
     @property
     def kept(self) -> bool:
@@ -205,7 +212,11 @@ def check(
     if wanted.workspace is not None:
         excess, broken = _workspace(swimmer, wanted.workspace, start, blocks, path)
         violations += broken
-    return LimitsReport(wanted, clearance, largest, excess, tuple(violations))
+    off = None
+    if wanted.follow is not None:
+        off, broken = _follow(swimmer, wanted.follow, start, blocks, path)
+        violations += broken
+    return LimitsReport(wanted, clearance, largest, excess, tuple(violations), off)
 
 
 def _bends(swimmer: Swimmer, path: _Path) -> tuple[tuple[float | None, float | None, float | None], list[Violation]]:
@@ -262,30 +273,27 @@ def _workspace(
 ) -> tuple[Excess, list[Violation]]:
     """Return how far links leave the workspace; every cycle of a repeated block is at a place of its own."""
     pieces = path.pieces
-    moves = piece_displacements(swimmer, pieces)
-    index, poses, begun = [], [], []
-    here, first, total = start.pose, 0, 0.0
-    for block in blocks:
-        n = len(block.sequence)
-        mine = np.arange(first, first + n)
-        along = se3.prefix_products(moves[mine])
-        counts = np.arange(block.cycles)
-        origins = here[None] if block.cycles == 1 else se3.normalised(matmul(here, se3.power(along[-1], counts)))
-        poses.append((matmul(origins[:, None], along[:-1])).reshape(-1, 4, 4))
-        index.append(np.tile(mine, block.cycles))
-        once = float(np.sum(pieces.durations[mine]))
-        begun.append((counts[:, None] * once + path.begun[mine]).ravel())
-        here = se3.normalised(matmul(here, se3.power(along[-1], block.cycles)))
-        first, total = first + n, total + block.cycles * once
-    which = np.concatenate([*index, [first]]).astype(np.int64)
-    every = np.concatenate([*poses, here[None]])
-    found = largest_excess(swimmer, workspace, every, which, pieces, _displacements)
+    every = EveryPiece.of(swimmer, start.pose, blocks, pieces)
+    found = largest_excess(swimmer, workspace, every.pose, every.which, pieces, _displacements)
     if found.distance_m <= WORKSPACE_SLACK_L * swimmer.length_m:
         return found, []
-    time = float(np.concatenate([*begun, [total]])[found.place]) + found.time_s
+    time = float(every.begun_s[found.place]) + found.time_s
     what = f"{ENDS[found.end]} beyond the {WALLS[found.wall]}"
-    phase = int(path.phase[which[found.place]])
+    phase = int(path.phase[every.which[found.place]])
     return found, [Violation("workspace", found.distance_m, "m", time, phase, what)]
+
+
+def _follow(
+    swimmer: Swimmer, follow: Follow, start: Configuration, blocks: Sequence[Block], path: _Path
+) -> tuple[OffCurve, list[Violation]]:
+    """Return how far the base's middle is from a curve at most, and whether that is too far."""
+    every = EveryPiece.of(swimmer, start.pose, blocks, path.pieces)
+    found = farthest(swimmer, follow.curve, every.pose, every.which, path.pieces, _displacements, follow.tolerance_m)
+    if found.most_m <= follow.tolerance_m:
+        return found, []
+    time, phase = float(every.begun_s[found.place]) + found.time_s, int(path.phase[every.which[found.place]])
+    excess = found.most_m - follow.tolerance_m
+    return found, [Violation("follow", excess, "m", time, phase, "the base's middle off its curve")]
 
 
 def check_legs(

@@ -52,7 +52,7 @@ class WorkspacePart(TypedDict):
 class ViolationPart(TypedDict):
     """A limit that the motion breaks, where it breaks it most."""
 
-    limit: Annotated[Literal["clearance", "bend", "joint", "range", "workspace"], "which limit"]
+    limit: Annotated[Literal["clearance", "bend", "joint", "range", "workspace", "follow"], "which limit"]
     excess: Annotated[float, "by how much, in `unit`"]
     unit: Annotated[Literal["m", "rad"], "the unit of `excess`"]
     time_s: Annotated[float, "when [s]"]
@@ -127,6 +127,23 @@ class ExplanationPart(TypedDict):
     sensitivity: Annotated[list[SensitivityPart], "what would upset the plan, a parameter each"]
 
 
+class WaypointPart(TypedDict):
+    """A waypoint that is passed."""
+
+    index: Annotated[int, "its place in the scenario's list, from 0"]
+    names: Annotated[list[Literal["position_m", "orientation", "limb1", "limb2"]], "what it names; the rest is free"]
+    time_s: Annotated[float, "when it is passed [s]"]
+    error: Annotated[DeviationPart, "from what it names to the re-integrated motion then; 0 in what is free"]
+
+
+class CurvePart(TypedDict):
+    """A curve that is followed."""
+
+    length_m: Annotated[float, "how long it is [m]"]
+    tolerance_m: Annotated[float, "how far from it the base's middle may be [m]"]
+    distance_m: Annotated[float, "what its distance from the curve does not exceed at any instant [m]"]
+
+
 class PlanDocument(TypedDict):
     """What `purcell plan` and `purcell run` print."""
 
@@ -148,6 +165,8 @@ class PlanDocument(TypedDict):
     clearance_m: Annotated[float, "least distance of the limbs' surfaces over the whole path [m]"]
     largest_bend_rad: Annotated[float | None, "largest bend in phase 2; null if nothing moves in it [rad]"]
     limits: Annotated[LimitsPart, "the limits, and what breaks them"]
+    waypoints: Annotated[list[WaypointPart], "the waypoints, in the order in which they are passed"]
+    follow: Annotated[CurvePart | None, "the curve that is followed; null without one"]
     rows: Annotated[int, "rows of the trajectory"]
     trajectory: Annotated[str | None, "the trajectory's file"]
     plan_document: Annotated[str | None, "the plan document's file, written or read"]
