@@ -173,6 +173,15 @@ class PlanDocument(TypedDict):
     explanation: NotRequired[Annotated[ExplanationPart, "with `--explain`: why the plan is as it is"]]
 
 
+class PassingPart(TypedDict):
+    """Where a waypoint is passed, or where the motion comes nearest to it."""
+
+    index: Annotated[int, "its place in the scenario's list, from 0"]
+    passed: Annotated[bool, "whether it is passed within the tolerance"]
+    time_s: Annotated[float, "when [s]"]
+    error: Annotated[DeviationPart, "from what it names to the re-integrated motion then; 0 in what is free"]
+
+
 class JudgedPart(TypedDict):
     """The limits that a trajectory was held against."""
 
@@ -194,5 +203,7 @@ class VerifyDocument(TypedDict):
     clearance_m: Annotated[float, "least distance of the limbs' surfaces over the whole path [m]"]
     largest_bend_rad: Annotated[float | None, "largest bend in phase 2; null if nothing moves in it [rad]"]
     workspace_violation_m: Annotated[float | None, "how far a link leaves the workspace; null without one [m]"]
+    waypoints: Annotated[list[PassingPart], "where waypoints are passed, or nearest, in the order of the rows"]
+    follow: Annotated[CurvePart | None, "the curve that is to be followed; null without one"]
     judged: Annotated[JudgedPart, "the limits that the file was held against"]
     faults: Annotated[list[str], "what is wrong, a sentence each"]
