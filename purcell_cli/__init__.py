@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from purcell_cli.mechanics.moves import MoveSequence
     from purcell_cli.mechanics.primitives import PrimitiveSequence
     from purcell_cli.mechanics.swimmer import Swimmer
+    from purcell_cli.mechanics.wall import Wall
     from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
     from purcell_cli.motion.trajectory import Trajectory
     from purcell_cli.motion.workspace import Workspace
@@ -67,6 +68,7 @@ _HOMES = {
     "Stroke": "gaits.gait",
     "Swimmer": "mechanics.swimmer",
     "Trajectory": "motion.trajectory",
+    "Wall": "mechanics.wall",
     "Workspace": "motion.workspace",
     "atlas": "gaits.atlas",
     "certify": "verification.certificate",
@@ -115,6 +117,7 @@ __all__ = [
     "Stroke",
     "Swimmer",
     "Trajectory",
+    "Wall",
     "Workspace",
     "atlas",
     "certify",

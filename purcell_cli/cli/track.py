@@ -68,7 +68,7 @@ def track(
             raise ParameterError(f"{name}: a number above 0 and below {most:g} is wanted, found {value!r}")
     query, measuring = query_of(start, goal, swimmer), Measuring.of_text(noise, seed)
     named = None if out is None else trajectory_file(out, form, "")
-    body = ready(swimmer_of(truth))
+    body = ready(swimmer_of(truth), walled=True)
     ready(query.swimmer)
     with bar("swimming") as progress:
 
