@@ -160,6 +160,11 @@ class JudgedPart(TypedDict):
     clearance_m: Annotated[float, "least distance wanted between the limbs' surfaces [m]"]
     max_bend_rad: Annotated[float, "largest bend wanted in phase 2; in 1 and 3 also the start's and goal's own [rad]"]
     workspace_m: Annotated[WorkspacePart | None, "the box to stay in; null where none is known [m]"]
+    joint_rate_rad_s: Annotated[list[float], "greatest rate wanted of limb 1's joint and of limb 2's [rad/s]"]
+    joint_acceleration_rad_s2: Annotated[
+        float | None, "greatest acceleration wanted of them; null where rates may jump [rad/s^2]"
+    ]
+    joint_ranges: Annotated[bool, "whether joints were held against axes and ranges; not where both are ball joints"]
 
 
 class VerifyDocument(TypedDict):
