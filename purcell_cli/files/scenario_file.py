@@ -11,12 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from purcell_cli.environment.scene import Scene
 from purcell_cli.errors import PurcellWarning
 from purcell_cli.files.configuration_file import CONFIGURATION, GOAL, WORKSPACE_FIELD, Goal
 from purcell_cli.files.containers import Either, Field, Record
 from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.elements import Element, ValueT
 from purcell_cli.files.gait_file import GAIT
+from purcell_cli.files.obstacle_elements import OBSTACLES
 from purcell_cli.files.option_elements import choice
 from purcell_cli.files.paths import UnreadableError
 from purcell_cli.files.place import Place, shortened
@@ -83,6 +85,7 @@ class Scenario:
         swimmer: Who swims.
         expect: What it must come to.
         workspace: The box to stay in, if there is one.
+        obstacles: What no link may touch, if there is anything.
     """
 
     name: str
@@ -91,6 +94,7 @@ class Scenario:
     swimmer: Swimmer = dataclasses.field(default_factory=Swimmer)
     expect: Expect = dataclasses.field(default_factory=Expect)
     workspace: Workspace | None = None
+    obstacles: Scene | None = None
 
 
 def _expect(value: dict[str, Any], place: Place) -> Expect:
@@ -154,6 +158,7 @@ _SCENARIO = Document(
                 "swimmer": Field(_inline_or_path(SWIMMER), "who swims; left out, the paper's swimmer"),
                 "expect": Field(EXPECT, "what it must come to"),
                 **WORKSPACE_FIELD,
+                "obstacles": Field(OBSTACLES, "what no link may touch; left out, there is nothing"),
                 "sweep": Field(SWEEP, "values for keys; purcell batch makes a scenario of each combination"),
             }
         ),

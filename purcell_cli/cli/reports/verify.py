@@ -36,6 +36,7 @@ def verify_document(found: Verification, swimmer: Swimmer) -> VerifyDocument:
         "clearance_m": limits.clearance.distance_m,
         "largest_bend_rad": limits.largest_bend_rad,
         "workspace_violation_m": limits.workspace_violation_m,
+        "obstacle_distance_m": limits.obstacle_distance_m,
         "judged": {
             "clearance_m": limits.wanted.clearance_m,
             "max_bend_rad": swimmer.max_bend_rad,
@@ -57,6 +58,8 @@ def show_verify(console: Console, document: VerifyDocument) -> None:
     told = [f"limbs {1e3 * document['clearance_m']:.4g} mm apart or more ({1e3 * judged['clearance_m']:g} wanted)"]
     told += [] if bend is None else [f"bent {bend:.4g} rad at most in phase 2 ({judged['max_bend_rad']:g} allowed)"]
     told.append("no workspace known" if judged["workspace_m"] is None else "workspace known")
+    if (near := document["obstacle_distance_m"]) is not None:
+        told.append(f"obstacles {1e3 * near:.4g} mm away or more")
     console.print("limits judged: " + ", ".join(told), soft_wrap=True)
     for fault in document["faults"]:
         console.print(f"- {fault}", soft_wrap=True)
