@@ -20,6 +20,7 @@ FLOORS = [
     ("planner",),
     ("files",),
     ("solution",),
+    ("missions",),
     ("explanation",),
     ("pictures", "batch", "exports", "feedback"),
     ("cli",),

@@ -15,6 +15,8 @@ import numpy as np
 
 from purcell_cli.environment.scene import Scene
 from purcell_cli.errors import ParameterError
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.configuration import Configuration
@@ -23,11 +25,11 @@ from purcell_cli.mechanics.joints import ANGLES, MISFIT_RAD, RANGE_SLACK_RAD
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.blocks import Block, BlockPieces
+from purcell_cli.motion.blocks import Block, BlockPieces, block_displacements, starting_shapes
 from purcell_cli.motion.clearance import LIMBS, Clearance, body_distance, least_clearance, limb_distance
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
 from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
-from purcell_cli.motion.obstacle_distance import LINKS, nearest_obstacle, refuse_touching
+from purcell_cli.motion.obstacle_distance import LINKS, Encounter, nearest_obstacle, refuse_touching
 from purcell_cli.motion.options import OPTIONS, PlanOptions
 from purcell_cli.motion.places import Places
 from purcell_cli.motion.workspace import ENDS, WALLS, Excess, Workspace, excess_of, largest_excess
@@ -124,29 +126,6 @@ class Violation:
     time_s: float
     phase: int
     what: str
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Encounter:
-    """How near a motion comes to obstacles, and where it comes nearest.
-
-    Attributes:
-        distance_m: The least distance between a link's surface and an obstacle's; never more than the truth [m].
-        error_m: The truth is more by at most this [m].
-        link: Which link.
-        obstacle: Which obstacle, from 0 on.
-        between: Both, in words.
-        time_s: When [s].
-        phase: In which phase of the reconfiguration.
-    """
-
-    distance_m: float
-    error_m: float
-    link: str
-    obstacle: int
-    between: str
-    time_s: float
-    phase: int
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -315,3 +294,47 @@ def _obstacles(swimmer: Swimmer, wanted: Limits, scene: Scene, path: _Path, plac
     phase = int(path.phase[places.piece[found.place]])
     between = f"{LINKS[found.link]} and {scene.name(found.obstacle)}"
     return Encounter(found.distance_m, found.error_m, LINKS[found.link], found.obstacle, between, time, phase)
+
+
+def check_legs(
+    swimmer: Swimmer, start: Configuration, legs: Sequence[Sequence[Block]], limits: Limits | None = None
+) -> LimitsReport:
+    """Return how near a motion of several legs comes to its limits; each leg has phases, and ends, of its own.
+
+    Args:
+        swimmer: The swimmer.
+        start: The configuration before the motion.
+        legs: The motion.
+        limits: The limits, as of `check`.
+    """
+    reports, begun, count, here = [], 0.0, 0, start
+    for blocks in legs:
+        one = check(swimmer, here, blocks, limits)
+        late = tuple(dataclasses.replace(v, time_s=begun + v.time_s) for v in one.violations)
+        near = dataclasses.replace(one.clearance, piece=count + one.clearance.piece)
+        met = None if one.obstacle is None else dataclasses.replace(one.obstacle, time_s=begun + one.obstacle.time_s)
+        reports.append(dataclasses.replace(one, clearance=near, violations=late, obstacle=met))
+        moved = block_displacements(swimmer, blocks, here.shape)
+        pose = se3.normalised(matmul(here.pose, se3.prefix_products(moved)[-1]))
+        here = Configuration(pose, starting_shapes(blocks, here.shape)[-1])
+        begun += sum(b.duration for b in blocks) / swimmer.joint_rate_rad_s
+        count += sum(len(b.sequence) for b in blocks)
+    if len(reports) == 1:
+        return reports[0]
+    bends_rad = [
+        [b for b in phase if b is not None] for phase in zip(*(r.largest_bend_rad for r in reports), strict=True)
+    ]
+    most = [max(phase, default=None) for phase in bends_rad]
+    worst: dict[str, Violation] = {}
+    for violation in (v for r in reports for v in r.violations):
+        if violation.limit not in worst or violation.excess > worst[violation.limit].excess:
+            worst[violation.limit] = violation
+    out = [r.workspace for r in reports if r.workspace is not None]
+    return LimitsReport(
+        reports[0].limits,
+        min((r.clearance for r in reports), key=lambda c: c.distance_m),
+        (most[0], most[1], most[2]),
+        max(out, key=lambda e: e.distance_m, default=None),
+        tuple(worst.values()),
+        min((r.obstacle for r in reports if r.obstacle is not None), key=lambda m: m.distance_m, default=None),
+    )

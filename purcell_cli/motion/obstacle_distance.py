@@ -65,6 +65,29 @@ class Nearest:
     error_m: float
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Encounter:
+    """How near a motion comes to obstacles, and where it comes nearest.
+
+    Attributes:
+        distance_m: The least distance between a link's surface and an obstacle's; never more than the truth [m].
+        error_m: The truth is more by at most this [m].
+        link: Which link.
+        obstacle: Which obstacle, from 0 on.
+        between: Both, in words.
+        time_s: When [s].
+        phase: In which phase of the reconfiguration.
+    """
+
+    distance_m: float
+    error_m: float
+    link: str
+    obstacle: int
+    between: str
+    time_s: float
+    phase: int
+
+
 def link_radii(swimmer: Swimmer) -> Array:
     """Return the radii of `LINKS` [m]: the body's only where there is a body."""
     return np.array([*swimmer.radii_m, *([swimmer.body_radius_m] if swimmer.body_radius_m else [])])
