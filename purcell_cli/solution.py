@@ -24,7 +24,7 @@ from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements, energies, starting_shapes
 from purcell_cli.motion.coordinates import refuse_large
-from purcell_cli.motion.limits import Limits, LimitsReport, check
+from purcell_cli.motion.limits import Limits, LimitsReport, check_legs
 from purcell_cli.motion.memory import refuse_huge
 from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
 from purcell_cli.motion.pace import paced
@@ -70,6 +70,21 @@ class Solution:
         return judged(self.replay, self.plan.goal, TOLERANCE_L * self.plan.swimmer.length_m, TOLERANCE_RAD)
 
     @functools.cached_property
+    def passed(self) -> tuple[Certificate, ...]:
+        """How far the re-integration is, in what each waypoint names, from it where it is passed."""
+        if not self.plan.passages:
+            return ()
+        _, blocks = self.paced
+        rows = np.cumsum([0, *(b.cycles * np.count_nonzero(b.sequence.duration) for b in blocks)])
+        length_m = self.plan.swimmer.length_m
+        out = []
+        for passage in self.plan.passages:
+            segment = int(np.searchsorted(self.replay.row, rows[passage.block]))
+            found = self.replay.until(segment)
+            out.append(judged(found, passage.waypoint, TOLERANCE_L * length_m, TOLERANCE_RAD))
+        return tuple(out)
+
+    @functools.cached_property
     def rows_off(self) -> Deviation:
         """How far the trajectory's rows, where the control changes, are from the re-integration at the most."""
         rows, again = self.trajectory, self.replay
@@ -92,12 +107,16 @@ class Solution:
         return block_displacements(self.plan.swimmer, self.plan.blocks, self.plan.start.shape)
 
     @property
-    def deviation(self) -> Deviation:
-        """How far the planner's own flow ends from the goal."""
+    def end(self) -> Configuration:
+        """Where the planner's own flow ends."""
         start = self.plan.start
         shape = starting_shapes(self.plan.blocks, start.shape)[-1]
-        pose = se3.normalised(matmul(start.pose, se3.prefix_products(self.displacement)[-1]))
-        return Deviation.between(Configuration(pose, shape), self.plan.goal)
+        return Configuration(se3.normalised(matmul(start.pose, se3.prefix_products(self.displacement)[-1])), shape)
+
+    @property
+    def deviation(self) -> Deviation:
+        """How far the planner's own flow ends from the goal."""
+        return Deviation.between(self.end, self.plan.goal)
 
     @functools.cached_property
     def trajectory(self) -> Trajectory:
@@ -117,7 +136,8 @@ class Solution:
         if not self.limits.kept:
             return Verdict.NOT_WITHIN_LIMITS
         found = self.certificate
-        return Verdict.REACHED if found.reached and found.allows(self.rows_off) else Verdict.NOT_REACHED
+        reached = found.reached and all(one.reached for one in self.passed)
+        return Verdict.REACHED if reached and found.allows(self.rows_off) else Verdict.NOT_REACHED
 
     @property
     def joint_travel_rad(self) -> float:
@@ -254,6 +274,7 @@ def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
     start, (swimmer, blocks) = plan.start, paced(plan.swimmer, plan.start.shape, plan.blocks)
     wanted, known = Limits.of(options), plan.limits if blocks == plan.blocks else None
     check_spacing(swimmer, blocks, options.dt_s)
+    legs = dataclasses.replace(plan, blocks=blocks).legs
     try:
         duration_s = sum(b.duration for b in blocks) / swimmer.joint_rate_rad_s
         refuse_huge(sum(b.cycles * len(b.sequence) for b in blocks), duration_s / options.dt_s, options.max_memory_gb)
@@ -262,8 +283,8 @@ def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
     return Solution(
         plan,
         options,
-        replay(swimmer, start, *schedule(swimmer, start.shape, blocks)),
-        known if known is not None and known.limits == wanted else check(swimmer, start, blocks, wanted),
+        replay(swimmer, start, *schedule(swimmer, start.shape, blocks), every_row=bool(plan.passages)),
+        known if known is not None and known.limits == wanted else check_legs(swimmer, start, legs, wanted),
     )
 
 

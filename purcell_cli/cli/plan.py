@@ -96,7 +96,7 @@ def plan(
             query.start,
             query.goal,
             swimmer=query.swimmer,
-            options=dataclasses.replace(options, workspace=query.workspace),
+            options=dataclasses.replace(options, workspace=query.workspace, obstacles=query.obstacles),
             gaits=stored_gaits(gaits),
             progress=progress,
         )

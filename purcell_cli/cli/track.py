@@ -82,7 +82,7 @@ def track(
             query.goal,
             body,
             model=query.swimmer,
-            options=PlanOptions(workspace=query.workspace),
+            options=PlanOptions(workspace=query.workspace, obstacles=query.obstacles),
             replans=replans,
             measuring=measuring,
             tolerance_l=tolerance,

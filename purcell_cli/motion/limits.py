@@ -1,8 +1,9 @@
 """The limits that a plan keeps over its whole path, and the check that it does.
 
 Limbs keep clear of each other, no limb bends too far or leaves its joint's ranges, and all links stay in
-their workspace. All hold at every instant, not only where moves begin and end. In phase 2 the bend limit is the
-swimmer's; in phases 1 and 3 a limb may also bend as far as it does at the start, or at the goal.
+their workspace and touch no obstacle. All hold at every instant, not only where moves begin and end. In
+phase 2 the bend limit is the swimmer's; in phases 1 and 3 a limb may also bend as far as it does at the start, or at
+the goal.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from purcell_cli.environment.scene import Scene
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
@@ -23,11 +25,13 @@ from purcell_cli.mechanics.joints import ANGLES, MISFIT_RAD, RANGE_SLACK_RAD
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.blocks import Block, BlockPieces
+from purcell_cli.motion.blocks import Block, BlockPieces, block_displacements, starting_shapes
 from purcell_cli.motion.clearance import LIMBS, Clearance, body_distance, least_clearance, limb_distance
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
 from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
+from purcell_cli.motion.obstacle_distance import LINKS, Encounter, nearest_obstacle, refuse_touching
 from purcell_cli.motion.options import OPTIONS, PlanOptions
+from purcell_cli.motion.places import Places
 from purcell_cli.motion.workspace import ENDS, WALLS, Excess, Workspace, excess_of, largest_excess
 from purcell_cli.motion.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
 
@@ -47,6 +51,7 @@ class Limits:
     Attributes:
         clearance_m: How far the surfaces of limb 1, limb 2 and the body stay apart, at least [m].
         workspace: The box that all links stay in, if there is one.
+        obstacles: What no link may touch, if there is anything; the clearance counts for it too.
 
     Raises:
         ParameterError: A clearance that is negative or not finite.
@@ -54,6 +59,7 @@ class Limits:
 
     clearance_m: float = 0.0
     workspace: Workspace | None = None
+    obstacles: Scene | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "clearance_m", OPTIONS["clearance_m"].checked(self.clearance_m, "clearance_m"))
@@ -61,7 +67,7 @@ class Limits:
     @classmethod
     def of(cls, options: PlanOptions) -> Limits:
         """Return the limits that options ask for."""
-        return cls(options.clearance_m, options.workspace)
+        return cls(options.clearance_m, options.workspace, options.obstacles)
 
     def refuse(self, swimmer: Swimmer, name: str, configuration: Configuration) -> None:
         """Refuse a start or goal at which the limbs are too near each other, or a link is outside the workspace.
@@ -73,6 +79,7 @@ class Limits:
 
         Raises:
             ParameterError: The limbs are nearer than they may be, or a link stands out of the workspace.
+            ParameterError: A link touches an obstacle, or is nearer to one than the clearance.
             ParameterError: A shape that the joints cannot make.
         """
         refuse_shape(swimmer, name, configuration)
@@ -88,6 +95,8 @@ class Limits:
                     f"{name}: a clearance of at least {self.clearance_m:g} m between {between} is wanted, "
                     f"found {found:.6g} m{' (they overlap)' if found < 0.0 else ''}"
                 )
+        if self.obstacles is not None:
+            refuse_touching(swimmer, self.obstacles, self.clearance_m, name, configuration)
         if self.workspace is None:
             return
         out = excess_of(swimmer, self.workspace, configuration.pose, configuration.shape)
@@ -103,7 +112,7 @@ class Violation:
     """A limit that a motion breaks, where it breaks it most.
 
     Attributes:
-        limit: "clearance", "bend", "joint", "range" or "workspace".
+        limit: "clearance", "bend", "joint", "range", "workspace" or "obstacle".
         excess: By how much, in `unit`.
         unit: "m" or "rad".
         time_s: When [s].
@@ -129,6 +138,7 @@ class LimitsReport:
         largest_bend_rad: The largest bend of a limb in phases 1, 2 and 3; None where nothing moves [rad].
         workspace: How far links leave their workspace, if there is one.
         violations: The limits that are broken.
+        obstacle: How near links come to obstacles, if there are any.
     """
 
     limits: Limits
@@ -136,6 +146,7 @@ class LimitsReport:
     largest_bend_rad: tuple[float | None, float | None, float | None]
     workspace: Excess | None
     violations: tuple[Violation, ...]
+    obstacle: Encounter | None = None
 
     @property
     def kept(self) -> bool:
@@ -201,11 +212,18 @@ def check(
     violations += broken
     if not swimmer.ball_joints:
         violations += _joints(swimmer, path)
-    excess = None
-    if wanted.workspace is not None:
-        excess, broken = _workspace(swimmer, wanted.workspace, start, blocks, path)
-        violations += broken
-    return LimitsReport(wanted, clearance, largest, excess, tuple(violations))
+    excess, encounter = None, None
+    if wanted.workspace is not None or wanted.obstacles is not None:
+        places = Places.of(swimmer, start.pose, blocks, path.pieces, path.begun)
+        if wanted.workspace is not None:
+            excess, broken = _workspace(swimmer, wanted.workspace, path, places)
+            violations += broken
+        if wanted.obstacles is not None:
+            encounter = _obstacles(swimmer, wanted, wanted.obstacles, path, places)
+            if (short := wanted.clearance_m - encounter.distance_m) > 0.0:
+                time, phase = encounter.time_s, encounter.phase
+                violations.append(Violation("obstacle", short, "m", time, phase, encounter.between))
+    return LimitsReport(wanted, clearance, largest, excess, tuple(violations), encounter)
 
 
 def _bends(swimmer: Swimmer, path: _Path) -> tuple[tuple[float | None, float | None, float | None], list[Violation]]:
@@ -257,32 +275,66 @@ def _displacements(swimmer: Swimmer, pieces: Pieces) -> Array:
     return piece_displacements(swimmer, pieces, _FINE)
 
 
-def _workspace(
-    swimmer: Swimmer, workspace: Workspace, start: Configuration, blocks: Sequence[Block], path: _Path
-) -> tuple[Excess, list[Violation]]:
-    """Return how far links leave the workspace; every cycle of a repeated block is at a place of its own."""
-    pieces = path.pieces
-    moves = piece_displacements(swimmer, pieces)
-    index, poses, begun = [], [], []
-    here, first, total = start.pose, 0, 0.0
-    for block in blocks:
-        n = len(block.sequence)
-        mine = np.arange(first, first + n)
-        along = se3.prefix_products(moves[mine])
-        counts = np.arange(block.cycles)
-        origins = here[None] if block.cycles == 1 else se3.normalised(matmul(here, se3.power(along[-1], counts)))
-        poses.append((matmul(origins[:, None], along[:-1])).reshape(-1, 4, 4))
-        index.append(np.tile(mine, block.cycles))
-        once = float(np.sum(pieces.durations[mine]))
-        begun.append((counts[:, None] * once + path.begun[mine]).ravel())
-        here = se3.normalised(matmul(here, se3.power(along[-1], block.cycles)))
-        first, total = first + n, total + block.cycles * once
-    which = np.concatenate([*index, [first]]).astype(np.int64)
-    every = np.concatenate([*poses, here[None]])
-    found = largest_excess(swimmer, workspace, every, which, pieces, _displacements)
+def _workspace(swimmer: Swimmer, workspace: Workspace, path: _Path, places: Places) -> tuple[Excess, list[Violation]]:
+    """Return how far links leave the workspace."""
+    found = largest_excess(swimmer, workspace, places.poses, places.piece, path.pieces, _displacements)
     if found.distance_m <= WORKSPACE_SLACK_L * swimmer.length_m:
         return found, []
-    time = float(np.concatenate([*begun, [total]])[found.place]) + found.time_s
+    time = float(places.begun_s[found.place]) + found.time_s
     what = f"{ENDS[found.end]} beyond the {WALLS[found.wall]}"
-    phase = int(path.phase[which[found.place]])
+    phase = int(path.phase[places.piece[found.place]])
     return found, [Violation("workspace", found.distance_m, "m", time, phase, what)]
+
+
+def _obstacles(swimmer: Swimmer, wanted: Limits, scene: Scene, path: _Path, places: Places) -> Encounter:
+    """Return how near links come to obstacles, when and where."""
+    enough = wanted.clearance_m
+    found = nearest_obstacle(swimmer, scene, places.poses, places.piece, path.pieces, _displacements, enough)
+    time = float(places.begun_s[found.place]) + found.time_s
+    phase = int(path.phase[places.piece[found.place]])
+    between = f"{LINKS[found.link]} and {scene.name(found.obstacle)}"
+    return Encounter(found.distance_m, found.error_m, LINKS[found.link], found.obstacle, between, time, phase)
+
+
+def check_legs(
+    swimmer: Swimmer, start: Configuration, legs: Sequence[Sequence[Block]], limits: Limits | None = None
+) -> LimitsReport:
+    """Return how near a motion of several legs comes to its limits; each leg has phases, and ends, of its own.
+
+    Args:
+        swimmer: The swimmer.
+        start: The configuration before the motion.
+        legs: The motion.
+        limits: The limits, as of `check`.
+    """
+    reports, begun, count, here = [], 0.0, 0, start
+    for blocks in legs:
+        one = check(swimmer, here, blocks, limits)
+        late = tuple(dataclasses.replace(v, time_s=begun + v.time_s) for v in one.violations)
+        near = dataclasses.replace(one.clearance, piece=count + one.clearance.piece)
+        met = None if one.obstacle is None else dataclasses.replace(one.obstacle, time_s=begun + one.obstacle.time_s)
+        reports.append(dataclasses.replace(one, clearance=near, violations=late, obstacle=met))
+        moved = block_displacements(swimmer, blocks, here.shape)
+        pose = se3.normalised(matmul(here.pose, se3.prefix_products(moved)[-1]))
+        here = Configuration(pose, starting_shapes(blocks, here.shape)[-1])
+        begun += sum(b.duration for b in blocks) / swimmer.joint_rate_rad_s
+        count += sum(len(b.sequence) for b in blocks)
+    if len(reports) == 1:
+        return reports[0]
+    bends_rad = [
+        [b for b in phase if b is not None] for phase in zip(*(r.largest_bend_rad for r in reports), strict=True)
+    ]
+    most = [max(phase, default=None) for phase in bends_rad]
+    worst: dict[str, Violation] = {}
+    for violation in (v for r in reports for v in r.violations):
+        if violation.limit not in worst or violation.excess > worst[violation.limit].excess:
+            worst[violation.limit] = violation
+    out = [r.workspace for r in reports if r.workspace is not None]
+    return LimitsReport(
+        reports[0].limits,
+        min((r.clearance for r in reports), key=lambda c: c.distance_m),
+        (most[0], most[1], most[2]),
+        max(out, key=lambda e: e.distance_m, default=None),
+        tuple(worst.values()),
+        min((r.obstacle for r in reports if r.obstacle is not None), key=lambda m: m.distance_m, default=None),
+    )

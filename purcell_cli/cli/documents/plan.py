@@ -52,12 +52,24 @@ class WorkspacePart(TypedDict):
 class ViolationPart(TypedDict):
     """A limit that the motion breaks, where it breaks it most."""
 
-    limit: Annotated[Literal["clearance", "bend", "joint", "range", "workspace"], "which limit"]
+    limit: Annotated[Literal["clearance", "bend", "joint", "range", "workspace", "obstacle"], "which limit"]
     excess: Annotated[float, "by how much, in `unit`"]
     unit: Annotated[Literal["m", "rad"], "the unit of `excess`"]
     time_s: Annotated[float, "when [s]"]
     phase: Annotated[int, "in which phase"]
     what: Annotated[str, "what breaks it, in words"]
+
+
+class EncounterPart(TypedDict):
+    """How near a motion comes to obstacles, and where it comes nearest."""
+
+    distance_m: Annotated[float, "least distance between a link's surface and an obstacle's, never more than it is [m]"]
+    error_m: Annotated[float, "how much more it may be [m]"]
+    link: Annotated[Literal["base", "limb 1", "limb 2", "body"], "which link"]
+    obstacle: Annotated[int, "which obstacle, its index from 0"]
+    between: Annotated[str, "both, in words"]
+    time_s: Annotated[float, "when [s]"]
+    phase: Annotated[int, "in which phase"]
 
 
 class LimitsPart(TypedDict):
@@ -67,6 +79,7 @@ class LimitsPart(TypedDict):
     max_bend_rad: Annotated[float, "largest bend wanted [rad]"]
     workspace_m: Annotated[WorkspacePart | None, "the box to stay in, if there is one [m]"]
     workspace_violation_m: Annotated[float | None, "how far a link leaves the box; null without a box [m]"]
+    obstacle: Annotated[EncounterPart | None, "how near links come to obstacles; null without any"]
     kept: Annotated[bool, "whether all limits are kept over the whole path"]
     violations: Annotated[list[ViolationPart], "the limits that are broken"]
 
@@ -180,5 +193,6 @@ class VerifyDocument(TypedDict):
     clearance_m: Annotated[float, "least distance of the limbs' surfaces over the whole path [m]"]
     largest_bend_rad: Annotated[float | None, "largest bend in phase 2; null if nothing moves in it [rad]"]
     workspace_violation_m: Annotated[float | None, "how far a link leaves the workspace; null without one [m]"]
+    obstacle_distance_m: Annotated[float | None, "least distance of a link from an obstacle; null without any [m]"]
     judged: Annotated[JudgedPart, "the limits that the file was held against"]
     faults: Annotated[list[str], "what is wrong, a sentence each"]

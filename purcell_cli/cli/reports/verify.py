@@ -36,6 +36,7 @@ def verify_document(found: Verification, swimmer: Swimmer) -> VerifyDocument:
         "clearance_m": limits.clearance.distance_m,
         "largest_bend_rad": limits.largest_bend_rad,
         "workspace_violation_m": limits.workspace_violation_m,
+        "obstacle_distance_m": limits.obstacle_distance_m,
         "judged": {
             "clearance_m": limits.wanted.clearance_m,
             "max_bend_rad": swimmer.max_bend_rad,
@@ -66,6 +67,8 @@ def show_verify(console: Console, document: VerifyDocument) -> None:
     ramps = "which may jump" if acceleration is None else f"accelerations {acceleration:g} rad/s^2"
     told.append(f"joint rates ({rates} rad/s allowed, {ramps})")
     told += ["axes and ranges of joints"] if judged["joint_ranges"] else []
+    if (near := document["obstacle_distance_m"]) is not None:
+        told.append(f"obstacles {1e3 * near:.4g} mm away or more")
     console.print("limits judged: " + ", ".join(told), soft_wrap=True)
     for fault in document["faults"]:
         console.print(f"- {fault}", soft_wrap=True)
