@@ -12,16 +12,22 @@ import pytest
 from helpers import Run, assert_close, bent, is_close, runner, slope
 from reference import beads as by_numpy
 
-from purcell_cli import Configuration, Swimmer, Wall, plan, write_csv
+from purcell_cli import Configuration, Swimmer, Wall, controllability, plan, write_csv
 from purcell_cli.errors import ParameterError
-from purcell_cli.feedback.beside_wall import twist_beside
+from purcell_cli.feedback.beside_wall import poses_beside, twist_beside
 from purcell_cli.feedback.simulate import simulate
 from purcell_cli.feedback.track import track
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.beads import bead_resistance
+from purcell_cli.lie_brackets import bead_polynomials
+from purcell_cli.lie_brackets.bracket_gaits import bracket_gait
+from purcell_cli.lie_brackets.control_fields import brackets_by_depth, frame
+from purcell_cli.lie_brackets.controllability import Controllability
+from purcell_cli.lie_brackets.curvature import bracket_twists
 from purcell_cli.mechanics.beads import LOWER, resistance_entries
 from purcell_cli.mechanics.connection import base_twist, connection
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.trajectory import as_table, sample
@@ -214,6 +220,85 @@ def test_a_plan_made_without_the_wall_is_brought_to_its_goal_beside_it() -> None
     assert np.linalg.norm(alone.end.pose[:3, 3] - goal.pose[:3, 3]) > 1e-2 * model.length_m
 
 
+# --- What can be reached beside it -----------------------------------------------------------------------------------
+
+
+def twists(found: Controllability, depth: int) -> Array:
+    """Return the twists of the brackets of a depth. Shape (n, 6)."""
+    return np.array([b.twist for b in found.brackets if len(b.word) == depth])
+
+
+def test_brackets_of_beads_are_those_of_their_table() -> None:
+    """The table's derivatives are found in another way; links alone are the foil."""
+    found = controllability(FREE, SHAPE, 2)
+    by_table = bracket_twists(FREE, SHAPE[None])[0]
+    # A bracket of two controls of one limb has that of the limb's rotation besides, which is brought back.
+    across = [b for b in found.brackets if b.word[0] < 3 <= b.word[1]]
+    assert len(across) == 9
+    for bracket in across:
+        assert_close(bracket.twist, by_table[bracket.word], 1e-8)
+    alone = controllability(dataclasses.replace(FREE, fluid="local"), SHAPE, 2)
+    assert not is_close(twists(alone, 2), twists(found, 2), 1e-2)
+
+
+def test_the_growth_of_beads_is_that_of_links_alone() -> None:
+    found = controllability(FREE, depth=3)
+    assert (found.growth, found.verdict, found.weak_level) == ((6, 10, 12), "controllable", 2)
+    assert [level.rank.robustness for level in found.depths] == ["clear", "clear"]
+    planar = controllability(FREE, planar=True)
+    assert (planar.growth, planar.verdict) == ((2, 3, 5), "controllable")
+
+
+def test_a_fit_of_other_reach_leaves_far_less_than_ranks_allow_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    unit = FREE.scaled()
+    beside = np.array([0.0, 0.6, 0.8, 2.0])
+    for wall in (None, beside):
+        limit = bead_polynomials.left_of_zero(unit, SHAPE, wall)
+        degree = 3 if wall is None else 2
+        around = [frame(FREE, SHAPE, degree, beside=wall)]
+        with monkeypatch.context() as patch:
+            patch.setattr(bead_polynomials, "_REACH_RAD", 0.25)
+            patch.setattr(bead_polynomials, "_ROOM", 0.18)
+            around.append(frame(FREE, SHAPE, degree, beside=wall))
+        found, other = (list(brackets_by_depth(one)) for one in around)
+        assert len(found) == degree
+        for one, same in zip(found, other, strict=True):
+            size = float(np.max(np.abs(one.twist[0])))
+            assert 0.0 < np.max(np.abs(one.twist[0] - same.twist[0])) < 0.3 * limit * size
+
+
+def test_far_from_the_wall_brackets_are_those_without() -> None:
+    free = controllability(FREE, SHAPE, 3)
+    far, near = (dataclasses.replace(FREE, wall=Wall((0.0, 0.0, -z), (0.0, 0.6, 0.8))) for z in (1e4, 0.2))
+    for wall, same in ((far, True), (near, False)):
+        found = controllability(wall, SHAPE, 3)
+        assert found.growth[0] == 6
+        assert is_close(twists(found, 2), twists(free, 2), 1e-7) == same
+        assert is_close(twists(found, 3), twists(free, 3), 1e-6) == same
+        assert (found.levels, found.weak_level) == ((), None)
+
+
+@pytest.mark.parametrize("word", [(2, 5), (1, 5), (2, 1, 5)])
+def test_a_bracket_beside_the_wall_is_the_motion_of_its_small_gait(word: tuple[int, ...]) -> None:
+    """Integrated in the world; without the wall's own derivatives, or without a wall, it would be another."""
+    pose = se3.pose(se3.rotation(np.array([0.2, -0.1, 0.3])), [0.0, 0.0, 0.07])
+    found = controllability(BESIDE, SHAPE, 3, pose=pose)
+    wanted = next(b.twist for b in found.brackets if b.word == word)
+    size, depth = 0.03, len(word)
+    ends = []
+    for sign in (1.0, -1.0):
+        gait = bracket_gait(word, sign * size, SHAPE)
+        pieces = Pieces.of(gait, SHAPE)
+        g = poses_beside(BESIDE, BELOW, pose, pieces, np.zeros(3))[-1]
+        g = se3.inverse(pose) @ g
+        g[:3, 3] /= BESIDE.length_m
+        ends.append(se3.log(g) / (sign * size) ** depth)
+    made = 0.5 * (ends[0] + ends[1])  # what is odd in the size falls out
+    assert_close(made, wanted, 0.03, float(np.max(np.abs(wanted))))
+    free = next(b.twist for b in controllability(FREE, SHAPE, 3).brackets if b.word == word)
+    assert not is_close(free, wanted, 0.05, float(np.max(np.abs(wanted))))
+
+
 # --- The key ---------------------------------------------------------------------------------------------------------
 
 
@@ -264,6 +349,26 @@ def test_simulate_says_beside_what_and_what_touches(capsys: pytest.CaptureFixtur
     code, out, error = run("plan.csv", "--swimmer", "truth.yaml", "--out", "other.csv")
     assert (code, out, Path("other.csv").exists()) == (2, "", False)
     assert "at it in row" in error
+
+
+@pytest.mark.usefixtures("folder")
+def test_controllability_says_beside_what(capsys: pytest.CaptureFixture[str]) -> None:
+    run: Run = runner(capsys, "controllability", "--swimmer", "truth.yaml", "--depth", "3")
+    Path("up.yaml").write_text("base: {position_m: [1, 2, 0.05]}\n")
+    code, out, _ = run("--shape", "up.yaml", "--json")
+    document = json.loads(out)
+    assert (code, document["verdict"], document["growth_vector"]) == (0, "controllable", [6, 11, 12])
+    assert document["beside"] == {"height_m": pytest.approx(0.1), "normal": [0.0, 0.0, 1.0]}
+    assert (document["filtration"], document["weak_level"]) == ([], None)
+    assert {b["trusted_rad"] for part in document["directions"] for b in part["brackets"]} == {None}
+    code, out, _ = run("--shape", "up.yaml")
+    assert code == 0
+    assert "1 L above a wall" in out
+    Path("down.yaml").write_text("base: {position_m: [0, 0, -0.04]}\n")
+    for more, why in ((("--planar",), "planar"), (("--map",), "without one"), (("--shape", "down.yaml"), "touches")):
+        code, out, error = run(*more)
+        assert (code, out) == (2, "")
+        assert why in error
 
 
 @pytest.mark.usefixtures("folder")

@@ -83,7 +83,7 @@ class _Segment:
         turned[:, 0] += self.stream
         return np.asarray(turned.T.ravel())
 
-    def states(self, begun: Array, times: Array, step: float | None) -> tuple[Array, float]:
+    def states(self, begun: Array, times: Array, step: float | None) -> tuple[Array, float | None]:
         """Return the states at times since the beginning, and the last step's size.
 
         Args:
@@ -99,6 +99,8 @@ class _Segment:
         if not np.min(room := self.rooms(0.0, begun)) > 0.0:
             raise _TouchError(room, 0.0)
         last = float(times[-1])
+        if not last > 0.0:  # a turn so small that no time shows it
+            return np.tile(begun, (len(times), 1)), step
         first = None if step is None else min(step, last)
         solver = DOP853(self.slope, 0.0, begun, last, first_step=first, rtol=_LEAST_RTOL, atol=_ERROR)
         out, done = np.empty((len(times), 12)), 0

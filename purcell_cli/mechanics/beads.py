@@ -136,17 +136,24 @@ def grand_resistance(swimmer: Swimmer, axes: Array) -> Array:
 
 
 def solved_anew(swimmer: Swimmer, axes: Array) -> Array:
+    """Return the resistances of shapes; see `entries_of_many`. Shape (n, 78)."""
+    return entries_of_many(swimmer, axes, None)
+
+
+def entries_of_many(swimmer: Swimmer, axes: Array, beside: Array | None) -> Array:
     """Return the resistances of shapes, each from its beads, on all processors.
 
     Args:
         swimmer: The swimmer.
         axes: The limbs' axes in base coordinates. Shape (n, 2, 3).
+        beside: How the swimmer sees its wall each time; None without one. Shape (n, 4).
 
     Returns:
         See `resistance_entries`. Shape (n, 78).
     """
+    seen = [None] * len(axes) if beside is None else beside
     out = np.empty((len(axes), len(LOWER[0])))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for k, found in enumerate(pool.map(functools.partial(resistance_entries, swimmer), axes)):
+        for k, found in enumerate(pool.map(functools.partial(resistance_entries, swimmer), axes, seen)):
             out[k] = found
     return out
