@@ -16,9 +16,10 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.limits import Limits
-from purcell_cli.motion.mission import Mission, Order, Passage, Waypoint
+from purcell_cli.motion.mission import Follow, Mission, Order, Passage, Waypoint
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.plan import Plan, Structure
+from purcell_cli.planner.missions.curve_legs import CurveLegs
 from purcell_cli.planner.missions.leg_price import LegPrice
 from purcell_cli.planner.missions.waypoint_order import best_order, leg_prices
 from purcell_cli.planner.missions.waypoint_poses import Touring
@@ -59,6 +60,8 @@ def plan_mission(
 
     if mission.plain:
         return leg(mission.start, mission.goal)
+    if mission.follow is not None:
+        return followed(mission, mission.follow, body, options, gaits, progress)
     refuse_waypoints(mission, body, options)
     if body.fluid == "beads":
         bead_table(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
@@ -73,6 +76,36 @@ def plan_mission(
         legs.append(leg(here, there))
         here = legs[-1].end
     return carried_out(joined(mission, order, legs), options)
+
+
+def followed(
+    mission: Mission,
+    follow: Follow,
+    swimmer: Swimmer,
+    options: PlanOptions,
+    gaits: Mapping[str, Gait] | None,
+    progress: Progress,
+) -> Solution:
+    """Plan the way along a curve, and check it; arguments as of `plan_mission`.
+
+    Raises:
+        ParameterError: As for `plan`, and a tolerance that the swing of the smallest strokes exceeds already.
+    """
+    found: list[Plan] = []
+
+    def leg(start: Configuration, goal: Configuration, bend_rad: float) -> tuple[Block, ...]:
+        body = dataclasses.replace(swimmer, max_bend_rad=bend_rad)
+        found.append(plan(start, goal, swimmer=body, options=options, gaits=gaits).plan)
+        return found[-1].blocks
+
+    legs = CurveLegs(
+        swimmer, follow, mission.start, mission.goal, leg, lambda share: progress(round(1000 * share), 1000, "legs")
+    )
+    blocks = legs.blocks()
+    words = (Structure("legs along a curve", sum(b.joint_travel_rad for b in blocks)),)
+    left_out = found[-1].left_out if found else {}
+    whole = Plan(swimmer, mission.start, mission.goal, blocks, words, left_out=left_out, follow=follow)
+    return carried_out(whole, options)
 
 
 def refuse_waypoints(mission: Mission, swimmer: Swimmer, options: PlanOptions) -> None:

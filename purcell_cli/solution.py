@@ -274,7 +274,7 @@ def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
         ParameterError: A motion that takes too much memory.
     """
     start, (swimmer, blocks) = plan.start, paced(plan.swimmer, plan.start.shape, plan.blocks)
-    wanted, known = Limits.of(options), plan.limits if blocks == plan.blocks else None
+    wanted, known = Limits.of(options, plan.follow), plan.limits if blocks == plan.blocks else None
     check_spacing(swimmer, blocks, options.dt_s)
     legs = dataclasses.replace(plan, blocks=blocks).legs
     try:

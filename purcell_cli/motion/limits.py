@@ -29,7 +29,9 @@ from purcell_cli.motion.blocks import Block, BlockPieces, block_displacements, s
 from purcell_cli.motion.clearance import LIMBS, Clearance, body_distance, least_clearance, limb_distance
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
 from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
+from purcell_cli.motion.mission import Follow
 from purcell_cli.motion.obstacle_distance import LINKS, Encounter, nearest_obstacle, refuse_touching
+from purcell_cli.motion.off_curve import OffCurve, farthest
 from purcell_cli.motion.options import OPTIONS, PlanOptions
 from purcell_cli.motion.places import Places
 from purcell_cli.motion.workspace import ENDS, WALLS, Excess, Workspace, excess_of, largest_excess
@@ -52,6 +54,7 @@ class Limits:
         clearance_m: How far the surfaces of limb 1, limb 2 and the body stay apart, at least [m].
         workspace: The box that all links stay in, if there is one.
         obstacles: What no link may touch, if there is anything; the clearance counts for it too.
+        follow: The curve that the base's middle stays near, if there is one.
 
     Raises:
         ParameterError: A clearance that is negative or not finite.
@@ -60,14 +63,15 @@ class Limits:
     clearance_m: float = 0.0
     workspace: Workspace | None = None
     obstacles: Scene | None = None
+    follow: Follow | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "clearance_m", OPTIONS["clearance_m"].checked(self.clearance_m, "clearance_m"))
 
     @classmethod
-    def of(cls, options: PlanOptions) -> Limits:
-        """Return the limits that options ask for."""
-        return cls(options.clearance_m, options.workspace, options.obstacles)
+    def of(cls, options: PlanOptions, follow: Follow | None = None) -> Limits:
+        """Return the limits that options ask for, and a curve to follow."""
+        return cls(options.clearance_m, options.workspace, options.obstacles, follow)
 
     def refuse(self, swimmer: Swimmer, name: str, configuration: Configuration) -> None:
         """Refuse a start or goal at which the limbs are too near each other, or a link is outside the workspace.
@@ -112,7 +116,7 @@ class Violation:
     """A limit that a motion breaks, where it breaks it most.
 
     Attributes:
-        limit: "clearance", "bend", "joint", "range", "workspace" or "obstacle".
+        limit: "clearance", "bend", "joint", "range", "workspace", "obstacle" or "follow".
         excess: By how much, in `unit`.
         unit: "m" or "rad".
         time_s: When [s].
@@ -139,6 +143,7 @@ class LimitsReport:
         workspace: How far links leave their workspace, if there is one.
         violations: The limits that are broken.
         obstacle: How near links come to obstacles, if there are any.
+        off_curve: How far the base's middle is from the curve that it follows, if there is one.
     """
 
     limits: Limits
@@ -147,6 +152,7 @@ class LimitsReport:
     workspace: Excess | None
     violations: tuple[Violation, ...]
     obstacle: Encounter | None = None
+    off_curve: OffCurve | None = None
 
     @property
     def kept(self) -> bool:
@@ -212,8 +218,8 @@ def check(
     violations += broken
     if not swimmer.ball_joints:
         violations += _joints(swimmer, path)
-    excess, encounter = None, None
-    if wanted.workspace is not None or wanted.obstacles is not None:
+    excess, encounter, off = None, None, None
+    if wanted.workspace is not None or wanted.obstacles is not None or wanted.follow is not None:
         places = Places.of(swimmer, start.pose, blocks, path.pieces, path.begun)
         if wanted.workspace is not None:
             excess, broken = _workspace(swimmer, wanted.workspace, path, places)
@@ -223,7 +229,10 @@ def check(
             if (short := wanted.clearance_m - encounter.distance_m) > 0.0:
                 time, phase = encounter.time_s, encounter.phase
                 violations.append(Violation("obstacle", short, "m", time, phase, encounter.between))
-    return LimitsReport(wanted, clearance, largest, excess, tuple(violations), encounter)
+        if wanted.follow is not None:
+            off, broken = _follow(swimmer, wanted.follow, path, places)
+            violations += broken
+    return LimitsReport(wanted, clearance, largest, excess, tuple(violations), encounter, off)
 
 
 def _bends(swimmer: Swimmer, path: _Path) -> tuple[tuple[float | None, float | None, float | None], list[Violation]]:
@@ -294,6 +303,16 @@ def _obstacles(swimmer: Swimmer, wanted: Limits, scene: Scene, path: _Path, plac
     phase = int(path.phase[places.piece[found.place]])
     between = f"{LINKS[found.link]} and {scene.name(found.obstacle)}"
     return Encounter(found.distance_m, found.error_m, LINKS[found.link], found.obstacle, between, time, phase)
+
+
+def _follow(swimmer: Swimmer, follow: Follow, path: _Path, places: Places) -> tuple[OffCurve, list[Violation]]:
+    """Return how far the base's middle is from a curve at most, and whether that is too far."""
+    curve, most = follow.curve, follow.tolerance_m
+    found = farthest(swimmer, curve, places.poses, places.piece, path.pieces, _displacements, most)
+    if found.most_m <= most:
+        return found, []
+    time, phase = float(places.begun_s[found.place]) + found.time_s, int(path.phase[places.piece[found.place]])
+    return found, [Violation("follow", found.most_m - most, "m", time, phase, "the base's middle off its curve")]
 
 
 def check_legs(
