@@ -21,6 +21,8 @@ _RANDOM_PLAN_RAD = 25.0
 """Random plans are tried where phase 2 takes less joint travel than this [rad]."""
 _RIVAL = 1.35
 """Candidates estimated at less than so many times the joint travel of the best plan rival it."""
+_SHORTER = 0.99
+"""Candidates estimated at less than so many times the joint travel of the best plan are refined, however long."""
 _ARRIVED = 1e-3
 """Random plans that miss the goal by less than this are optimised [L, rad]."""
 _PROMISING = 1.2
@@ -77,8 +79,9 @@ class Exploration:
         self._random_plans(stage)
 
     def _rivals(self, stage: Stage, candidate: Candidate, done: int) -> bool:
-        """Return whether a candidate is refined too, since it is short and seems hardly longer than the best plan."""
-        most = min(_RIVAL * self.incumbent.joint_travel_rad, stage.longest_rad)
+        """Return whether a candidate is refined too: it seems shorter than the best plan, or is short and hardly longer."""
+        best = self.incumbent.joint_travel_rad
+        most = max(min(_RIVAL * best, stage.longest_rad), _SHORTER * best)
         return done < stage.candidates + stage.rivals and candidate.estimate_rad < most
 
     def consider(self, motion: Equations, words: str) -> Equations:
