@@ -25,7 +25,8 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.mechanics.wall import refuse_wall
 from purcell_cli.motion.blocks import Block, block_displacements, energies, starting_shapes
 from purcell_cli.motion.coordinates import refuse_large
-from purcell_cli.motion.limits import Limits, LimitsReport, check_legs
+from purcell_cli.motion.limits import Limits, LimitsReport
+from purcell_cli.motion.limits_check import check_legs
 from purcell_cli.motion.memory import refuse_huge
 from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
 from purcell_cli.motion.pace import paced

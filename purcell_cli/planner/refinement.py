@@ -12,7 +12,8 @@ from purcell_cli.mechanics.lift import EXACT, SEARCHING
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.clock import clock_step, rounded
-from purcell_cli.motion.limits import Limits, LimitsReport, check
+from purcell_cli.motion.limits import Limits, LimitsReport
+from purcell_cli.motion.limits_check import check
 from purcell_cli.planner.incumbent import Contender
 from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach, arrive, bent_less
