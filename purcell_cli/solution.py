@@ -22,9 +22,11 @@ from purcell_cli.mechanics.joint_motion import refuse_displacement
 from purcell_cli.mechanics.joints import named
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.mechanics.wall import refuse_wall
 from purcell_cli.motion.blocks import Block, block_displacements, energies, starting_shapes
 from purcell_cli.motion.coordinates import refuse_large
-from purcell_cli.motion.limits import Limits, LimitsReport, check_legs
+from purcell_cli.motion.limits import Limits, LimitsReport
+from purcell_cli.motion.limits_check import check_legs
 from purcell_cli.motion.memory import refuse_huge
 from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
 from purcell_cli.motion.pace import paced
@@ -208,6 +210,7 @@ def plan(
     """
     stored = stored_gaits() if gaits is None else gaits
     body, limits = swimmer or Swimmer(), Limits.of(options)
+    refuse_wall(body)
     for name, configuration in (("start", start), ("goal", goal)):
         refuse_large(body, name, configuration)
         limits.refuse(body, name, configuration)

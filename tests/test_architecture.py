@@ -14,7 +14,7 @@ FLOORS = [
     ("errors", "user_cache", "wording"),
     ("processes", "kernel"),
     ("geometry",),
-    ("mechanics",),
+    ("mechanics", "environment"),
     ("lie_brackets", "motion"),
     ("gaits", "verification"),
     ("planner",),

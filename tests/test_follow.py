@@ -15,7 +15,8 @@ from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limb_circles import LimbCircles
-from purcell_cli.motion.limits import Limits, check
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.trajectory import sample
 from purcell_cli.motion.workspace import middle_speed
 from purcell_cli.planner.missions.curve_legs import CurvePoses

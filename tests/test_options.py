@@ -16,6 +16,8 @@ from hypothesis import strategies as st
 
 from purcell_cli import Configuration, Controls, Effort, Objective, PlanOptions, Swimmer, Workspace, load_plan, plan
 from purcell_cli.cli.app import app
+from purcell_cli.environment.scene import Scene
+from purcell_cli.environment.solids import Capsule, Sphere
 from purcell_cli.errors import InputError, ParameterError, UnknownNameError
 from purcell_cli.files.option_elements import OPTION_FIELDS
 from purcell_cli.files.plan_file import PLAN, SCHEMA, PlanDocument
@@ -227,6 +229,10 @@ def test_a_plan_document_has_a_key_for_every_option_and_leaves_defaults_out() ->
 sides = st.none() | st.floats(-1e6, -1e-6)
 corners = st.tuples(st.floats(-1e6, -1e-6), sides, sides)
 boxes = st.builds(lambda low, high: Workspace(low, tuple(v and -v for v in high)), corners, corners)
+points = st.tuples(*[st.floats(-1e3, 1e3)] * 3)
+radii = st.floats(1e-3, 1e3)
+obstacles = st.builds(Sphere, points, radii) | st.builds(Capsule, points, points, radii)
+scenes = st.builds(Scene, st.lists(obstacles, min_size=1, max_size=3).map(tuple))
 every_option: dict[str, Any] = {
     "dt_s": st.floats(1e-6, 1e6),
     "effort": st.sampled_from(Effort),
@@ -234,6 +240,7 @@ every_option: dict[str, Any] = {
     "objective": st.sampled_from(Objective),
     "clearance_m": st.floats(0.0, 1e6),
     "workspace": st.none() | boxes,
+    "obstacles": st.none() | scenes,
 }
 
 

@@ -33,7 +33,7 @@ class Settings:
     """How all scenarios of a batch are solved.
 
     Attributes:
-        options: What is asked of every plan; the workspace is the scenario's own.
+        options: What is asked of every plan; the workspace and the obstacles are the scenario's own.
         trajectories: Whether trajectories are written.
         gaits: The gaits of the user's own, which are added to those of the package; None where there are none.
     """
@@ -89,7 +89,7 @@ def solve(scenario: Scenario, settings: Settings) -> Solved:
         solution = plan_mission(
             scenario.mission,
             swimmer=scenario.swimmer,
-            options=dataclasses.replace(settings.options, workspace=scenario.workspace),
+            options=dataclasses.replace(settings.options, workspace=scenario.workspace, obstacles=scenario.obstacles),
             gaits=None if settings.gaits is None else {**stored_gaits(), **settings.gaits},
         )
         numbers, files = _numbers(solution), _files(solution, settings)

@@ -95,7 +95,7 @@ def plan(
         solution = plan_mission(
             query.mission,
             swimmer=query.swimmer,
-            options=dataclasses.replace(options, workspace=query.workspace),
+            options=dataclasses.replace(options, workspace=query.workspace, obstacles=query.obstacles),
             gaits=stored_gaits(gaits),
             progress=progress,
         )

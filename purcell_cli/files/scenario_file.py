@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from purcell_cli.environment.scene import Scene
 from purcell_cli.errors import PurcellWarning
 from purcell_cli.files.configuration_file import CONFIGURATION, GOAL, WORKSPACE_FIELD, Goal
 from purcell_cli.files.containers import Either, Field, Record
@@ -18,6 +19,7 @@ from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.elements import Element, ValueT
 from purcell_cli.files.gait_file import GAIT
 from purcell_cli.files.mission_elements import MISSION_FIELDS
+from purcell_cli.files.obstacle_elements import OBSTACLES
 from purcell_cli.files.option_elements import choice
 from purcell_cli.files.paths import UnreadableError
 from purcell_cli.files.place import Place, shortened
@@ -85,10 +87,10 @@ class Scenario:
         swimmer: Who swims.
         expect: What it must come to.
         workspace: The box to stay in, if there is one.
+        obstacles: What no link may touch, if there is anything.
         via: The waypoints to pass.
         order: In which order.
         follow: The curve to follow, if there is one.
-        obstacles: What no link may touch.
     """
 
     name: str
@@ -97,15 +99,15 @@ class Scenario:
     swimmer: Swimmer = dataclasses.field(default_factory=Swimmer)
     expect: Expect = dataclasses.field(default_factory=Expect)
     workspace: Workspace | None = None
+    obstacles: Scene | None = None
     via: tuple[Waypoint, ...] = ()
     order: Order = Order.GIVEN
     follow: Follow | None = None
-    obstacles: tuple[Any, ...] = ()
 
     @property
     def mission(self) -> Mission:
         """What is to be done."""
-        return Mission(self.start, self.goal, self.via, self.order, self.follow, self.obstacles)
+        return Mission(self.start, self.goal, self.via, self.order, self.follow)
 
 
 def _expect(value: dict[str, Any], place: Place) -> Expect:
@@ -176,6 +178,7 @@ _SCENARIO = Document(
                 "swimmer": Field(_inline_or_path(SWIMMER), "who swims; left out, the paper's swimmer"),
                 "expect": Field(EXPECT, "what it must come to"),
                 **WORKSPACE_FIELD,
+                "obstacles": Field(OBSTACLES, "what no link may touch; left out, there is nothing"),
                 **MISSION_FIELDS,
                 "sweep": Field(SWEEP, "values for keys; purcell batch makes a scenario of each combination"),
             },

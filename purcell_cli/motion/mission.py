@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from enum import StrEnum
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -170,7 +170,6 @@ class Mission:
         via: The waypoints.
         order: In which order they are passed.
         follow: The curve to follow, if there is one; there are then no waypoints.
-        obstacles: What no link may touch.
 
     Raises:
         ParameterError: Waypoints that contradict each other, or the curve.
@@ -181,7 +180,6 @@ class Mission:
     via: tuple[Waypoint, ...] = ()
     order: Order = Order.GIVEN
     follow: Follow | None = None
-    obstacles: tuple[Any, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "via", tuple(self.via))
@@ -199,11 +197,11 @@ class Mission:
     @property
     def plain(self) -> bool:
         """Whether there is nothing between the start and the goal."""
-        return not self.via and self.follow is None and not self.obstacles
+        return not self.via and self.follow is None
 
     def fingerprint(self) -> str:
         """Return a text that changes with anything between the start and the goal."""
-        parts: list[object] = [str(self.order), self.obstacles]
+        parts: list[object] = [str(self.order)]
         parts += [[(name, getattr(one, name).tobytes()) for name in one.names] for one in self.via]
         if self.follow is not None:
             turns = self.follow.curve.orientation

@@ -17,7 +17,8 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.curve import Curve
-from purcell_cli.motion.workspace import Rows, Stretches, middle_speed
+from purcell_cli.motion.path_parts import PathParts, Rows
+from purcell_cli.motion.workspace import middle_speed
 
 _EXACT_L = 1e-4
 """The largest distance is known to this, in units of L, or to a hundredth of it if that is more."""
@@ -67,10 +68,10 @@ def farthest(
         displacements: Returns the base's displacements on pieces [m]. Shape (n, 4, 4).
         tolerance_m: How far it may be: distances near that are looked at the more closely [m].
     """
-    stretches = Stretches(swimmer, pieces, displacements)
-    speed = middle_speed(swimmer, stretches.circles)
+    path = PathParts(swimmer, pieces, displacements)
+    speed = middle_speed(swimmer, path.circles)
     row, part, depth = np.arange(len(poses)), np.zeros(len(poses), dtype=np.int64), 0
-    moves, _ = stretches.ahead(piece, part, depth, 1.0)
+    moves, _ = path.ahead(piece, part, depth, 1.0)
     first, last = curve.distance_m(poses[:, :3, 3]), curve.distance_m(matmul(poses, moves)[:, :3, 3])
     k = int(np.argmax(first))
     best = OffCurve(float(first[k]), k, 0.0)
@@ -85,7 +86,7 @@ def farthest(
         if np.count_nonzero(more) > _MOST:
             return dataclasses.replace(best, error_m=float(np.max(bound)) - best.distance_m)
         row, part, poses, first, last, length = (x[more] for x in (row, part, poses, first, last, length))
-        moves, _ = stretches.ahead(piece[row], part, depth, 0.5)
+        moves, _ = path.ahead(piece[row], part, depth, 0.5)
         middle = matmul(poses, moves)
         between = curve.distance_m(middle[:, :3, 3])
         if len(between) and float(np.max(between)) > best.distance_m:

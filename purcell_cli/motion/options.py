@@ -20,6 +20,7 @@ from purcell_cli.motion.memory import DEFAULT_GB
 from purcell_cli.wording import nearest_hint
 
 if TYPE_CHECKING:
+    from purcell_cli.environment.scene import Scene
     from purcell_cli.motion.workspace import Workspace
 
 E = TypeVar("E", bound=StrEnum)
@@ -141,10 +142,12 @@ class PlanOptions:
         controls: Whether joints turn one after the other or at once.
         objective: What the plan is to spend least of; left out: joint travel with primitives, time where all joints
             turn at once.
-        clearance_m: How far the surfaces of limb 1 and limb 2 stay apart over the whole path, at least [m].
+        clearance_m: How far the surfaces of limb 1 and limb 2 stay apart over the whole path, and those of all links
+            from obstacles, at least [m].
         max_memory_gb: The memory that the motion and its trajectory may take; where it is the default, 4, no more
             than half of what is free [GB].
         workspace: A box that all three links stay in over the whole path, if there is one.
+        obstacles: What no link touches over the whole path, if there is anything; the clearance counts for it too.
 
     Raises:
         UnknownNameError: No effort, controls or objective have this name; the message proposes the nearest.
@@ -183,7 +186,7 @@ class PlanOptions:
     )
     clearance_m: float = _option(
         0.0,
-        "how far the two limbs stay apart over the whole path, from 0 (may touch)",
+        "how far the two limbs stay apart, and all links from obstacles, over the whole path, from 0 (may touch)",
         flag="--clearance",
         key="clearance_m",
         unit="m",
@@ -205,6 +208,9 @@ class PlanOptions:
     )
     workspace: Workspace | None = _option(
         None, "a box that all three links stay in; left out, there is none", flag=None, key="workspace_m"
+    )
+    obstacles: Scene | None = _option(
+        None, "what no link may touch; left out, there is nothing", flag=None, key="obstacles"
     )
 
     def __post_init__(self) -> None:

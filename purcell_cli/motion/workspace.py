@@ -21,12 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
-from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import LimbCircles
+from purcell_cli.motion.path_parts import PathParts
 
 Rows = NDArray[np.int64]
 
@@ -175,7 +175,7 @@ def largest_excess(
         pieces: The pieces.
         displacements: Returns the base's displacements on pieces [m], to some 1e-8 L. Shape (n, 4, 4).
     """
-    path = Stretches(swimmer, pieces, displacements)
+    path = PathParts(swimmer, pieces, displacements)
     box = _Box(swimmer, workspace)
     speeds = end_speeds(swimmer, path.circles)[..., None]
     most = np.max(speeds, axis=(1, 2), initial=0.0)
@@ -213,38 +213,6 @@ def excess_of(swimmer: Swimmer, workspace: Workspace, pose: Array, shape: Array)
     box = _Box(swimmer, workspace)
     box.beyond(np.zeros(1, dtype=np.int64), np.zeros(1), pose[None], shape[None, ..., 0])
     return box.best
-
-
-class Stretches:
-    """The pieces of a path, cut into 1, 2, 4, ... equal parts.
-
-    Args:
-        swimmer: The swimmer.
-        pieces: The pieces.
-        displacements: Returns the base's displacements on pieces [m]. Shape (n, 4, 4).
-    """
-
-    def __init__(self, swimmer: Swimmer, pieces: Pieces, displacements: Callable[[Swimmer, Pieces], Array]) -> None:
-        self.swimmer, self.pieces, self.circles = swimmer, pieces, LimbCircles.of(pieces)
-        self.displacements = displacements
-
-    def ahead(self, piece: Rows, part: Rows, depth: int, share: float) -> tuple[Array, Array]:
-        """Return the displacement from the beginning of parts, and the limbs' axes there.
-
-        Args:
-            piece: The pieces. Shape (m,).
-            part: Which of their parts. Shape (m,).
-            depth: Each piece has 2^depth parts.
-            share: How far ahead, as a share of the part.
-        """
-        key, which = np.unique(piece << depth | part, return_inverse=True)
-        one, length = key >> depth, self.pieces.durations[key >> depth] / 2**depth
-        begun = (key - (one << depth)) * length
-        twist = np.zeros((len(key), 2, 6))
-        twist[..., 3:] = self.pieces.rates[one].reshape(-1, 2, 3) * begun[:, None, None]
-        shapes = matmul(self.pieces.shapes[one], se3.exp(twist)[..., :3, :3])
-        moves = self.displacements(self.swimmer, Pieces(shapes, self.pieces.rates[one], share * length))
-        return moves[which], self.circles.at(one, begun + share * length)[which]
 
 
 class _Box:

@@ -17,6 +17,7 @@ _FAULTS = {
     "range": "leaves a joint's range",
     "clearance": "brings the limbs too near each other",
     "workspace": "leaves the workspace",
+    "obstacle": "touches an obstacle",
 }
 """What a motion that breaks a limit does, in words."""
 
@@ -89,10 +90,10 @@ class Incumbent:
         return self.best is not None and self.best.good
 
     @property
-    def leaves_workspace(self) -> bool:
-        """Whether the best plan arrives, but not all in its workspace."""
+    def lacks_room(self) -> bool:
+        """Whether the best plan arrives, but leaves its workspace or touches an obstacle."""
         report = None if self.best is None or not self.best.arrives else self.best.report
-        return report is not None and any(v.limit == "workspace" for v in report.violations)
+        return report is not None and any(v.limit in {"workspace", "obstacle"} for v in report.violations)
 
     def better_than(self, other: Incumbent) -> bool:
         """Return whether the best of this is better than the other's."""

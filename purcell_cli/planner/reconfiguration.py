@@ -45,7 +45,7 @@ _DIGITS = 10
 """Digits of the displacement that candidates are made for [L]; the refinement makes it exactly."""
 
 _SMALLER_BENDS = (0.6, 0.35, 0.2, 0.1)
-"""Shares of the bend limit that are tried where no plan stays in the workspace; each takes some half of the room."""
+"""Shares of the bend limit that are tried where no plan has room enough; each takes some half of the room."""
 
 _LEAST_BEND_RAD = 0.1
 """The least bend limit to which a clearance or a workspace lowers that of phase 2 [rad]: loops beyond are many."""
@@ -93,7 +93,7 @@ def reconfigure(
 
     search, found = searched(bend_rad)
     for share in _SMALLER_BENDS:
-        if not search.incumbent.leaves_workspace or share * bend_rad < _LEAST_BEND_RAD:
+        if not search.incumbent.lacks_room or share * bend_rad < _LEAST_BEND_RAD:
             break
         other, others = searched(share * bend_rad)
         if other.incumbent.better_than(search.incumbent):

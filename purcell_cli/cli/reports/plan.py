@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 from purcell_cli.cli.documents.common import as_part
 from purcell_cli.cli.documents.plan import (
     CurvePart,
+    EncounterPart,
     LimitsPart,
     PhasePart,
     PlanDocument,
@@ -47,6 +48,7 @@ def _limits(found: LimitsReport, swimmer: Swimmer) -> LimitsPart:
         "max_bend_rad": swimmer.max_bend_rad,
         "workspace_m": None if workspace is None else as_part(workspace, WorkspacePart),
         "workspace_violation_m": None if excess is None else excess.distance_m,
+        "obstacle": None if found.obstacle is None else as_part(found.obstacle, EncounterPart),
         "kept": found.kept,
         "violations": [as_part(v, ViolationPart) for v in found.violations],
     }
@@ -228,7 +230,10 @@ def _show_limits(console: Console, document: PlanDocument) -> None:
     if limits["workspace_m"] is not None:
         inside = not any(v["limit"] == "workspace" for v in limits["violations"])
         told.append("inside the workspace" if inside else "not inside the workspace")
-    console.print(", ".join(told))
+    if (near := limits["obstacle"]) is not None and near["distance_m"] >= 0.0:
+        when = f"at {near['time_s']:.3f} s in phase {near['phase']}"
+        told.append(f"{near['between']} {1e3 * near['distance_m']:.4g} mm apart or more, nearest {when}")
+    console.print(", ".join(told), soft_wrap=True)
     for v in limits["violations"]:
         excess = f"{1e3 * v['excess']:.4g} mm" if v["unit"] == "m" else f"{v['excess']:.4g} rad"
         when = f"at {v['time_s']:.3f} s in phase {v['phase']}"

@@ -20,7 +20,8 @@ from purcell_cli.mechanics.joint_motion import home_shape
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements, starting_shapes
 from purcell_cli.motion.curve import Curve
-from purcell_cli.motion.limits import Limits, check
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.mission import Follow
 
 LegBlocks = Callable[[Configuration, Configuration, float], tuple[Block, ...]]

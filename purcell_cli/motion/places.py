@@ -1,4 +1,4 @@
-"""Every piece of a motion at its place: the cycles of a repeated block one by one."""
+"""Where the base is at each beginning of a piece of a motion."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
@@ -15,34 +14,36 @@ from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
+from purcell_cli.motion.path_parts import Rows
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class EveryPiece:
-    """Where and when each piece of a motion begins; the last is its end.
+class Places:
+    """Where the base is at each beginning of a piece of a motion: every cycle of a repeated block has its own.
 
     Attributes:
-        which: Which of the distinct pieces it is. Shape (m,).
-        pose: The base's pose where it begins [m]. Shape (m, 4, 4).
-        begun_s: When it begins [s]. Shape (m,).
+        piece: Which piece begins there; the last one lasts no time. Shape (m,).
+        poses: The base's poses [m]. Shape (m, 4, 4).
+        begun_s: When [s]. Shape (m,).
     """
 
-    which: NDArray[np.int64]
-    pose: Array
+    piece: Rows
+    poses: Array
     begun_s: Array
 
     @classmethod
-    def of(cls, swimmer: Swimmer, start: Array, blocks: Sequence[Block], pieces: Pieces) -> EveryPiece:
-        """Return the pieces of blocks, one after the other.
+    def of(cls, swimmer: Swimmer, start: Array, blocks: Sequence[Block], pieces: Pieces, begun: Array) -> Places:
+        """Return the places of a motion.
 
         Args:
             swimmer: The swimmer.
-            start: The base's pose before them [m]. Shape (4, 4).
-            blocks: The blocks.
-            pieces: Their pieces, each cycle once, and a last one that begins at the end.
+            start: The base's pose before the motion [m]. Shape (4, 4).
+            blocks: The motion.
+            pieces: Its pieces, each cycle once, and last one of no duration. There are n.
+            begun: When each begins for the last time [s]. Shape (n,).
         """
         moves = piece_displacements(swimmer, pieces)
-        index, poses, begun = [], [], []
+        index, poses, times = [], [], []
         here, first, total = start, 0, 0.0
         for block in blocks:
             n = len(block.sequence)
@@ -52,13 +53,9 @@ class EveryPiece:
             origins = here[None] if block.cycles == 1 else se3.normalised(matmul(here, se3.power(along[-1], counts)))
             poses.append((matmul(origins[:, None], along[:-1])).reshape(-1, 4, 4))
             index.append(np.tile(mine, block.cycles))
-            lasts = np.cumsum(pieces.durations[mine])
-            once = float(lasts[-1]) if n else 0.0
-            begun.append((total + counts[:, None] * once + np.append(0.0, lasts[:-1])[:n]).ravel())
+            once = float(np.sum(pieces.durations[mine]))
+            times.append((counts[:, None] * once + begun[mine]).ravel())
             here = se3.normalised(matmul(here, se3.power(along[-1], block.cycles)))
             first, total = first + n, total + block.cycles * once
-        return cls(
-            np.concatenate([*index, [first]]).astype(np.int64),
-            np.concatenate([*poses, here[None]]),
-            np.concatenate([*begun, [total]]),
-        )
+        which = np.concatenate([*index, [first]]).astype(np.int64)
+        return cls(which, np.concatenate([*poses, here[None]]), np.concatenate([*times, [total]]))
