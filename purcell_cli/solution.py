@@ -231,7 +231,7 @@ def plan(
         efforts.insert(0, Effort.STANDARD)  # so that it is never worse
     tried = []
     for effort in efforts:
-        made = _reconfigured(body, *seen, stored, effort, weighed, limits, progress)
+        made = _reconfigured(body, *seen, stored, effort, weighed, limits, options.seed, progress)
         made = dataclasses.replace(made, left_out=left_out)
         made = quickened(made, limits, options.objective, effort) if simultaneous else made
         tried.append(carried_out(rolls.played(made, start, goal), options))
@@ -251,6 +251,7 @@ def _reconfigured(
     effort: str,
     minimize: str,
     limits: Limits,
+    seed: int,
     progress: Progress,
 ) -> Plan:
     """Return a plan: the one that knows no obstacles where it is clear of them, else one round them if any is found."""
@@ -264,7 +265,7 @@ def _reconfigured(
         careful = dataclasses.replace(swimmer, max_bend_rad=min(bend_rad, swimmer.max_bend_rad))
         return reconfigure(careful, begin, end, gaits, Effort.QUICK, minimize, limits, silent, ())
 
-    return around(swimmer, start, goal, limits, leg, 0, progress) or direct
+    return around(swimmer, start, goal, limits, leg, seed, progress) or direct
 
 
 def refuse_joints(swimmer: Swimmer, start: Configuration, goal: Configuration, options: PlanOptions) -> None:
