@@ -13,11 +13,12 @@ import sys
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))  # where its queries are
+
+from joint_queries import COMBINATIONS, joint_faults, plane_fault, random_query
 
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.solution import plan
-from tests.joint_queries import COMBINATIONS, joint_faults, plane_fault, random_query
 
 
 def main(queries: int, first: int) -> int:

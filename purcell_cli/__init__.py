@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from purcell_cli.mechanics.moves import MoveSequence
     from purcell_cli.mechanics.primitives import PrimitiveSequence
     from purcell_cli.mechanics.swimmer import Swimmer
+    from purcell_cli.mechanics.wall import Wall
     from purcell_cli.missions import plan_mission
     from purcell_cli.motion.curve import Curve
     from purcell_cli.motion.mission import Follow, Mission, Order, Waypoint
@@ -75,6 +76,7 @@ _HOMES = {
     "Stroke": "gaits.gait",
     "Swimmer": "mechanics.swimmer",
     "Trajectory": "motion.trajectory",
+    "Wall": "mechanics.wall",
     "Waypoint": "motion.mission",
     "Workspace": "motion.workspace",
     "atlas": "gaits.atlas",
@@ -130,6 +132,7 @@ __all__ = [
     "Stroke",
     "Swimmer",
     "Trajectory",
+    "Wall",
     "Waypoint",
     "Workspace",
     "atlas",

@@ -16,10 +16,12 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.limits import Limits
-from purcell_cli.motion.mission import Mission, Order, Passage, Waypoint
+from purcell_cli.motion.mission import Follow, Mission, Order, Passage, Waypoint
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.plan import Plan, Structure
+from purcell_cli.planner.missions.curve_legs import CurveLegs
 from purcell_cli.planner.missions.leg_price import LegPrice
+from purcell_cli.planner.missions.limbs_in_place import in_place, limbs_turned
 from purcell_cli.planner.missions.waypoint_order import best_order, leg_prices
 from purcell_cli.planner.missions.waypoint_poses import Touring
 from purcell_cli.planner.progress import Progress, silent
@@ -59,20 +61,62 @@ def plan_mission(
 
     if mission.plain:
         return leg(mission.start, mission.goal)
+    if mission.follow is not None:
+        return followed(mission, mission.follow, body, options, gaits, progress)
     refuse_waypoints(mission, body, options)
     if body.fluid == "beads":
         bead_table(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
     touring = Touring(body, LegPrice(body))
     order = passing_order(mission, touring)
-    via = [mission.via[k] for k in order]
-    wanted = configurations(mission, via, touring)
-    legs = []
+    legs: list[Solution] = []
     here = mission.start
-    for k, there in enumerate([*wanted, mission.goal]):
-        told[0] = _part(progress, k, len(via) + 1)
-        legs.append(leg(here, there))
+    for k, there in enumerate([*configurations(mission, order, touring), mission.goal]):
+        told[0] = _part(progress, k, len(order) + 1)
+        found = None
+        if there is None:
+            one = mission.via[order[k]]
+            found = turned_in_place(body, here, one, options)
+            there = one.filled(here)
+        legs.append(found or leg(here, there))
         here = legs[-1].end
     return carried_out(joined(mission, order, legs), options)
+
+
+def turned_in_place(swimmer: Swimmer, here: Configuration, waypoint: Waypoint, options: PlanOptions) -> Solution | None:
+    """Return limbs turned to a waypoint that names them alone, if that keeps the limits."""
+    blocks = limbs_turned(swimmer, here.shape, waypoint)
+    alone = carried_out(Plan(swimmer, here, here, blocks), options)
+    return alone if alone.limits.kept else None
+
+
+def followed(
+    mission: Mission,
+    follow: Follow,
+    swimmer: Swimmer,
+    options: PlanOptions,
+    gaits: Mapping[str, Gait] | None,
+    progress: Progress,
+) -> Solution:
+    """Plan the way along a curve, and check it; arguments as of `plan_mission`.
+
+    Raises:
+        ParameterError: As for `plan`, and a tolerance that the swing of the smallest strokes exceeds already.
+    """
+    found: list[Plan] = []
+
+    def leg(start: Configuration, goal: Configuration, bend_rad: float) -> tuple[Block, ...]:
+        body = dataclasses.replace(swimmer, max_bend_rad=bend_rad)
+        found.append(plan(start, goal, swimmer=body, options=options, gaits=gaits).plan)
+        return found[-1].blocks
+
+    legs = CurveLegs(
+        swimmer, follow, mission.start, mission.goal, leg, lambda share: progress(round(1000 * share), 1000, "legs")
+    )
+    blocks = legs.blocks()
+    words = (Structure("legs along a curve", sum(b.joint_travel_rad for b in blocks)),)
+    left_out = found[-1].left_out if found else {}
+    whole = Plan(swimmer, mission.start, mission.goal, blocks, words, left_out=left_out, follow=follow)
+    return carried_out(whole, options)
 
 
 def refuse_waypoints(mission: Mission, swimmer: Swimmer, options: PlanOptions) -> None:
@@ -90,19 +134,34 @@ def refuse_waypoints(mission: Mission, swimmer: Swimmer, options: PlanOptions) -
 
 
 def passing_order(mission: Mission, touring: Touring) -> list[int]:
-    """Return the order in which a mission's waypoints are passed, as indices into its list."""
-    if mission.order == Order.GIVEN or len(mission.via) < 2:
-        return list(range(len(mission.via)))
-    return best_order(*leg_prices(touring, mission.start.pose, mission.via, mission.goal.pose))[0]
+    """Return the order in which a mission's waypoints are passed, as indices into its list.
+
+    Where it is free, those that name limbs alone come first: they cost the same anywhere.
+    """
+    every = list(range(len(mission.via)))
+    if mission.order == Order.GIVEN or len(every) < 2:
+        return every
+    first = [k for k in every if in_place(mission.via[k])]
+    others = [k for k in every if k not in first]
+    if len(others) > 1:
+        via = [mission.via[k] for k in others]
+        best, _ = best_order(*leg_prices(touring, mission.start.pose, via, mission.goal.pose))
+        others = [others[k] for k in best]
+    return first + others
 
 
-def configurations(mission: Mission, via: Sequence[Waypoint], touring: Touring) -> list[Configuration]:
-    """Return the configurations at waypoints, what they leave free chosen so that the way is cheap."""
-    if not via:
-        return []
+def configurations(mission: Mission, order: Sequence[int], touring: Touring) -> list[Configuration | None]:
+    """Return the configurations at waypoints, what they leave free chosen so that the way is cheap.
+
+    There is none for a waypoint that names limbs alone, where all joints are ball joints: it is passed where they turn.
+    """
+    via, ball = [mission.via[k] for k in order], touring.swimmer.ball_joints
     home = home_shape(touring.swimmer, mission.start.shape)
-    poses = touring.poses(mission.start.pose, via, mission.goal.pose)
-    return [one.filled(Configuration(se3.normalised(pose), home)) for one, pose in zip(via, poses, strict=True)]
+    placed = [one for one in via if not (ball and in_place(one))]
+    poses = iter(touring.poses(mission.start.pose, placed, mission.goal.pose) if placed else ())
+    return [
+        None if ball and in_place(one) else one.filled(Configuration(se3.normalised(next(poses)), home)) for one in via
+    ]
 
 
 def joined(mission: Mission, order: Sequence[int], legs: Sequence[Solution]) -> Plan:

@@ -22,9 +22,11 @@ from purcell_cli.mechanics.joint_motion import refuse_displacement
 from purcell_cli.mechanics.joints import named
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.mechanics.wall import refuse_wall
 from purcell_cli.motion.blocks import Block, block_displacements, energies, starting_shapes
 from purcell_cli.motion.coordinates import refuse_large
-from purcell_cli.motion.limits import Limits, LimitsReport, check_legs
+from purcell_cli.motion.limits import Limits, LimitsReport
+from purcell_cli.motion.limits_check import check_legs
 from purcell_cli.motion.memory import refuse_huge
 from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
 from purcell_cli.motion.pace import paced
@@ -209,6 +211,7 @@ def plan(
     """
     stored = stored_gaits() if gaits is None else gaits
     body, limits = swimmer or Swimmer(), Limits.of(options)
+    refuse_wall(body)
     for name, configuration in (("start", start), ("goal", goal)):
         refuse_large(body, name, configuration)
         limits.refuse(body, name, configuration)
@@ -298,7 +301,7 @@ def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
         ParameterError: A motion that takes too much memory.
     """
     start, (swimmer, blocks) = plan.start, paced(plan.swimmer, plan.start.shape, plan.blocks)
-    wanted, known = Limits.of(options), plan.limits if blocks == plan.blocks else None
+    wanted, known = Limits.of(options, plan.follow), plan.limits if blocks == plan.blocks else None
     check_spacing(swimmer, blocks, options.dt_s)
     legs = dataclasses.replace(plan, blocks=blocks).legs
     try:

@@ -32,7 +32,7 @@ from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian, sh
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
-from purcell_cli.motion.limits import check
+from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.options import Controls
 from purcell_cli.motion.pace import paced
 from purcell_cli.motion.trajectory import as_table, sample

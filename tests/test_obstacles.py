@@ -25,7 +25,8 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.motion.blocks import Block
-from purcell_cli.motion.limits import Limits, check
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.obstacle_distance import LINKS, link_distances
 from purcell_cli.motion.trajectory import sample
 

@@ -22,9 +22,10 @@ from purcell_cli.files.plan_file import PlanDocument
 from purcell_cli.files.scenario_file import Scenario
 from purcell_cli.files.trajectory_csv import write_rows
 from purcell_cli.gaits.gait import Gait
+from purcell_cli.missions import plan_mission
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.verdict import Verdict
-from purcell_cli.solution import Solution, plan, stroke_cycles
+from purcell_cli.solution import Solution, stroke_cycles
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -85,9 +86,8 @@ def solve(scenario: Scenario, settings: Settings) -> Solved:
     """
     begun = time.perf_counter()
     try:
-        solution = plan(
-            scenario.start,
-            scenario.goal,
+        solution = plan_mission(
+            scenario.mission,
             swimmer=scenario.swimmer,
             options=dataclasses.replace(settings.options, workspace=scenario.workspace, obstacles=scenario.obstacles),
             gaits=None if settings.gaits is None else {**stored_gaits(), **settings.gaits},

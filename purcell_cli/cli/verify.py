@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -66,7 +67,7 @@ def verify(
     query, apart_m = _query(start, goal, swimmer)
     if clearance is not None:
         apart_m = OPTIONS["clearance_m"].checked(clearance, "--clearance")
-    wanted = Wanted(apart_m, query.workspace, query.obstacles)
+    wanted = Wanted(apart_m, query.workspace, query.obstacles, query.follow, query.via, query.order)
     ready(query.swimmer)
     resistances = solved_anew if full else tabulated
     with _busy("re-integrating"):
@@ -86,5 +87,7 @@ def _query(start: str, goal: str | None, swimmer: Path | None) -> tuple[Scenario
     saved = load_plan(start)
     body = saved.plan.swimmer if swimmer is None else swimmer_of(swimmer)
     plan, asked = saved.plan, saved.options
-    query = Scenario("plan", plan.start, plan.goal, body, workspace=asked.workspace, obstacles=asked.obstacles)
+    via = tuple(passage.waypoint for passage in plan.passages)
+    query = Scenario("plan", plan.start, plan.goal, body, workspace=asked.workspace, via=via)
+    query = dataclasses.replace(query, follow=plan.follow, obstacles=asked.obstacles)
     return query, asked.clearance_m

@@ -46,6 +46,7 @@ links: {}                            # a link's own size, where it differs:
 #   limb2: {half_length_m: 0.08, slenderness: 0.02}
 body_radius_m: 0.0                   # a sphere at the middle of the base that drags too
 fluid: local                         # each link alone in the fluid; or beads: links that feel each other's flow
+# wall: {point_m: [0, 0, -0.2], normal: [0, 0, 1]}   # with beads: a plane wall; simulate, track --truth know it
 # joints:                            # left out, ball joints; else universal, hinge or fixed:
 #   limb1: universal                 # yaw (psi) and pitch (theta), no roll
 #   limb2: {kind: hinge, axis: yaw, range_deg: [-90, 60], rate_rad_s: 0.5}

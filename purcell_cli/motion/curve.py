@@ -14,7 +14,7 @@ _JUMP = 20.0
 """A step longer than so many times the middle one of all steps is a jump: a lost row, or a slip in a number."""
 _FEWEST = 8
 """Curves of fewer steps have no jumps: too few to tell."""
-_LARGEST_TURN_RAD = 1.5
+_LARGEST_TURN_RAD = 3.0
 """The largest turn of the orientation from a point to the next [rad]: of larger ones the sense could be mistaken."""
 
 

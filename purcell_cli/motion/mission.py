@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from enum import StrEnum
+from typing import Literal
 
 import numpy as np
 
@@ -16,7 +17,10 @@ from purcell_cli.motion.curve import Curve
 
 MOST_FREE = 12
 """The most waypoints whose order is free: all orders of so many are compared by 50,000 sums."""
-_PARTS = ("orientation", "limb1", "limb2")
+Part = Literal["position_m", "orientation", "limb1", "limb2"]
+"""A part of a configuration that a waypoint may name."""
+PARTS: tuple[Part, ...] = ("position_m", "orientation", "limb1", "limb2")
+"""All of them."""
 _MEETS_M, _MEETS_RAD = 1e-9, 1e-9
 """The goal of a curve to follow is its end, to rounding of what is written [m, rad]."""
 
@@ -55,7 +59,7 @@ class Waypoint:
             if place.shape != (3,) or not np.all(np.isfinite(place)):
                 raise ParameterError(f"position_m: three finite numbers are wanted, found {place.tolist()}")
             self._keep("position_m", place)
-        for name in _PARTS:
+        for name in PARTS[1:]:
             value = getattr(self, name)
             if value is not None:
                 self._keep(name, from_matrix(np.array(value, dtype=np.float64)))
@@ -68,9 +72,9 @@ class Waypoint:
         return f"<Waypoint: {', '.join(self.names)}>"
 
     @property
-    def names(self) -> tuple[str, ...]:
+    def names(self) -> tuple[Part, ...]:
         """What it names."""
-        return tuple(name for name in ("position_m", *_PARTS) if getattr(self, name) is not None)
+        return tuple(name for name in PARTS if getattr(self, name) is not None)
 
     def filled(self, free: Configuration) -> Configuration:
         """Return the configuration that it names, with its free parts taken from another."""
@@ -119,33 +123,28 @@ class Follow:
             raise ParameterError(f"tolerance_m: a finite number above 0 is wanted, found {self.tolerance_m!r}")
 
     def goal(self, start: Configuration) -> Configuration:
-        """Return where the curve ends: in its orientation, or the start's turned as the curve turns; limbs collinear.
+        """Return where the curve ends, in its orientation or as it is looked along; limbs collinear."""
+        return Configuration(self.poses(start)[-1])
 
-        A start that looks along the curve, or against it, is turned so that it does so at the end, with no roll.
+    def poses(self, start: Configuration) -> Array:
+        """Return the base's poses along the curve: where it is at its points [m]. Shape (m, 4, 4).
+
+        Where the orientation is free the swimmer looks along the curve or against it, whichever takes less turning: at
+        a sharp corner it goes on backwards. At each point it turns from one step's direction to the next one's.
         """
-        curve = self.curve
-        if curve.orientation is not None:
-            return Configuration(se3.pose(curve.orientation[-1], curve.point_m[-1]))
-        return Configuration(se3.pose(self.headings(start)[-1], curve.point_m[-1]))
-
-    def headings(self, start: Configuration) -> Array:
-        """Return orientations at the points that look along the curve, with no roll. Shape (n, 3, 3).
-
-        A start that looks against the curve keeps doing so: it swims backwards.
-        """
-        steps = np.diff(self.curve.point_m, axis=0)
-        along = steps / norm(steps)[:, None]
-        middle = along[:-1] + along[1:]
-        size = norm(middle)
-        tangent = np.concatenate([along[:1], np.where(size[:, None] > 0.1, middle, along[1:]), along[-1:]])
-        tangent = tangent / norm(tangent)[:, None]
+        points = self.curve.point_m
+        if self.curve.orientation is not None:
+            return se3.pose(self.curve.orientation, points)
         turn, out = start.pose[:3, :3], []
-        if float(inner(turn[:, 0], tangent[0])) < 0.0:
-            tangent = -tangent
-        for direction in tangent:
-            turn = turned_to(turn, direction)
-            out.append(turn)
+        steps = np.diff(points, axis=0)
+        for k, step in enumerate(steps / norm(steps)[:, None]):
+            turn = turned_to(turn, step if float(inner(turn[:, 0], step)) >= -_EVEN else -step)
+            out += [se3.pose(turn, points[k]), se3.pose(turn, points[k + 1])]
         return np.stack(out)
+
+
+_EVEN = 1e-9
+"""Directions this near to a right angle from where the swimmer looks are swum forwards."""
 
 
 def turned_to(rotation: Array, direction: Array) -> Array:
@@ -199,6 +198,16 @@ class Mission:
     def plain(self) -> bool:
         """Whether there is nothing between the start and the goal."""
         return not self.via and self.follow is None
+
+    def fingerprint(self) -> str:
+        """Return a text that changes with anything between the start and the goal."""
+        parts: list[object] = [str(self.order)]
+        parts += [[(name, getattr(one, name).tobytes()) for name in one.names] for one in self.via]
+        if self.follow is not None:
+            turns = self.follow.curve.orientation
+            parts += [self.follow.tolerance_m, self.follow.curve.point_m.tobytes()]
+            parts.append(None if turns is None else turns.tobytes())
+        return repr(parts)
 
     def _refuse_repeated(self) -> None:
         """Refuse a waypoint that asks for what the one before it, the start or the goal already is."""

@@ -127,6 +127,20 @@ def link_ends(swimmer: Swimmer, poses: Array, axes: Array) -> Array:
 
 def end_speeds(swimmer: Swimmer, circles: LimbCircles) -> Array:
     """Return what the speeds of the `ENDS` in the world cannot exceed [m/s]. Shape (n, k)."""
+    power, (base, one, two) = _power_and_drags(swimmer, circles)
+    ends = [max(base, one), max(base, two), one, two, *([base] if swimmer.body_radius_m else [])]
+    return np.asarray(np.sqrt(power[:, None] / np.array(ends)))
+
+
+def middle_speed(swimmer: Swimmer, circles: LimbCircles) -> Array:
+    """Return what the speed of the base's middle in the world cannot exceed [m/s]. Shape (n,)."""
+    power, _ = _power_and_drags(swimmer, circles)
+    base = swimmer.rod(0)
+    return np.asarray(np.sqrt(power * swimmer.lateral_drag() / min(base.along, base.across)))
+
+
+def _power_and_drags(swimmer: Swimmer, circles: LimbCircles) -> tuple[Array, list[float]]:
+    """Return what power the motion cannot exceed, shape (n,), and each link's least drag, over the lateral drag."""
     halves, k = swimmer.halves_m, swimmer.lateral_drag()
     spin = circles.turn * np.sqrt(inner(circles.centre, circles.centre))
     power, least = np.zeros(len(circles)), []
@@ -138,9 +152,7 @@ def end_speeds(swimmer: Swimmer, circles: LimbCircles) -> Array:
             power += held + rod.spin / k * spin[:, link - 1] ** 2
     if swimmer.fluid == "beads":
         power *= _TOGETHER
-    base, one, two = least
-    ends = [max(base, one), max(base, two), one, two, *([base] if swimmer.body_radius_m else [])]
-    return np.asarray(np.sqrt(power[:, None] / np.array(ends)))
+    return power, least
 
 
 def largest_excess(

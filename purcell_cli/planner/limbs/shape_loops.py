@@ -18,13 +18,13 @@ import numpy as np
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.lift import ROUGH, piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
 from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
-from purcell_cli.planner.limbs.straightening import ROUGH, Straightenings
+from purcell_cli.planner.limbs.straightening import Straightenings
 
 _SIDES_RAD = (-1.6, -0.8, 0.8, 1.6)
 """Angles of the squares' sides, for either limb [rad]."""
