@@ -241,6 +241,7 @@ every_option: dict[str, Any] = {
     "clearance_m": st.floats(0.0, 1e6),
     "workspace": st.none() | boxes,
     "obstacles": st.none() | scenes,
+    "seed": st.integers(0, 2**32 - 1),
 }
 
 
