@@ -79,7 +79,7 @@ class Exploration:
         self._random_plans(stage)
 
     def _rivals(self, stage: Stage, candidate: Candidate, done: int) -> bool:
-        """Return whether a candidate is refined too: it seems shorter than the best plan, or is short and hardly longer."""
+        """Return whether a candidate is refined too: it seems to beat the best plan, or short and hardly longer."""
         best = self.incumbent.joint_travel_rad
         most = max(min(_RIVAL * best, stage.longest_rad), _SHORTER * best)
         return done < stage.candidates + stage.rivals and candidate.estimate_rad < most
