@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import typer
 from helpers import Run, mostly_slow, runner
 from hypothesis import given
 from hypothesis import strategies as st
 
 from purcell_cli import Configuration, Controls, Effort, Objective, PlanOptions, Swimmer, Workspace, load_plan, plan
-from purcell_cli.cli.app import app
+from purcell_cli.cli.app import built
 from purcell_cli.environment.scene import Scene
 from purcell_cli.environment.solids import Capsule, Sphere
 from purcell_cli.errors import InputError, ParameterError, UnknownNameError
@@ -48,7 +47,7 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
 
 def shown(command: str) -> dict[str, Any]:
     """Return the parameters of a command as typer has them, by flag."""
-    parameters = typer.main.get_command(app).commands[command].params
+    parameters = built().commands[command].params
     return {parameter.opts[0]: parameter for parameter in parameters}
 
 
@@ -180,6 +179,7 @@ def test_a_command_takes_the_members_and_nothing_else(command: str, name: str, r
         assert set(Path().iterdir()) == before
 
 
+@pytest.mark.slow
 def test_a_batch_plans_with_its_options(run: Run) -> None:
     names = ("--effort", "quick", "--minimize", "energy", "--controls", "simultaneous")
     given = (*names, "--clearance", "0.01", "--dt", "0.5")
@@ -246,6 +246,7 @@ every_option: dict[str, Any] = {
 
 
 @given(st.builds(PlanOptions, **every_option))
+@pytest.mark.slow
 def test_options_read_back_from_a_plan_document(asked: PlanOptions) -> None:
     assert set(every_option) == {name for name, option in OPTIONS.items() if option.saved}
     made = PlanDocument(Plan(Swimmer(), HERE, HERE, ()), asked)
