@@ -177,7 +177,16 @@ VERIFY_KEYS = {
     "clearance_m": None,
     "largest_bend_rad": None,
     "workspace_violation_m": None,
-    "judged": dict.fromkeys(("clearance_m", "max_bend_rad", "workspace_m")),
+    "judged": dict.fromkeys(
+        (
+            "clearance_m",
+            "max_bend_rad",
+            "workspace_m",
+            "joint_rate_rad_s",
+            "joint_acceleration_rad_s2",
+            "joint_ranges",
+        )
+    ),
     "faults": None,
 }
 

@@ -15,9 +15,11 @@ from helpers import random_sequence, random_shapes, random_swimmer
 from reference import base_velocity, lift, lift_derivatives
 from scipy.optimize import linprog
 
-from purcell_cli.kernel import library, linear, poses, sources
+from purcell_cli.kernel import library, linear, poses, shooting, sources
+from purcell_cli.kernel.certificate import extrapolated
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
 from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_the_digits
+from purcell_cli.kernel.pairs import pair_prices
 from purcell_cli.kernel.program import penalised
 from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.mechanics.base_velocity import kernel_numbers
@@ -29,7 +31,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 
 SWIMMER = Swimmer().scaled()
 FOLDER = library.HERE
-MODULES = ("convex", "elementary", "flow", "linear", "poses", "program", "shapes")
+MODULES = ("certificate", "convex", "elementary", "flow", "linear", "pairs", "poses", "program", "shapes", "shooting")
 """The modules of the kernel that call it."""
 
 
@@ -234,7 +236,21 @@ def everything(seed: int) -> bytes:
         flow.work(*pieces, root=True),
         *flow.with_derivatives(primitives.shapes(shapes[0]), primitives.control, primitives.angle, [(2, 5, 7)]),
         *flow.with_derivatives(shapes_along(shapes[0], None, turns), None, turns, [(2, 5, 7)]),
+        *flow.equations(shapes[0], primitives.control, primitives.angle, [(2, 5, 7)], np.eye(4), [10], shapes[1:2]),
+        *extrapolated(
+            np.ones((3, 7)),
+            shapes[:6, :, 0].transpose(1, 2, 0)[:, :, None],
+            np.ones((2, 3, 6)),
+            pieces[2][:6],
+            [1],
+            [0],
+        ),
+        *shooting.bend_rows(
+            primitives.control, primitives.angle, primitives.shapes(shapes[0]), np.ones((10, 2)), np.zeros(10, int), 9.0
+        ),
+        shooting.bounded_step(rng.normal(size=(8, 30)), np.ones(8), rng.normal(size=4), rng.normal(size=(4, 30)), 0.1),
         played(with_twice_the_digits(np.eye(4)), flow.pieces(*pieces), 5),
+        pair_prices(poses.exp(pieces[1]), poses.exp(pieces[1]), pieces[2], pieces[2], np.linspace(0.1, 0.8, 8)),
         *penalised(*program(rng, 40, 6, 10)),
         random_program(seed).solved(),
         random_program(seed, curved=True).solved(),
@@ -351,6 +367,10 @@ GOOD = {
     "low": np.full((3, 8), -1.0),
     "high": np.ones((3, 8)),
     "rows": np.arange(6.0).reshape(2, 3) ** 2,
+    "pose": np.eye(4),
+    "ends": np.tile(np.eye(3), (1, 2, 1, 1)),
+    "arrival": np.random.default_rng(2).normal(size=(7, 9)),
+    "missing": np.full(7, 0.1),
 }
 CALLS = {
     FLOW.pieces: ("shapes", "rates", "durations"),
@@ -358,6 +378,15 @@ CALLS = {
     FLOW.runs: ("shapes", "rates", "durations", "counts", "cycles"),
     FLOW.with_derivatives: ("shapes", "controls", "angles"),
     (lambda shapes, turns: FLOW.with_derivatives(shapes, None, turns)): ("shapes", "turns"),
+    (lambda start, controls, angles, pose, ends: FLOW.equations(start, controls, angles, [], pose, [2], ends)): (
+        *("start", "controls", "angles", "pose", "ends"),
+    ),
+    (lambda controls, angles, turned: shooting.bend_rows(controls, angles, turned, np.ones((2, 2)), [0, 0], 9.0)): (
+        *("controls", "angles", "shapes"),
+    ),
+    (lambda arrival, missing: shooting.bounded_step(arrival, missing, [], np.empty((0, 9)), 1.0)): (
+        *("arrival", "missing"),
+    ),
     shapes_along: ("start", "controls", "angles"),
     (lambda start, turns: shapes_along(start, None, turns)): ("start", "turns"),
     (lambda axes, speeds: connection(FLOW.swimmer, axes, speeds)): ("axes", "speeds"),

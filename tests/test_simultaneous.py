@@ -21,7 +21,8 @@ from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import starting_shapes
-from purcell_cli.motion.limits import Limits, check
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.minimum_energy import Dissipation, durations

@@ -141,7 +141,14 @@ def test_a_plan_document_says_who_swims_and_what_must_hold(tmp_path: Path, capsy
     write_plan(PlanDocument(made.plan, made.options), saved)
     code, found, _ = document(run, "verify", rows, saved)
     assert (code, found["verdict"], found["faults"]) == (0, "reached", [])
-    assert found["judged"] == {"clearance_m": 0.01, "max_bend_rad": 1.0, "workspace_m": None}
+    assert found["judged"] == {
+        "clearance_m": 0.01,
+        "max_bend_rad": 1.0,
+        "workspace_m": None,
+        "joint_rate_rad_s": [1.0, 1.0],
+        "joint_acceleration_rad_s2": None,
+        "joint_ranges": False,
+    }
     code, found, _ = document(run, "verify", rows, saved, "--clearance", "5")
     assert (code, found["verdict"]) == (1, "not reached")
     page = str(tmp_path / "page.html")
