@@ -11,7 +11,7 @@ from purcell_cli.mechanics.configuration import displacement_between
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
-from purcell_cli.motion.limits import check
+from purcell_cli.motion.limits_check import check
 from purcell_cli.planner.refine.minimum_travel import Pace, merged, minimise_travel, offered
 from purcell_cli.planner.refine.segments import Segment, segments_of
 from purcell_cli.planner.refine.shooting import Equations

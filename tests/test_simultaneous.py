@@ -21,7 +21,8 @@ from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import starting_shapes
-from purcell_cli.motion.limits import Limits, check
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.minimum_energy import Dissipation, durations
@@ -232,6 +233,7 @@ def test_moves_that_rates_hold_back_last_as_long_as_they_must() -> None:
     assert cycles @ (work / other) > cycles @ (work / found) + 1e-4
 
 
+@pytest.mark.slow
 def test_a_thorough_plan_is_never_worse_than_a_standard_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the thorough search ends worse, here since it may not make its plan quicker, the standard one stays."""
     start, goal = Configuration(), Configuration.from_angles((0.004, 0.002, 0.0))

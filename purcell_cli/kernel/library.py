@@ -31,7 +31,7 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "inner": (None, [_SIZE, _SIZE, *[_ARRAY] * 3]),
     "cross": (None, [_SIZE, *[_ARRAY] * 3]),
     "least_steps": (None, [_SIZE, _SIZE, *[_ARRAY] * 8]),
-    "bead_resistance": (_SIZE, [_SIZE, *[_ARRAY] * 6]),
+    "bead_resistance": (_SIZE, [_SIZE, *[_ARRAY] * 7]),
     "looked_up": (None, [_ARRAY, _SIZE, *[_ARRAY] * 2]),
     "segments": (None, [_SIZE, *[_ARRAY] * 4]),
     "program": (_SIZE, [*[_SIZE] * 3, _NUMBER, *[_ARRAY] * 8]),

@@ -108,7 +108,7 @@ class StrokeBook:
             return []
         gait = min(self.gaits[motion.along], key=lambda g: self._cost(g, motion))
         _, reach = self.largest[gait.name]
-        fewest = math.ceil(abs(motion.amount) / abs(reach) - 1e-12)
+        fewest = max(math.ceil(abs(motion.amount) / abs(reach) - 1e-12), 1)
         tries = ((n, self._of(gait, math.copysign(motion.amount / n, reach))) for n in range(fewest, fewest + _TRIES))
         cycles, stroke = next(((n, s) for n, s in tries if s is not None), (0, None))
         if stroke is None:

@@ -114,6 +114,16 @@ class Replay:
             return extended(self.pose[-1])
         return np.asarray(self.begun_pose @ product(self.moves.fine, self.which))
 
+    def until(self, segment: int) -> Replay:
+        """Return the replay up to where a segment begins."""
+        return dataclasses.replace(
+            self,
+            row=self.row[: segment + 1],
+            turned=self.turned[: segment + 1],
+            which=self.which[:segment],
+            drift=self.drift[:segment],
+        )
+
     @property
     def end(self) -> Configuration:
         """The configuration at the end."""
