@@ -37,9 +37,10 @@ from purcell_cli.planner.arcs.straight_way import advice
 from purcell_cli.planner.gait_sequence import unfit_gaits
 from purcell_cli.planner.limbs.quarter_rolls import QuarterRolls
 from purcell_cli.planner.objectives import cost
-from purcell_cli.planner.progress import Progress
+from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.simultaneous import quickened
+from purcell_cli.planner.ways.around import around
 from purcell_cli.verification.certificate import Certificate, judged
 from purcell_cli.verification.replay import TOLERANCE_L, TOLERANCE_RAD, Replay, replay
 
@@ -225,6 +226,8 @@ def plan(
     rolls = QuarterRolls.least(start, goal) if body.ball_joints else QuarterRolls()
     seen = rolls.seen(start), rolls.seen(goal)
     simultaneous = options.controls == Controls.SIMULTANEOUS
+    if simultaneous and options.objective == Objective.SENSITIVITY:
+        raise ParameterError("minimize: sensitivity goes with the controls primitive, found simultaneous")
     # One after the other, joints spend as much time as they travel; of simultaneous plans each is made from such a one.
     timed = options.objective == Objective.TIME
     weighed = Objective.TRAVEL if timed else options.objective
@@ -233,7 +236,7 @@ def plan(
         efforts.insert(0, Effort.STANDARD)  # so that it is never worse
     tried = []
     for effort in efforts:
-        made = reconfigure(body, *seen, stored, effort, weighed, limits, progress)
+        made = _reconfigured(body, *seen, stored, effort, weighed, limits, options.seed, progress)
         made = dataclasses.replace(made, left_out=left_out)
         made = quickened(made, limits, options.objective, effort) if simultaneous else made
         tried.append(carried_out(rolls.played(made, start, goal), options))
@@ -243,6 +246,31 @@ def plan(
         return one.verdict != Verdict.REACHED, spent
 
     return tried[0] if len(tried) == 1 else min(tried, key=rank)
+
+
+def _reconfigured(
+    swimmer: Swimmer,
+    start: Configuration,
+    goal: Configuration,
+    gaits: Mapping[str, Gait],
+    effort: str,
+    minimize: str,
+    limits: Limits,
+    seed: int,
+    progress: Progress,
+) -> Plan:
+    """Return a plan: the one that knows no obstacles where it is clear of them, else one round them if any is found."""
+    if limits.obstacles is None:
+        return reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress)
+    direct = reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress, ())
+    if not direct.blocks or (direct.limits is not None and direct.limits.kept):
+        return direct
+
+    def leg(begin: Configuration, end: Configuration, bend_rad: float) -> Plan:
+        careful = dataclasses.replace(swimmer, max_bend_rad=min(bend_rad, swimmer.max_bend_rad))
+        return reconfigure(careful, begin, end, gaits, Effort.QUICK, minimize, limits, silent, ())
+
+    return around(swimmer, start, goal, limits, leg, seed, progress) or direct
 
 
 def refuse_joints(swimmer: Swimmer, start: Configuration, goal: Configuration, options: PlanOptions) -> None:

@@ -13,8 +13,8 @@ from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, from_matrix
 from purcell_cli.kernel.linear import nearest_on_segments
 
-_ROUNDS = 40
-"""Halvings by which the deepest point of a segment inside a box is found: a segment's length over 1e12."""
+_ROUNDS = 26
+"""Halvings by which the deepest point of a segment inside a box is found: to 1e-8 of a segment's length."""
 
 Matrix = tuple[Point, Point, Point]
 """A rotation matrix, rows first."""
@@ -105,7 +105,7 @@ class Box(Obstacle):
         object.__setattr__(self, "orientation", tuple(tuple(float(x) for x in row) for row in turned))
 
     def distance(self, first: Array, last: Array) -> Array:
-        """Return the signed distances of segments [m]: exact outside, to 1e-12 of their length inside.
+        """Return the signed distances of segments [m]: exact outside, to 1e-8 of their length inside.
 
         The square of the distance from a box is convex along a segment, and a parabola between the six points at
         which a coordinate passes a face: its slope, which only rises, tells between which two the least is.

@@ -97,15 +97,18 @@ def depth(cones: tuple[Array, Array, Array, Array], points: Array) -> Array:
     """
     first, way, radius, change = cones
     size = np.sqrt(dot(way, way))
-    away = points[:, None] - first
-    foot = dot(away, way) / size
-    square = dot(away, away) - foot * foot
-    across = np.sqrt(np.maximum(square, 0.0))
+    x, y, z = (points[:, None, k] - first[:, k] for k in range(3))
+    foot = (x * way[:, 0] + y * way[:, 1] + z * way[:, 2]) / size
+    across = np.maximum(x * x + y * y + z * z - foot * foot, 0.0)
     slope = change / size
-    lean = slope / np.sqrt(np.maximum(1.0 - slope * slope, 1e-12))
-    part = np.clip((foot + lean * across) / size, 0.0, 1.0)
-    off = away - part[..., None] * way
-    return np.asarray(radius + part * change - np.sqrt(dot(off, off)))
+    steep = np.abs(slope) >= 1.0
+    lean = np.where(steep, 0.0, slope) / np.sqrt(np.where(steep, 1.0, 1.0 - slope * slope))
+    aside = np.sqrt(across) * lean if np.any(lean) else 0.0
+    part = np.clip((foot + aside) / size, 0.0, 1.0)
+    if np.any(steep):  # the ball at the thick end holds all others
+        part = np.where(steep, np.where(change > 0.0, 1.0, 0.0), part)
+    away = foot - part * size
+    return np.asarray(radius + part * change - np.sqrt(across + away * away))
 
 
 def inside(cones: tuple[Array, Array, Array, Array], first: Array, last: Array) -> Array:

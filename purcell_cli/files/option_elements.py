@@ -12,8 +12,8 @@ from purcell_cli.files.containers import Field
 from purcell_cli.files.documents import Made
 from purcell_cli.files.elements import Element
 from purcell_cli.files.obstacle_elements import OBSTACLES, obstacles_written
-from purcell_cli.files.scalars import Choice, Number
-from purcell_cli.motion.options import OPTIONS, E, Option, PlanOptions
+from purcell_cli.files.scalars import Choice, Number, Whole
+from purcell_cli.motion.options import MOST_SEED, OPTIONS, E, Option, PlanOptions
 
 _ELEMENTS: Mapping[str, Element[Any]] = {"workspace": WORKSPACE, "obstacles": OBSTACLES}
 """The elements of options that are neither a name nor a number."""
@@ -32,6 +32,8 @@ def _element(name: str, option: Option) -> Element[Any]:
         return _ELEMENTS[name]
     if issubclass(option.kind, StrEnum):
         return choice(option.kind)
+    if option.kind is int:
+        return Whole(0, MOST_SEED)
     return Number(above=option.above, at_least=option.at_least)
 
 

@@ -31,6 +31,10 @@ _SHARE = 0.02
 """How exactly the least distance is found, against how far it is from the wanted one: ten times finer takes three times
 as many distances."""
 
+_TOUCHING_L, _TOUCHING = 0.02, 0.3
+"""How exactly the depth of a motion that touches is found, in units of L, and against the depth: such a motion is not
+taken, whatever its depth."""
+
 _FIRST = 64
 """The places nearest to obstacles, by the base's middle, that are looked at first; what they find rules out others."""
 
@@ -200,8 +204,10 @@ class _Search:
     @property
     def slack_m(self) -> float:
         """How exactly the least distance is to be found [m]."""
-        far = abs(self.best.distance_m - self.wanted_m)
-        return max(TOLERANCE_L * self.swimmer.length_m, _SHARE * far) if np.isfinite(far) else 0.0
+        far, unit = self.best.distance_m - self.wanted_m, self.swimmer.length_m
+        if far < 0.0:
+            return max(_TOUCHING_L * unit, -_TOUCHING * far)
+        return max(TOLERANCE_L * unit, _SHARE * far) if np.isfinite(far) else 0.0
 
     def look(self, path: PathParts, speeds: Array, row: Rows, poses: Array, piece: Rows) -> None:
         """Look at the pieces that begin at some places of the path.

@@ -11,7 +11,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from enum import StrEnum
-from numbers import Real
+from numbers import Integral, Real
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from purcell_cli.motion.workspace import Workspace
 
 E = TypeVar("E", bound=StrEnum)
+
+MOST_SEED = 2**32 - 1
+"""The largest seed: any number of 32 bits."""
 
 
 class Effort(StrEnum):
@@ -42,12 +45,13 @@ class Controls(StrEnum):
 
 
 class Objective(StrEnum):
-    """What a plan is to spend least of: joint travel, time, energy, or switches of control."""
+    """What a plan is to spend least of: joint travel, time, energy, switches of control, or what drag may upset."""
 
     TRAVEL = "travel"
     TIME = "time"
     ENERGY = "energy"
     SWITCHES = "switches"
+    SENSITIVITY = "sensitivity"
 
 
 def member(choices: type[E], name: str, place: str) -> E:
@@ -73,7 +77,7 @@ class Option:
     """How one option is named, what it is for and which values it may have.
 
     Attributes:
-        kind: Its type: an enumeration, `float`, or None for one that neither flag nor number gives.
+        kind: Its type: an enumeration, `float`, `int`, or None for one that neither flag nor number gives.
         default: Its value where none is given; None also for one whose default depends on others.
         meaning: What it is for, in words that begin small and end without a full stop.
         flag: Its flag on the command line; None for what is asked for by a file.
@@ -87,7 +91,7 @@ class Option:
         saved: Whether a plan document has it at all.
     """
 
-    kind: type[StrEnum] | type[float] | None
+    kind: type[StrEnum] | type[float] | type[int] | None
     default: Any
     meaning: str
     flag: str | None
@@ -115,6 +119,10 @@ class Option:
             return value
         if issubclass(self.kind, StrEnum):
             return member(self.kind, value, place)
+        if self.kind is int:
+            if isinstance(value, bool) or not isinstance(value, Integral) or not 0 <= int(value) <= MOST_SEED:
+                raise ParameterError(f"{(self.flag or place).lstrip('-')}: {self.wanted} is wanted, found {value!r}")
+            return int(value)
         if isinstance(value, bool) or not isinstance(value, Real) or not self._allows(float(value)):
             raise ParameterError(f"{(self.flag or place).lstrip('-')}: {self.wanted} is wanted, found {value!r}")
         return float(value)
@@ -148,6 +156,7 @@ class PlanOptions:
             than half of what is free [GB].
         workspace: A box that all three links stay in over the whole path, if there is one.
         obstacles: What no link touches over the whole path, if there is anything; the clearance counts for it too.
+        seed: Seed of the search for ways round obstacles.
 
     Raises:
         UnknownNameError: No effort, controls or objective have this name; the message proposes the nearest.
@@ -211,6 +220,15 @@ class PlanOptions:
     )
     obstacles: Scene | None = _option(
         None, "what no link may touch; left out, there is nothing", flag=None, key="obstacles"
+    )
+
+    seed: int = _option(
+        0,
+        "seed of the search for ways round obstacles",
+        flag="--seed",
+        key="seed",
+        metavar="N",
+        wanted=f"a whole number from 0 to {MOST_SEED}",
     )
 
     def __post_init__(self) -> None:

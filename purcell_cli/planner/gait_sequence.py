@@ -290,6 +290,8 @@ def gait_sequences(problem: Problem, breadth: Breadth, known: Sequence[Candidate
     least = min((c.estimate_rad for c in known if not c.astray), default=math.inf)
     found: list[Candidate] = []
     for k, displacement in enumerate(pairs.missing[:_PAIRS]):
+        if found and found[0].estimate_rad > _DEAR * _DEAR * least:
+            break
         motions = split(book, displacement)
         price = float(pairs.joint_travel_rad[k]) + sum(book.cost(m) for m in motions)
         later = functools.cache(functools.partial(_made, book, motions, pairs, k))

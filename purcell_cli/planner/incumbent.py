@@ -90,10 +90,10 @@ class Incumbent:
         return self.best is not None and self.best.good
 
     @property
-    def lacks_room(self) -> bool:
-        """Whether the best plan arrives, but leaves its workspace or touches an obstacle."""
+    def leaves_workspace(self) -> bool:
+        """Whether the best plan arrives, but not all in its workspace."""
         report = None if self.best is None or not self.best.arrives else self.best.report
-        return report is not None and any(v.limit in {"workspace", "obstacle"} for v in report.violations)
+        return report is not None and any(v.limit == "workspace" for v in report.violations)
 
     def better_than(self, other: Incumbent) -> bool:
         """Return whether the best of this is better than the other's."""
