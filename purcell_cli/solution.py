@@ -226,6 +226,8 @@ def plan(
     rolls = QuarterRolls.least(start, goal) if body.ball_joints else QuarterRolls()
     seen = rolls.seen(start), rolls.seen(goal)
     simultaneous = options.controls == Controls.SIMULTANEOUS
+    if simultaneous and options.objective == Objective.SENSITIVITY:
+        raise ParameterError("minimize: sensitivity goes with the controls primitive, found simultaneous")
     # One after the other, joints spend as much time as they travel; of simultaneous plans each is made from such a one.
     timed = options.objective == Objective.TIME
     weighed = Objective.TRAVEL if timed else options.objective

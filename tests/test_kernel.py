@@ -16,8 +16,10 @@ from reference import base_velocity, lift, lift_derivatives
 from scipy.optimize import linprog
 
 from purcell_cli.kernel import library, linear, poses, shooting, sources
+from purcell_cli.kernel.certificate import extrapolated
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
 from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_the_digits
+from purcell_cli.kernel.pairs import pair_prices
 from purcell_cli.kernel.program import penalised
 from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.mechanics.base_velocity import kernel_numbers
@@ -29,7 +31,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 
 SWIMMER = Swimmer().scaled()
 FOLDER = library.HERE
-MODULES = ("convex", "elementary", "flow", "linear", "poses", "program", "shapes", "shooting")
+MODULES = ("certificate", "convex", "elementary", "flow", "linear", "pairs", "poses", "program", "shapes", "shooting")
 """The modules of the kernel that call it."""
 
 
@@ -235,11 +237,20 @@ def everything(seed: int) -> bytes:
         *flow.with_derivatives(primitives.shapes(shapes[0]), primitives.control, primitives.angle, [(2, 5, 7)]),
         *flow.with_derivatives(shapes_along(shapes[0], None, turns), None, turns, [(2, 5, 7)]),
         *flow.equations(shapes[0], primitives.control, primitives.angle, [(2, 5, 7)], np.eye(4), [10], shapes[1:2]),
+        *extrapolated(
+            np.ones((3, 7)),
+            shapes[:6, :, 0].transpose(1, 2, 0)[:, :, None],
+            np.ones((2, 3, 6)),
+            pieces[2][:6],
+            [1],
+            [0],
+        ),
         *shooting.bend_rows(
             primitives.control, primitives.angle, primitives.shapes(shapes[0]), np.ones((10, 2)), np.zeros(10, int), 9.0
         ),
         shooting.bounded_step(rng.normal(size=(8, 30)), np.ones(8), rng.normal(size=4), rng.normal(size=(4, 30)), 0.1),
         played(with_twice_the_digits(np.eye(4)), flow.pieces(*pieces), 5),
+        pair_prices(poses.exp(pieces[1]), poses.exp(pieces[1]), pieces[2], pieces[2], np.linspace(0.1, 0.8, 8)),
         *penalised(*program(rng, 40, 6, 10)),
         random_program(seed).solved(),
         random_program(seed, curved=True).solved(),

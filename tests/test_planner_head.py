@@ -441,6 +441,7 @@ def stop(*_: object) -> None:
     raise KeyboardInterrupt
 
 
+@pytest.mark.slow
 def test_an_interrupt_keeps_the_best_plan_only_in_a_stage_that_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     """It is given up at the first news, when one candidate has arrived."""
     for keeps in (True, False):

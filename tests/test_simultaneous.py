@@ -233,6 +233,7 @@ def test_moves_that_rates_hold_back_last_as_long_as_they_must() -> None:
     assert cycles @ (work / other) > cycles @ (work / found) + 1e-4
 
 
+@pytest.mark.slow
 def test_a_thorough_plan_is_never_worse_than_a_standard_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the thorough search ends worse, here since it may not make its plan quicker, the standard one stays."""
     start, goal = Configuration(), Configuration.from_angles((0.004, 0.002, 0.0))

@@ -45,12 +45,13 @@ class Controls(StrEnum):
 
 
 class Objective(StrEnum):
-    """What a plan is to spend least of: joint travel, time, energy, or switches of control."""
+    """What a plan is to spend least of: joint travel, time, energy, switches of control, or what drag may upset."""
 
     TRAVEL = "travel"
     TIME = "time"
     ENERGY = "energy"
     SWITCHES = "switches"
+    SENSITIVITY = "sensitivity"
 
 
 def member(choices: type[E], name: str, place: str) -> E:

@@ -32,7 +32,7 @@ from purcell_cli.planner.effort import EFFORTS
 from purcell_cli.planner.exploration import Exploration
 from purcell_cli.planner.joints.candidates import joint_candidates
 from purcell_cli.planner.joints.effort import JOINT_EFFORTS
-from purcell_cli.planner.objectives import known_measure
+from purcell_cli.planner.objectives import generated_for, known_measure
 from purcell_cli.planner.problem import Problem
 from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.refine.shooting import Equations
@@ -123,7 +123,7 @@ def _searched(
     sought = se3.normalised(np.round(wanted, _DIGITS))
     problem = Problem(unit, start.shape, goal.shape, sought, gaits, minimize, clearance)
     # What travels least often spends least of anything else.
-    problems = [problem.minimizing(objective) for objective in dict.fromkeys(("travel", minimize))]
+    problems = [problem.minimizing(objective) for objective in dict.fromkeys(("travel", generated_for(minimize)))]
     search = Exploration(query, Refinement(careful, start, kept_to, minimize), progress=progress)
     found: list[Candidate] = []
     wide = JOINT_EFFORTS[effort]

@@ -11,6 +11,7 @@ import numpy as np
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.pairs import PriceNumbers
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import ROUGH
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
@@ -39,11 +40,9 @@ _TRIED = 3
 """So many times the library plans that are wanted are tried; some do not arrive by their own primitives."""
 _SHORTENED = 1.05
 """Factor by which refinement is estimated to shorten a library plan that arrives."""
-_ROTATION_PRICE = 374.0
-"""Estimated square of the joint travel per small change of heading: the price of pitch and yaw in `PRICES` [rad^2 per
-rad]."""
-_WAY_PRICE = 445.0
-"""Estimated square of the joint travel per small distance, the mean over directions of `PRICES` [rad^2 per L]."""
+_PRICE = PriceNumbers(turn1=374.0, way1=445.0)
+"""Estimated joint travel by a library plan: the roots of the price of pitch and yaw in `PRICES` per small change of
+heading, and of the mean over directions per small distance [rad^2 per rad or L]."""
 
 
 def library_plans(problem: Problem, breadth: Breadth, known: Sequence[Candidate] = ()) -> list[Candidate]:
@@ -58,7 +57,7 @@ def library_plans(problem: Problem, breadth: Breadth, known: Sequence[Candidate]
     least = min((c.estimate_rad for c in known if not c.astray), default=math.inf)
     if problem.objective == "travel":
         least = min(least, breadth.library_below * problem.promised(breadth))
-    pairs = best_pairs(problem.one_by_one, problem.wanted, _price, breadth.pairs)
+    pairs = best_pairs(problem.one_by_one, problem.wanted, _PRICE, breadth.pairs)
     around = pairs.joint_travel_rad
     entries = library_for(swimmer).nearest(pairs.missing, around, _TRIED * breadth.library_plans)
     entries = [e for e in entries if e.estimate_rad <= least]
@@ -106,8 +105,3 @@ def _shortened(lap: Equations, laps: int, pace: Pace, pairs: LimbPairs, pair: in
     if laps > 1:  # a single one is shortened with all the rest
         lap = minimise_travel(lap, lap.swimmer.max_bend_rad - MARGIN_RAD, pace)
     return pairs.around(pair, [Block(2, NAME, lap.sequence.times(laps))])
-
-
-def _price(turn: Array, way: Array, _aside: Array) -> Array:
-    """Return about the joint travel of a change of heading [rad] and a distance [L] by a library plan."""
-    return np.asarray(np.sqrt(_ROTATION_PRICE * turn + _WAY_PRICE * way))
