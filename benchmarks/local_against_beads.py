@@ -50,6 +50,10 @@ NODES = 11
 """Chebyshev nodes on a primitive of 2 rad: the twist is interpolated to 1e-8."""
 
 
+LABEL_STEP = 0.014
+"""How far labels of a picture stay apart, in its own unit: the height of their letters."""
+
+
 def swimmer(slenderness: float, fluid: str) -> Swimmer:
     """Return the paper's swimmer of a slenderness."""
     return Swimmer(slenderness=slenderness, fluid=fluid)  # type: ignore[arg-type]
@@ -191,7 +195,7 @@ def draw_gaits(rows: dict[str, Any]) -> None:
     print("\n| gait | moves |" + "".join(f" {s} |" for s in sizes) + "\n" + "| --- " * (2 + len(sizes)) + "|")
     with styled():
         figure = Figure(figsize=(7.2, 4.2))
-        axes = figure.add_subplot()
+        axes, ends = figure.add_subplot(), []
         for name in stored_gaits():
             found = {s: ratio(rows[s][name]) for s in sizes if name in rows[s]}
             cells = [f" {v[0]:.2f} |" if (v := found.get(s)) else " - |" for s in sizes]
@@ -202,8 +206,12 @@ def draw_gaits(rows: dict[str, Any]) -> None:
             if name in names:
                 colour = {"x": BLUE, "y": GREEN, "z": GREEN, "none": GREY}.get(rows[sizes[0]][name]["moves"], ORANGE)
                 axes.plot(list(there), list(there.values()), "o-", color=colour, markersize=3, linewidth=1.0)
-                axes.annotate(name, (max(there), there[max(there)]), (4, -2), textcoords="offset points", fontsize=6)
+                ends.append((there[max(there)], name))
         axes.axhline(1.0, color=BLACK, linewidth=0.8)
+        height = 0.0
+        for end, name in sorted(ends):
+            height = max(height + LABEL_STEP, end)
+            axes.annotate(name, (float(sizes[-1]), height), (6, -2), textcoords="offset points", fontsize=6)
         axes.set_xscale("log")
         axes.set_xlim(0.8 * float(sizes[0]), 1.9 * float(sizes[-1]))
         axes.set(xlabel="slenderness", ylabel="motion of a cycle, of that among links alone")

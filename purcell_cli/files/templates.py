@@ -62,6 +62,11 @@ name: first                          # letters, digits, '-', '_' and '.'; its re
 start: start.yaml                    # a path from this file's folder, or the mapping itself
 goal: goal.yaml
 swimmer: swimmer.yaml
+# via:                               # configurations to pass exactly; a key left out is free there
+#   - base: {position_m: [0.001, 0.0, 0.0]}
+#   - limb1: {euler_deg: [10, 0, 0]}
+# order: given                       # or free: the planner chooses the order of the waypoints
+# follow: {path: curve.csv, tolerance_m: 0.07}   # instead: a curve for the base's middle; columns x_m,y_m,z_m
 expect:
   verdict: reached                   # or: not reached, not found within limits, error
   position_tolerance: 1.0e-9         # in units of L
