@@ -3,13 +3,14 @@
     python -m benchmarks.local_against_beads gaits --slenderness 0.05 0.035 0.025
     python -m benchmarks.local_against_beads amplitudes --slenderness 0.05 0.035 0.025
     python -m benchmarks.local_against_beads cruise --slenderness 0.02 --finer 1.5
+    python -m benchmarks.local_against_beads loops --slenderness 0.02 --finer 2
     python -m benchmarks.local_against_beads pictures
 
-The first three measure and keep their rows in `benchmarks/data/local_against_beads.json`; the last draws the pictures
-of `docs/explanation/strokes-in-flow.md` from it and prints its tables. `gaits` and `amplitudes` make the table of the
+The first four measure and keep their rows in `benchmarks/data/local_against_beads.json`; the last draws the pictures
+of `docs/explanation/beads.md` from it and prints its tables. `gaits` and `amplitudes` make the table of the
 beads first, in processor time that grows as the third power of one over the slenderness: 1 s at 0.05, half a minute at
-0.01. `cruise` needs none: it solves the beads along one planar stroke, also of thinner links than swimmers may have,
-and also more of them.
+0.01. `cruise` and `loops` need none: they solve the beads along planar strokes, also of thinner links than swimmers may
+have, and also more of them.
 """
 
 from __future__ import annotations
@@ -43,8 +44,14 @@ DATA = ROOT / "benchmarks" / "data" / "local_against_beads.json"
 PICTURES = ROOT / "docs" / "pictures"
 AMPLITUDES = np.linspace(0.1, 1.55, 30)
 """Half sides of the square loop that are tried [rad]: the table of the beads ends at 1.6."""
-NODES = 9
-"""Chebyshev nodes on a primitive of 2 rad: the twist is interpolated to 1e-6."""
+HALVES = (0.1, 0.5, 1.0, 1.1, 1.15, 1.2, 1.25, 1.3, 1.4)
+"""Half sides of square loops whose beads are solved along the way [rad]."""
+NODES = 11
+"""Chebyshev nodes on a primitive of 2 rad: the twist is interpolated to 1e-8."""
+
+
+LABEL_STEP = 0.014
+"""How far labels of a picture stay apart, in its own unit: the height of their letters."""
 
 
 def swimmer(slenderness: float, fluid: str) -> Swimmer:
@@ -123,6 +130,15 @@ def cruise(slenderness: float, finer: float, half_rad: float = 1.0) -> float:
     return float(np.hypot(here[0], here[1]))
 
 
+def rounded(value: Any) -> Any:
+    """Return values with numbers to nine digits."""
+    if isinstance(value, float):
+        return float(f"{value:.9g}")
+    if isinstance(value, list):
+        return [rounded(v) for v in value]
+    return {k: rounded(v) for k, v in value.items()} if isinstance(value, dict) else value
+
+
 def kept() -> dict[str, Any]:
     """Return the rows that are kept."""
     return (
@@ -160,6 +176,16 @@ def draw(rows: dict[str, Any]) -> None:
     draw_gaits(rows["gaits"])
     draw_amplitudes(rows["amplitudes"])
     draw_cruise(rows["cruise"])
+    print("\n| slenderness, beads | best half side | over 0.5 rad | of links alone at 0.1 rad | at 1 rad |")
+    gait, alone = stored_gaits()["x-cruise"], swimmer(0.01, "local")
+    plain = [abs(row["twist"][0]) if (row := cycle(gait, alone, half)) else math.nan for half in HALVES]
+    for key, ways in {**rows["loops"], "alone": plain}.items():
+        speed = np.array(ways) / np.array(HALVES)
+        near = np.polyfit(HALVES[3:], speed[3:], 3)
+        fine = np.linspace(HALVES[3], HALVES[-1], 301)
+        at = float(fine[np.argmax(np.polyval(near, fine))])
+        most = float(np.max(np.polyval(near, fine))) / speed[1]
+        print(f"| {key} | {at:.3f} | {most:.3f} | {ways[0] / plain[0]:.3f} | {ways[2] / plain[2]:.3f} |")
 
 
 def draw_gaits(rows: dict[str, Any]) -> None:
@@ -169,7 +195,7 @@ def draw_gaits(rows: dict[str, Any]) -> None:
     print("\n| gait | moves |" + "".join(f" {s} |" for s in sizes) + "\n" + "| --- " * (2 + len(sizes)) + "|")
     with styled():
         figure = Figure(figsize=(7.2, 4.2))
-        axes = figure.add_subplot()
+        axes, ends = figure.add_subplot(), []
         for name in stored_gaits():
             found = {s: ratio(rows[s][name]) for s in sizes if name in rows[s]}
             cells = [f" {v[0]:.2f} |" if (v := found.get(s)) else " - |" for s in sizes]
@@ -180,8 +206,12 @@ def draw_gaits(rows: dict[str, Any]) -> None:
             if name in names:
                 colour = {"x": BLUE, "y": GREEN, "z": GREEN, "none": GREY}.get(rows[sizes[0]][name]["moves"], ORANGE)
                 axes.plot(list(there), list(there.values()), "o-", color=colour, markersize=3, linewidth=1.0)
-                axes.annotate(name, (max(there), there[max(there)]), (4, -2), textcoords="offset points", fontsize=6)
+                ends.append((there[max(there)], name))
         axes.axhline(1.0, color=BLACK, linewidth=0.8)
+        height = 0.0
+        for end, name in sorted(ends):
+            height = max(height + LABEL_STEP, end)
+            axes.annotate(name, (float(sizes[-1]), height), (6, -2), textcoords="offset points", fontsize=6)
         axes.set_xscale("log")
         axes.set_xlim(0.8 * float(sizes[0]), 1.9 * float(sizes[-1]))
         axes.set(xlabel="slenderness", ylabel="motion of a cycle, of that among links alone")
@@ -243,7 +273,7 @@ def draw_cruise(rows: dict[str, float]) -> None:
 def main() -> None:
     """Measure, or draw what was measured."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("gaits", "amplitudes", "cruise", "pictures"))
+    parser.add_argument("what", choices=("gaits", "amplitudes", "cruise", "loops", "pictures"))
     parser.add_argument("--slenderness", type=float, nargs="+", default=[0.05])
     parser.add_argument("--finer", type=float, default=1.0)
     asked = parser.parse_args()
@@ -253,10 +283,13 @@ def main() -> None:
     for s in asked.slenderness:
         if asked.what == "cruise":
             rows["cruise"][f"{s:g} {asked.finer:g}"] = cruise(s, asked.finer)
+        elif asked.what == "loops":
+            found = [cruise(s, asked.finer, half) for half in HALVES]
+            rows.setdefault("loops", {})[f"{s:g} {asked.finer:g}"] = found
         else:
             rows[asked.what][f"{s:g}"] = (measure_gaits if asked.what == "gaits" else measure_amplitudes)(s)
         DATA.parent.mkdir(exist_ok=True)
-        DATA.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+        DATA.write_text(json.dumps(rounded(rows), separators=(",", ":")) + "\n", encoding="utf-8")
     return None
 
 

@@ -36,6 +36,8 @@ not solved at amplitudes near 1 rad for long limbs; with 1e-12 the stored gaits 
 
 PURE = 3e-13
 """Cross-talk and closure (L, rad) of a stroke that count as none."""
+_PURE_ON_BEADS = 1e-10
+"""The same of links that feel each other's flow: rounding in their table leaves up to some 1e-11."""
 _IMPURE = 1e-9
 """Cross-talk and closure (L, rad) that are a fault: a thousand times the rounding errors of the longest strokes, and
 no more than plans may miss their goal by."""
@@ -202,6 +204,7 @@ def realise(gait: Gait, swimmer: Swimmer, amplitude: float | None = None, pure: 
     if not 0.0 < abs(a) <= np.pi:
         raise ParameterError(f"amplitude: an angle other than 0 and at most pi is wanted, found {a!r} rad")
     size, unit = abs(a), swimmer.scaled()
+    pure = max(pure, _PURE_ON_BEADS) if swimmer.fluid == "beads" else pure
     known = {gait.symbol: size}
     wanted = size if gait.amplitude_is_displacement else None
     purity = _Purity(gait, unit, known, tuple(gait.free), wanted)
