@@ -1,4 +1,4 @@
-"""The documents of `purcell plan`, `purcell run` and `purcell verify`."""
+"""The documents of `purcell plan`, `purcell run`, `purcell replan` and `purcell verify`."""
 
 from __future__ import annotations
 
@@ -127,10 +127,19 @@ class ExplanationPart(TypedDict):
     sensitivity: Annotated[list[SensitivityPart], "what would upset the plan, a parameter each"]
 
 
-class PlanDocument(TypedDict):
-    """What `purcell plan` and `purcell run` print."""
+class RestPart(TypedDict):
+    """What is left of a plan from a measured configuration."""
 
-    schema: Annotated[Literal["purcell/plan/1", "purcell/run/1"], "the form of the document"]
+    kept: Annotated[bool, "whether it is made of the plan's own strokes; else it was planned anew"]
+    off_way: Annotated[float, "how far from the plan's way the configuration is, a radian counting as L [L]"]
+    done_rad: Annotated[float, "the plan's joint travel up to the nearest place of its way [rad]"]
+    left_rad: Annotated[float, "the plan's joint travel from there on [rad]"]
+
+
+class PlanDocument(TypedDict):
+    """What `purcell plan`, `purcell run` and `purcell replan` print."""
+
+    schema: Annotated[Literal["purcell/plan/1", "purcell/run/1", "purcell/replan/1"], "the form of the document"]
     verdict: Annotated[PlanVerdict, "how it ended; only `reached` is success"]
     swimmer: Annotated[SwimmerPart, "who swims"]
     controls: Annotated[Controls, "whether joints turn one after the other or at once"]
@@ -151,6 +160,7 @@ class PlanDocument(TypedDict):
     rows: Annotated[int, "rows of the trajectory"]
     trajectory: Annotated[str | None, "the trajectory's file"]
     plan_document: Annotated[str | None, "the plan document's file, written or read"]
+    rest: NotRequired[Annotated[RestPart, "of `purcell replan`: what is left of the plan"]]
     explanation: NotRequired[Annotated[ExplanationPart, "with `--explain`: why the plan is as it is"]]
 
 
