@@ -119,12 +119,22 @@ class SensitivityPart(TypedDict):
     largest_part: Annotated[LargestPart | None, "where most of it comes from; null if nothing moves"]
 
 
+class OnBeadsPart(TypedDict):
+    """Where a plan would end if links felt each other's flow, to two per cent of it."""
+
+    position_m: Annotated[float | None, "how far from the goal; null where it is not known [m]"]
+    position_over_L: Annotated[float | None, "the same in units of L"]
+    angle_rad: Annotated[float | None, "how far the base is turned from the goal; null where it is not known [rad]"]
+    why_not: Annotated[str, "why it is not known, in words; else empty"]
+
+
 class ExplanationPart(TypedDict):
     """Why a plan is as it is."""
 
     strokes: Annotated[list[StrokeReasonPart], "what each stroke is for, in order"]
     structures: Annotated[list[StructurePart], "what was weighed, the one taken first"]
     sensitivity: Annotated[list[SensitivityPart], "what would upset the plan, a parameter each"]
+    on_beads: Annotated[OnBeadsPart, "where it would end if links felt each other's flow"]
 
 
 class RestPart(TypedDict):
