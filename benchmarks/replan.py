@@ -3,7 +3,7 @@
     python -m benchmarks.replan --count 100
 
 Times are those of the processor, for library calls with all tables and the plans' ways warm; the certificate is
-included. Measurements are off by 1e-3 L and 0.1 degree in each component, at places all along the ways of stored scenarios.
+included. Measurements are off by 1e-3 L and 0.1 degree in each component, at places all along stored scenarios' ways.
 """
 
 from __future__ import annotations
