@@ -83,7 +83,13 @@ def replan_once(
     after_rad: float = 0.0,
     progress: Progress = silent,
 ) -> Replanned:
-    """Return the rest of a plan; one that moves nothing, or all joints at once, is planned anew. See `replan`."""
+    """Return the rest of a plan; one that moves nothing, or all joints at once, is planned anew. See `replan`.
+
+    Raises:
+        ParameterError: A plan that passes waypoints or follows a curve, which its rest would leave out.
+    """
+    if made.passages or made.follow is not None:
+        raise ParameterError("plan: one without waypoints, that follows no curve, is wanted, found one with")
     way = way_of(made)
     if way is not None:
         return replan(way, measured, options, after_rad=after_rad, progress=progress)
