@@ -7,14 +7,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler, as_vector
+from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.mechanics.moves import ControlSequence
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.limb_circles import LimbCircles, bends
 from purcell_cli.motion.limits import BEND_MARGIN_RAD
-from purcell_cli.motion.plan import Structure
+from purcell_cli.motion.on_beads import end_on_beads
+from purcell_cli.motion.plan import Plan, Structure
 from purcell_cli.motion.sensitivity import Sensitivity, sensitivities
 from purcell_cli.solution import Solution, phase_displacement, stroke_cycles
 
@@ -77,6 +80,30 @@ class Culprit:
     words: str
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class OnBeads:
+    """Where a plan would end if links felt each other's flow.
+
+    Attributes:
+        off: How far from the goal; None where that is not known.
+        why_not: Why it is not known, in words; else empty.
+    """
+
+    off: Deviation | None
+    why_not: str = ""
+
+    @classmethod
+    def of(cls, plan: Plan) -> OnBeads:
+        """Return it for a plan, at once and to `on_beads.ACCURACY` of it."""
+        if plan.swimmer.fluid == "beads":
+            return cls(None, "the plan is made for links that feel each other")
+        try:
+            end = end_on_beads(plan.swimmer, plan.start, plan.blocks)
+        except ParameterError as error:
+            return cls(None, str(error))
+        return cls(Deviation.between(end, plan.goal))
+
+
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Explanation:
     """Why a plan is as it is.
@@ -86,12 +113,14 @@ class Explanation:
         structures: The structures that were weighed, best first; the first one was taken.
         sensitivities: What the end does if the swimmer is a little off.
         culprits: For each of them, the stroke with the largest part in it; None where nothing moves.
+        on_beads: Where it would end if links felt each other's flow.
     """
 
     strokes: tuple[StrokeReason, ...]
     structures: tuple[Structure, ...]
     sensitivities: tuple[Sensitivity, ...]
     culprits: tuple[Culprit | None, ...]
+    on_beads: OnBeads
 
 
 def explain(solution: Solution) -> Explanation:
@@ -100,7 +129,7 @@ def explain(solution: Solution) -> Explanation:
     reasons = _reasons(solution)
     found = sensitivities(plan.swimmer, plan.start, plan.blocks)
     culprits = tuple(_culprit(solution, s, reasons) for s in found)
-    return Explanation(tuple(reasons), plan.structures, found, culprits)
+    return Explanation(tuple(reasons), plan.structures, found, culprits, OnBeads.of(plan))
 
 
 def _reasons(solution: Solution) -> list[StrokeReason]:

@@ -211,12 +211,7 @@ def plan(
     """
     stored = stored_gaits() if gaits is None else gaits
     body, limits = swimmer or Swimmer(), Limits.of(options)
-    refuse_wall(body)
-    for name, configuration in (("start", start), ("goal", goal)):
-        refuse_large(body, name, configuration)
-        limits.refuse(body, name, configuration)
-    if not body.ball_joints:
-        refuse_joints(body, start, goal, options)
+    refuse_query(start, goal, body, options)
     if body.fluid == "beads":
         bead_table(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
     packaged = stored_gaits()
@@ -246,6 +241,30 @@ def plan(
         return one.verdict != Verdict.REACHED, spent
 
     return tried[0] if len(tried) == 1 else min(tried, key=rank)
+
+
+def refuse_query(
+    start: Configuration, goal: Configuration, swimmer: Swimmer, options: PlanOptions, named: str = "start"
+) -> None:
+    """Refuse a start, a goal or an option with which nothing is planned.
+
+    Args:
+        start: The start configuration.
+        goal: The goal configuration.
+        swimmer: The swimmer.
+        options: What is asked of the plan.
+        named: What the start is called.
+
+    Raises:
+        ParameterError: See `plan`.
+    """
+    limits = Limits.of(options)
+    refuse_wall(swimmer)
+    for name, configuration in ((named, start), ("goal", goal)):
+        refuse_large(swimmer, name, configuration)
+        limits.refuse(swimmer, name, configuration)
+    if not swimmer.ball_joints:
+        refuse_joints(swimmer, start, goal, options)
 
 
 def _reconfigured(

@@ -261,7 +261,7 @@ def test_the_table_is_the_beads_to_many_digits(monkeypatch: pytest.MonkeyPatch) 
     assert connection_error(1.0) < 3e-12
     assert connection_error(1.3) < 2e-10
     assert connection_error(1.6) < 2e-7
-    monkeypatch.setattr(bead_table, "_BENDS", 8)
+    monkeypatch.setattr(bead_table, "FINE", bead_table.Grid(many_bends=8))
     assert connection_error(1.0) > 1e-9
 
 

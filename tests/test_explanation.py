@@ -249,7 +249,8 @@ def test_an_explanation_has_exactly_its_keys() -> None:
     made = solution("unequal-links")
     document = told(made, dataclasses.replace(explanation("unequal-links"), structures=STRUCTURES))["explanation"]
     assert json.loads(as_json(document)) == document
-    assert set(document) == {"strokes", "structures", "sensitivity"}
+    assert set(document) == {"strokes", "structures", "sensitivity", "on_beads"}
+    assert set(document["on_beads"]) == {"position_m", "position_over_L", "angle_rad", "why_not"}
     assert all(set(s) == STROKE_KEYS for s in document["strokes"])
     assert all(set(s["missing"]) == DISPLACEMENT_KEYS | {"position_over_L", "angle_rad"} for s in document["strokes"])
     assert all(set(s) == SENSITIVITY_KEYS for s in document["sensitivity"])
@@ -265,7 +266,15 @@ def test_the_tables_fit_and_cut_nothing_short(name: str, width: int) -> None:
     text = shown(told(solution(name), dataclasses.replace(explanation(name), structures=STRUCTURES)), width)
     assert "…" not in text
     assert max(len(line) for line in text.splitlines()) <= width
-    for words in ("Stroke by stroke", "runner-up", "1.5000 (12 %)", "1 % off", "drag ratio", "viscosity: none"):
+    for words in (
+        "Stroke by stroke",
+        "runner-up",
+        "1.5000 (12 %)",
+        "1 % off",
+        "drag ratio",
+        "viscosity: none",
+        "it would end",
+    ):
         assert words in text
 
 

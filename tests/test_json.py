@@ -176,6 +176,7 @@ COMMANDS = {
     "verify a fault": ["verify", "swim.csv", "roll"],
     "simulate": ["simulate", "swim.csv", "--swimmer", "truth.yaml", "--noise", "rate=0.02", "--out", "real.csv"],
     "simulate a plan": ["simulate", "plan.json", "--swimmer", "truth.yaml"],
+    "replan": ["replan", "plan.json", "--from", "start.yaml", "--out", "rest.csv"],
     "track": ["track", "roll", "--truth", "truth.yaml", "--replans", "1", "--out", "tracked.csv"],
     "gait": ["gait", "x-motion"],
     "gait of moves": ["gait", "max-efficiency"],
@@ -213,6 +214,7 @@ def documents(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, A
         patch.setattr(pictures, "PRINTED", ())
         (folder / "outside.yaml").write_text(OUTSIDE)
         (folder / "truth.yaml").write_text(TRUTH)
+        (folder / "start.yaml").write_text("limb1: {euler_deg: [2, 0, 0]}\n")
         (folder / "batch").mkdir()
         for name, text in BATCH.items():
             (folder / "batch" / name).write_text(text)
@@ -259,7 +261,7 @@ def test_a_document_with_any_key_gone_renamed_or_of_another_type_is_found_out(
     documents: dict[str, dict[str, Any]], name: str
 ) -> None:
     good = documents[name]
-    for key in good.keys() - {"schema", "verdict", "explanation"}:
+    for key in good.keys() - {"schema", "verdict", "explanation", "rest"}:
         gone, renamed, other = (copy.deepcopy(good) for _ in range(3))
         renamed[f"{key}_"] = renamed.pop(key)
         del gone[key]

@@ -45,6 +45,8 @@ INPUTS: dict[tuple[str, str], str] = {
     ("plan", "goal"): "start",
     ("plan", "swimmer"): "swimmer",
     ("run", "document"): "plan",
+    ("replan", "document"): "plan",
+    ("replan", "measured"): "start",
     ("plot", "what"): "trajectory",
     ("view", "trajectory"): "trajectory",
     ("export", "trajectory"): "trajectory",
@@ -60,8 +62,9 @@ INPUTS: dict[tuple[str, str], str] = {
 """The arguments that name what a command with outputs reads: what it is."""
 
 OUTPUTS: dict[tuple[str, str], str] = {
-    **{(command, "out"): "csv" for command in ("plan", "run", "gait", "simulate", "track")},
+    **{(command, "out"): "csv" for command in ("plan", "run", "replan", "gait", "simulate", "track")},
     ("plan", "plan_out"): "json",
+    ("replan", "plan_out"): "json",
     ("plot", "out"): "png",
     ("view", "out"): "html",
     ("export", "out"): "csv",
@@ -87,6 +90,7 @@ POSITIONAL = {
     "simulate": {"trajectory": "trajectory.yaml"},
     "track": {"start": "start.yaml", "goal": "start.yaml"},
     "run": {"document": "plan.yaml"},
+    "replan": {"document": "plan.yaml"},
     "gait": {"name": "x-motion"},
     "plot": {"what": "x-motion"},
     "view": {"trajectory": "trajectory.yaml"},
@@ -95,7 +99,7 @@ POSITIONAL = {
 }
 """What stands on a command's places where nothing else does."""
 
-ALWAYS = {"controllability": ["--map"], "export": ["--to", "servo"]}
+ALWAYS = {"controllability": ["--map"], "export": ["--to", "servo"], "replan": ["--from", "start.yaml"]}
 """What a command is given besides, to write something."""
 
 FOLDERS = {"figures": "x-motion-stroke.svg", "batch": "a.json"}

@@ -46,7 +46,7 @@ def test_it_arrives_where_one_plan_alone_misses(goal: Configuration) -> None:
     here, plans = START, 0
     while not plain.arrived(here):
         here = simulate(as_table(plain.update(here).trajectory), TRUTH).end
-        plain._asked = None
+        plain._last = None
         plans += 1
     assert len(found.parts) <= plans
 
@@ -99,6 +99,23 @@ def test_a_better_model_is_used_as_soon_as_it_is_known() -> None:
     found = track(START, GOAL, TRUTH, tolerance_l=1e-8, tolerance_rad=1e-8, replans=1, fitted=lambda _: TRUTH)
     assert (found.arrived, found.replans) == (True, 1)
     assert not track(START, GOAL, TRUTH, tolerance_l=1e-8, tolerance_rad=1e-8, replans=1).arrived
+
+
+@pytest.mark.slow
+def test_a_loop_that_measures_within_strokes_arrives() -> None:
+    """Every second a new plan, far within a stroke; each goes on where the last one is."""
+    goal = Configuration.from_angles((0.03, 0.0, 0.0))
+    tracker, here = Tracker(goal, Swimmer()), START
+    rest = tracker.update(here)
+    travel = [rest.joint_travel_rad]
+    while not tracker.arrived(here) and len(travel) < 40:
+        part = rest.trajectory.until(1.0)
+        here = simulate(as_table(part), TRUTH).end
+        rest = tracker.update(here, part.time_s[-1])
+        travel.append(rest.joint_travel_rad)
+    assert tracker.arrived(here)
+    assert 3 < len(travel) < 40
+    assert travel[1] < travel[0] - 0.5  # it goes on, and does not begin anew
 
 
 def test_a_better_model_with_other_joints_is_refused() -> None:

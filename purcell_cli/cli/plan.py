@@ -37,7 +37,7 @@ def register(app: typer.Typer) -> None:
     )
 
 
-def _show_solution(solution: Solution, document: PlanDocument, json: bool, explain: bool) -> int:
+def show_solution(solution: Solution, document: PlanDocument, json: bool, explain: bool) -> int:
     """Show a plan that was carried out, and why it is as it is; return the exit code."""
     from purcell_cli.cli.reports.plan import show_plan
 
@@ -108,7 +108,7 @@ def plan(
                 text = Saved(solution.plan, solution.options).as_text()
                 both.enter_context(whole_file(plan_out)).write(text.encode())
             write_trajectory(solution.trajectory, file, form, solution.plan.swimmer)
-    return _show_solution(solution, document, json, explain)
+    return show_solution(solution, document, json, explain)
 
 
 def run(
@@ -133,4 +133,4 @@ def run(
         solution = carried_out(saved.plan, saved.options)
         told = plan_document(solution, str(file), str(document), "run")
         write_trajectory(solution.trajectory, file, form, solution.plan.swimmer)
-    return _show_solution(solution, told, json, explain)
+    return show_solution(solution, told, json, explain)

@@ -8,6 +8,7 @@ So the miss falls faster than by the model's own error. Joints do as they are to
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.measured import EXACTLY, Measuring
+from purcell_cli.feedback.replan import done_by, way_of
 from purcell_cli.feedback.simulate import refuse_other_joints, simulate
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.linear_systems import solve
@@ -22,9 +24,15 @@ from purcell_cli.geometry.reproducible import inner, matmul, normal_numbers
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.blocks import block_displacements, starting_shapes
+from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.options import PlanOptions
+from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, as_table
-from purcell_cli.solution import Solution, plan
+from purcell_cli.motion.verdict import Verdict
+from purcell_cli.planner.rest import blocks_after, rest
+from purcell_cli.planner.way import Way
+from purcell_cli.solution import Solution, carried_out, plan
 
 TOLERANCE_L = 1e-3
 """Position tolerance of an arrival, in units of L."""
@@ -38,8 +46,14 @@ _LEAST_GAIN, _MOST_GAIN = 0.4, 2.5
 """Where what was learned would shorten or lengthen a displacement by more, the model's word is taken."""
 
 
+_LAG_RAD = 0.1
+"""The rest of a plan that was swum in part begins at most so much joint travel before what was swum [rad]."""
+
+
 class Tracker:
     """Plans the rest of a way from measured configurations, and learns from what the last plan made.
+
+    It keeps the ways of its plans, so that an update changes their remaining strokes instead of planning anew.
 
     Args:
         goal: The goal.
@@ -60,8 +74,9 @@ class Tracker:
         self.goal, self.model, self.options = goal, model, options
         self.tolerance_l, self.tolerance_rad = tolerance_l, tolerance_rad
         self._map: Array = np.eye(6)
-        self._asked: Array | None = None
         self._begun = goal
+        self._last: Solution | None = None
+        self._ways: list[Way] = []
 
     def off(self, measured: Configuration) -> Deviation:
         """Return how far a configuration is from the goal."""
@@ -71,26 +86,63 @@ class Tracker:
         """Return whether a configuration is at the goal, within the tolerances."""
         return self.off(measured).within(self.tolerance_l * self.model.length_m, self.tolerance_rad)
 
-    def update(self, measured: Configuration) -> Solution:
+    def update(self, measured: Configuration, swum_s: float = math.inf) -> Solution:
         """Return a plan of the rest of the way from where the swimmer was measured to be.
 
         Args:
-            measured: Where it is, the last plan having been swum whole.
+            measured: Where it is.
+            swum_s: How long of the last plan was swum; all of it where nothing is said [s].
 
         Raises:
             ParameterError: See `solution.plan`.
         """
-        self._learn(measured)
+        self._learn(measured, swum_s)
+        aim = self._aim(measured)
+        found = self._rest(measured, aim, swum_s)
+        if found is None:
+            found = plan(measured, aim, swimmer=self.model, options=self.options)
+            self._ways = []
+        way = way_of(found.plan)
+        self._ways = [*self._ways[:1], *([] if way is None else [way])]
+        self._last, self._begun = found, measured
+        return found
+
+    def _rest(self, measured: Configuration, aim: Configuration, swum_s: float) -> Solution | None:
+        """Return the rest of one of the plans so far; None without one.
+
+        Of a plan that was swum in part that is what is left of it: brought to the goal, or else as it is, since to go
+        back where one came from at every measurement leads nowhere. Else that of the plan whose way is nearest.
+        """
+        last, limits = self._last, Limits.of(self.options)
+        if last is not None and self._ways and swum_s < last.duration_s:
+            done_rad, way = done_by(last.plan, swum_s), self._ways[-1]
+            place, _ = way.nearest(measured, aim, max(done_rad - _LAG_RAD, 0.0))
+            left = rest(way, place, measured, aim, limits, (0.0,)) or self._going_on(last.plan, measured, done_rad)
+            return carried_out(left, self.options)
+        near = sorted(((*way.nearest(measured, aim), way) for way in self._ways), key=lambda one: one[1])
+        for place, _, way in near:
+            found = rest(way, place, measured, aim, limits)
+            solution = None if found is None else carried_out(found, self.options)
+            if solution is not None and solution.verdict == Verdict.REACHED:
+                return solution
+        return None
+
+    def _going_on(self, last: Plan, measured: Configuration, done_rad: float) -> Plan:
+        """Return what is left of a plan as it is; its goal is where the model then ends."""
+        blocks = blocks_after(last, done_rad)
+        pose = matmul(measured.pose, se3.prefix_products(block_displacements(self.model, blocks, measured.shape))[-1])
+        end = Configuration(se3.normalised(pose), starting_shapes(blocks, measured.shape)[-1])
+        return Plan(self.model, measured, end, blocks)
+
+    def _aim(self, measured: Configuration) -> Configuration:
+        """Return the goal of a plan that is expected to make what is missing."""
         missing = self._twist(measured, self.goal)
         asked = solve(self._map, missing)
         sizes = (float(np.sqrt(inner(t, t))) for t in (asked, missing))
         gain = next(sizes) / max(next(sizes), 1e-300)
         if not _LEAST_GAIN < gain < _MOST_GAIN:
             asked = missing
-        pose = matmul(measured.pose, self._pose(asked))
-        aim = Configuration(se3.normalised(pose), self.goal.shape)
-        self._asked, self._begun = asked, measured
-        return plan(measured, aim, swimmer=self.model, options=self.options)
+        return Configuration(se3.normalised(matmul(measured.pose, self._pose(asked))), self.goal.shape)
 
     def use(self, model: Swimmer) -> None:
         """Plan for another model from now on; what was learned of the last one's error is forgotten.
@@ -102,13 +154,13 @@ class Tracker:
             ParameterError: Its joints are others.
         """
         refuse_other_joints(self.model, model)
-        self.model, self._map, self._asked = model, np.eye(6), None
+        self.model, self._map, self._last, self._ways = model, np.eye(6), None, []
 
-    def _learn(self, measured: Configuration) -> None:
-        """Take what the last plan made into the map."""
-        if self._asked is None:
+    def _learn(self, measured: Configuration, swum_s: float) -> None:
+        """Take what the last plan made into the map; a part of it, within a stroke, says little of whole ones."""
+        if self._last is None or swum_s < self._last.duration_s:
             return
-        made, asked = self._twist(self._begun, measured), self._asked
+        asked, made = self._twist(self._begun, self._last.plan.goal), self._twist(self._begun, measured)
         size = float(inner(asked, asked))
         if np.sqrt(size) < _LEARNED_FROM * max(self.tolerance_l, self.tolerance_rad):
             return

@@ -32,12 +32,21 @@ def kernel_numbers(swimmer: Swimmer) -> Array:
     Raises:
         ParameterError: A swimmer beside a wall.
     """
+    return with_table(swimmer, bead_table(swimmer) if swimmer.fluid == "beads" else np.zeros(3))
+
+
+def with_table(swimmer: Swimmer, table: Array) -> Array:
+    """Return what the kernel needs of a swimmer; see `kernel_numbers`.
+
+    Args:
+        swimmer: The swimmer.
+        table: The table of links that feel each other; see `bead_table.made_table`.
+    """
     unit = swimmer.scaled()
     # The kernel's distance counts all lengths alike, so that it is at most what it is by their drags.
     half, spread = max(unit.halves_m[1:]), unit.bend_spread() / unit.weights()[0]
     steepness = math.sqrt(4.0 * (2.0 / 3.0 * half * half * half) / spread)
     base = (unit.base_half_length_m, *np.diagonal(unit.drag_matrix(0)), unit.roll_sharpness(), spread, steepness)
-    table = bead_table(swimmer) if swimmer.fluid == "beads" else np.zeros(3)
     out = np.concatenate([[*base, 1.0, *_limb(unit, 1), -1.0, *_limb(unit, 2)], table])
     out.setflags(write=False)
     return out

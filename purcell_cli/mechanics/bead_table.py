@@ -8,6 +8,7 @@ limbs alike an end-for-end turn of the swimmer gives half of the samples.
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -57,23 +58,47 @@ def _end_for_end(angle: float) -> Array:
     return out
 
 
-def _nodes() -> tuple[Array, Array]:
-    """Return the bends and the angles that are sampled [rad]. Shapes (n,) and (m,)."""
-    bends = 0.5 * REACH_RAD * (1.0 + cos((np.arange(_BENDS) + 0.5) * (np.pi / _BENDS)))
-    angles = np.linspace(0.5, _ANGLES - 0.5, _ANGLES) * (np.pi / _ANGLES)
-    return np.asarray(bends), np.asarray(angles, dtype=np.float64)
+@dataclasses.dataclass(frozen=True, slots=True)
+class Grid:
+    """Where a table is sampled, and how far it reaches.
+
+    Attributes:
+        reach_rad: The largest bend [rad].
+        many_bends: How many bends of each limb are sampled.
+        many_angles: How many angles between the planes that the limbs are bent in.
+    """
+
+    reach_rad: float = REACH_RAD
+    many_bends: int = _BENDS
+    many_angles: int = _ANGLES
+
+    @property
+    def bends(self) -> Array:
+        """The bends that are sampled [rad]. Shape (n,)."""
+        n = self.many_bends
+        return np.asarray(0.5 * self.reach_rad * (1.0 + cos((np.arange(n) + 0.5) * (np.pi / n))))
+
+    @property
+    def angles(self) -> Array:
+        """The angles that are sampled [rad]. Shape (m,)."""
+        m = self.many_angles
+        return np.asarray(np.linspace(0.5, m - 0.5, m) * (np.pi / m), dtype=np.float64)
 
 
-def _samples(unit: Swimmer, progress: Progress) -> Array:
+FINE = Grid()
+"""The grid of the tables that plans are made with."""
+
+
+def _samples(unit: Swimmer, grid: Grid, progress: Progress) -> Array:
     """Return the resistances at all nodes. Shape (n, n, m, 12, 12)."""
-    bends, angles = _nodes()
-    out = np.empty((_BENDS, _BENDS, _ANGLES, 12, 12))
+    bends, angles, n = grid.bends, grid.angles, grid.many_bends
+    out = np.empty((n, n, grid.many_angles, 12, 12))
     alike = unit.equal_limbs
 
     def last(a: int) -> int:
-        return a + 1 if alike else _BENDS
+        return a + 1 if alike else n
 
-    wanted = [(a, b, c) for a in range(_BENDS) for b in range(last(a)) for c in range(_ANGLES)]
+    wanted = [(a, b, c) for a in range(n) for b in range(last(a)) for c in range(grid.many_angles)]
 
     def sampled(place: tuple[int, int, int]) -> Array:
         a, b, c = place
@@ -92,27 +117,28 @@ def _samples(unit: Swimmer, progress: Progress) -> Array:
     return out
 
 
-def made_table(swimmer: Swimmer, progress: Progress = lambda _done, _of: None) -> Array:
+def made_table(swimmer: Swimmer, progress: Progress = lambda _done, _of: None, grid: Grid = FINE) -> Array:
     """Return the kernel's table of a swimmer: its numbers of the table, and the coefficients. Shape (3 + n n m 78,).
 
     Args:
         swimmer: The swimmer.
         progress: Is told how far it is.
+        grid: Where it is sampled.
     """
-    samples = _samples(swimmer.scaled(), progress)[..., LOWER[0], LOWER[1]]
-    _, angles = _nodes()
-    places, steps = np.arange(_BENDS), np.arange(_ANGLES)
-    polynomials = cos(places[:, None] * ((places + 0.5) * (np.pi / _BENDS))) * (2.0 / _BENDS)
+    samples = _samples(swimmer.scaled(), grid, progress)[..., LOWER[0], LOWER[1]]
+    n, m, angles = grid.many_bends, grid.many_angles, grid.angles
+    places, steps = np.arange(n), np.arange(m)
+    polynomials = cos(places[:, None] * ((places + 0.5) * (np.pi / n))) * (2.0 / n)
     polynomials[0] *= 0.5
-    even, odd = (f(steps[:, None] * angles) * (2.0 / _ANGLES) for f in (cos, sin))
+    even, odd = (f(steps[:, None] * angles) * (2.0 / m) for f in (cos, sin))
     even[0] *= 0.5
     mixed = _MIRRORED[LOWER[0]] != _MIRRORED[LOWER[1]]
-    out: Array = matmul(polynomials, samples.reshape(_BENDS, -1)).reshape(samples.shape).swapaxes(0, 1)
-    out = matmul(polynomials, out.reshape(_BENDS, -1)).reshape(out.shape).swapaxes(0, 1)
-    out = out.transpose(2, 0, 1, 3).reshape(_ANGLES, -1)
-    sums = [matmul(series, out).reshape(_ANGLES, _BENDS, _BENDS, -1) for series in (even, odd)]
+    out: Array = matmul(polynomials, samples.reshape(n, -1)).reshape(samples.shape).swapaxes(0, 1)
+    out = matmul(polynomials, out.reshape(n, -1)).reshape(out.shape).swapaxes(0, 1)
+    out = out.transpose(2, 0, 1, 3).reshape(m, -1)
+    sums = [matmul(series, out).reshape(m, n, n, -1) for series in (even, odd)]
     table = np.where(mixed, sums[1], sums[0]).transpose(1, 2, 0, 3)
-    return np.concatenate([[REACH_RAD, _BENDS, _ANGLES], table.ravel()])
+    return np.concatenate([[grid.reach_rad, n, m], table.ravel()])
 
 
 _known: dict[str, Array] = {}
@@ -132,9 +158,9 @@ def bead_table(swimmer: Swimmer, progress: Progress = lambda _done, _of: None) -
     refuse_wall(swimmer)
     unit = swimmer.scaled()
     sizes = *unit.halves_m, *unit.radii_m
-    key = f"{DIGEST} {REACH_RAD!r} {_BENDS} {_ANGLES} {sizes!r}"
+    key = f"{DIGEST} {FINE.reach_rad!r} {FINE.many_bends} {FINE.many_angles} {sizes!r}"
     if key not in _known:
-        table = kept("beads", key, lambda: made_table(unit, progress))
+        table = kept("beads", key, lambda: made_table(unit, progress, FINE))
         table.setflags(write=False)
         _known[key] = table
     return _known[key]

@@ -46,4 +46,9 @@ def _collocation(stages: int) -> tuple[Array, Array, Array]:
 @functools.lru_cache(maxsize=64)
 def flow_of(swimmer: Swimmer, accuracy: Accuracy) -> Flow:
     """Return the flow of a swimmer, in units of L, at an accuracy."""
-    return Flow(kernel_numbers(swimmer), Rule(*_collocation(accuracy.stages), accuracy.step, accuracy.settled))
+    return flow_with(kernel_numbers(swimmer), accuracy)
+
+
+def flow_with(numbers: Array, accuracy: Accuracy) -> Flow:
+    """Return the flow of a swimmer by its numbers, see `base_velocity.kernel_numbers`, at an accuracy."""
+    return Flow(numbers, Rule(*_collocation(accuracy.stages), accuracy.step, accuracy.settled))

@@ -67,6 +67,14 @@ class Trajectory:
         """The last row's configuration."""
         return Configuration(self.pose[-1], self.shape[-1])
 
+    def until(self, time_s: float) -> Trajectory:
+        """Return its rows up to the first at or after a time [s], where the joints then rest."""
+        rows = slice(min(int(np.searchsorted(self.time_s, time_s)), len(self) - 1) + 1)
+        rates = self.rate_rad_s[rows].copy()
+        rates[-1] = 0.0
+        time, phase, gait = self.time_s[rows], self.phase[rows], self.gait[rows]
+        return Trajectory(time, phase, gait, self.gaits, self.pose[rows], self.shape[rows], rates)
+
     @property
     def base_quaternion(self) -> Array:
         """The base's quaternions (w, x, y, z), signs continuous along the rows. Shape (n, 4)."""

@@ -85,9 +85,7 @@ def reconfigure(
     if Deviation.between(start, goal).within(_THERE * swimmer.length_m, _THERE):
         return Plan(swimmer, start, goal, ())
     kept_to = limits or Limits()
-    # Phase 2 needs no bends at which the limbs could meet.
-    apart_rad = max(apart_bend_rad(swimmer, kept_to.clearance_m), _LEAST_BEND_RAD)
-    bend_rad = min(swimmer.max_bend_rad, apart_rad)
+    bend_rad = careful_bend_rad(swimmer, kept_to)
 
     def searched(bend_rad: float) -> tuple[Exploration, list[Candidate]]:
         careful = dataclasses.replace(swimmer, max_bend_rad=bend_rad)
@@ -103,6 +101,11 @@ def reconfigure(
     best = search.incumbent.best
     blocks = () if best is None else played(best.motion)
     return Plan(swimmer, start, goal, blocks, search.structures(found), None if best is None else best.report)
+
+
+def careful_bend_rad(swimmer: Swimmer, limits: Limits) -> float:
+    """Return how far limbs bend in phase 2 [rad]: it needs no bends at which they could meet."""
+    return min(swimmer.max_bend_rad, max(apart_bend_rad(swimmer, limits.clearance_m), _LEAST_BEND_RAD))
 
 
 def _searched(

@@ -34,6 +34,7 @@ DOCUMENTS: Mapping[str, Any] = MappingProxyType(
     {
         "purcell/plan/1": PlanDocument,
         "purcell/run/1": PlanDocument,
+        "purcell/replan/1": PlanDocument,
         "purcell/verify/1": VerifyDocument,
         "purcell/simulate/1": SimulateDocument,
         "purcell/track/1": TrackDocument,

@@ -1,4 +1,4 @@
-"""The documents of `purcell plan`, `purcell run` and `purcell verify`."""
+"""The documents of `purcell plan`, `purcell run`, `purcell replan` and `purcell verify`."""
 
 from __future__ import annotations
 
@@ -132,12 +132,31 @@ class SensitivityPart(TypedDict):
     largest_part: Annotated[LargestPart | None, "where most of it comes from; null if nothing moves"]
 
 
+class OnBeadsPart(TypedDict):
+    """Where a plan would end if links felt each other's flow, to two per cent of it."""
+
+    position_m: Annotated[float | None, "how far from the goal; null where it is not known [m]"]
+    position_over_L: Annotated[float | None, "the same in units of L"]
+    angle_rad: Annotated[float | None, "how far the base is turned from the goal; null where it is not known [rad]"]
+    why_not: Annotated[str, "why it is not known, in words; else empty"]
+
+
 class ExplanationPart(TypedDict):
     """Why a plan is as it is."""
 
     strokes: Annotated[list[StrokeReasonPart], "what each stroke is for, in order"]
     structures: Annotated[list[StructurePart], "what was weighed, the one taken first"]
     sensitivity: Annotated[list[SensitivityPart], "what would upset the plan, a parameter each"]
+    on_beads: Annotated[OnBeadsPart, "where it would end if links felt each other's flow"]
+
+
+class RestPart(TypedDict):
+    """What is left of a plan from a measured configuration."""
+
+    kept: Annotated[bool, "whether it is made of the plan's own strokes; else it was planned anew"]
+    off_way: Annotated[float, "how far from the plan's way the configuration is, a radian counting as L [L]"]
+    done_rad: Annotated[float, "the plan's joint travel up to the nearest place of its way [rad]"]
+    left_rad: Annotated[float, "the plan's joint travel from there on [rad]"]
 
 
 class WaypointPart(TypedDict):
@@ -158,9 +177,9 @@ class CurvePart(TypedDict):
 
 
 class PlanDocument(TypedDict):
-    """What `purcell plan` and `purcell run` print."""
+    """What `purcell plan`, `purcell run` and `purcell replan` print."""
 
-    schema: Annotated[Literal["purcell/plan/1", "purcell/run/1"], "the form of the document"]
+    schema: Annotated[Literal["purcell/plan/1", "purcell/run/1", "purcell/replan/1"], "the form of the document"]
     verdict: Annotated[PlanVerdict, "how it ended; only `reached` is success"]
     swimmer: Annotated[SwimmerPart, "who swims"]
     controls: Annotated[Controls, "whether joints turn one after the other or at once"]
@@ -183,6 +202,7 @@ class PlanDocument(TypedDict):
     rows: Annotated[int, "rows of the trajectory"]
     trajectory: Annotated[str | None, "the trajectory's file"]
     plan_document: Annotated[str | None, "the plan document's file, written or read"]
+    rest: NotRequired[Annotated[RestPart, "of `purcell replan`: what is left of the plan"]]
     explanation: NotRequired[Annotated[ExplanationPart, "with `--explain`: why the plan is as it is"]]
 
 

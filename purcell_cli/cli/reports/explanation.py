@@ -9,6 +9,7 @@ import numpy as np
 
 from purcell_cli.cli.documents.plan import (
     ExplanationPart,
+    OnBeadsPart,
     PlanDocument,
     SensitivityPart,
     StrokeReasonPart,
@@ -71,7 +72,14 @@ def explanation_document(explanation: Explanation, swimmer: Swimmer) -> Explanat
         {"description": s.words, "joint_travel_rad": s.joint_travel_rad, "why_not": s.why_not}
         for s in explanation.structures
     ]
-    return {"strokes": strokes, "structures": structures, "sensitivity": sensitivity}
+    off, why_not = explanation.on_beads.off, explanation.on_beads.why_not
+    on_beads: OnBeadsPart = {
+        "position_m": None if off is None else off.position_m,
+        "position_over_L": None if off is None else off.position_m / swimmer.length_m,
+        "angle_rad": None if off is None else off.base_rad,
+        "why_not": why_not,
+    }
+    return {"strokes": strokes, "structures": structures, "sensitivity": sensitivity, "on_beads": on_beads}
 
 
 def show_explanation(console: Console, document: PlanDocument) -> None:
@@ -85,6 +93,16 @@ def show_explanation(console: Console, document: PlanDocument) -> None:
     if explanation["structures"]:
         _show_structures(console, explanation["structures"])
     _show_sensitivity(console, explanation)
+    _show_on_beads(console, explanation["on_beads"])
+
+
+def _show_on_beads(console: Console, found: OnBeadsPart) -> None:
+    over, angle = found["position_over_L"], found["angle_rad"]
+    if over is None or angle is None:
+        console.print(f"where it would end on beads is not known: {found['why_not']}")
+    else:
+        ends = f"{figure(over)} L and {figure(math.degrees(angle))} deg off"
+        console.print(f"on beads (links that feel each other) it would end {ends}")
 
 
 def _table(title: str) -> Table:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -24,6 +26,7 @@ from purcell_cli.cli.documents.plan import (
     LimitsPart,
     PhasePart,
     PlanDocument,
+    RestPart,
     StrokePart,
     ViolationPart,
     WaypointPart,
@@ -55,7 +58,7 @@ def _limits(found: LimitsReport, swimmer: Swimmer) -> LimitsPart:
 
 
 def plan_document(
-    solution: Solution, file: str | None, saved: str | None = None, command: Literal["plan", "run"] = "plan"
+    solution: Solution, file: str | None, saved: str | None = None, command: Literal["plan", "run", "replan"] = "plan"
 ) -> PlanDocument:
     """Return what is known of a plan.
 
@@ -63,7 +66,7 @@ def plan_document(
         solution: The plan, carried out.
         file: The trajectory's file.
         saved: The plan document's file, written or read.
-        command: The command that asks: plan or run.
+        command: The command that asks.
     """
     plan, swimmer = solution.plan, solution.plan.swimmer
     strokes: dict[int, list[StrokePart]] = {1: [], 2: [], 3: []}
@@ -99,7 +102,7 @@ def plan_document(
     ]
     found = solution.certificate
     return {
-        "schema": "purcell/plan/1" if command == "plan" else "purcell/run/1",
+        "schema": _SCHEMAS[command],
         "verdict": solution.verdict,
         "swimmer": swimmer_document(swimmer),
         "controls": solution.controls,
@@ -123,6 +126,12 @@ def plan_document(
         "trajectory": file,
         "plan_document": saved,
     }
+
+
+_SCHEMAS: Mapping[str, Literal["purcell/plan/1", "purcell/run/1", "purcell/replan/1"]] = MappingProxyType(
+    {"plan": "purcell/plan/1", "run": "purcell/run/1", "replan": "purcell/replan/1"}
+)
+"""The form of each command's document."""
 
 
 def _waypoints(solution: Solution) -> list[WaypointPart]:
@@ -198,11 +207,21 @@ def show_plan(console: Console, document: PlanDocument) -> None:
     )
     _checked(console, document["certificate"])
     _show_limits(console, document)
+    if "rest" in document:
+        _show_rest(console, document["rest"])
     _verdict(console, document["verdict"])
     if document["trajectory"]:
         console.print(f"{document['rows']} rows in {document['trajectory']}", soft_wrap=True)
-    if document["plan_document"] and document["schema"] == "purcell/plan/1":
+    if document["plan_document"] and document["schema"] != "purcell/run/1":
         console.print(f"plan in {document['plan_document']}", soft_wrap=True)
+
+
+def _show_rest(console: Console, rest: RestPart) -> None:
+    """Show on one line where on a plan's way its rest begins, and what it is made of."""
+    whole = rest["done_rad"] + rest["left_rad"]
+    made = "the rest of its own strokes" if rest["kept"] else "planned anew"
+    done = f"{rest['done_rad']:.4g} of {whole:.4g} rad of the plan are done"
+    console.print(f"{done}, {rest['off_way']:.2g} L off its way: {made}", soft_wrap=True)
 
 
 def _show_way(console: Console, document: PlanDocument) -> None:

@@ -1,0 +1,124 @@
+"""The rest of a plan from a measured configuration: by the plan's own strokes, or else by a plan of its own."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+from purcell_cli.errors import ParameterError
+from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.options import PlanOptions
+from purcell_cli.motion.pace import paced
+from purcell_cli.motion.plan import Plan
+from purcell_cli.motion.verdict import Verdict
+from purcell_cli.planner.progress import Progress, silent
+from purcell_cli.planner.rest import of_primitives, rest
+from purcell_cli.planner.way import Way
+from purcell_cli.solution import Solution, carried_out, plan, refuse_query
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Replanned:
+    """The rest of a plan.
+
+    Attributes:
+        solution: The rest, carried out and checked.
+        kept: Whether it is made of the plan's own strokes.
+        off: How far from the plan's way the configuration was measured to be [L, rad]; 0 where that is not looked at.
+        done_rad: The plan's joint travel up to where that is nearest [rad].
+        left_rad: The plan's joint travel from there on [rad].
+    """
+
+    solution: Solution
+    kept: bool
+    off: float = 0.0
+    done_rad: float = 0.0
+    left_rad: float = 0.0
+
+
+def replan(
+    way: Way,
+    measured: Configuration,
+    options: PlanOptions = PlanOptions(),
+    *,
+    goal: Configuration | None = None,
+    after_rad: float = 0.0,
+    progress: Progress = silent,
+) -> Replanned:
+    """Return the rest of a plan from where the swimmer was measured to be.
+
+    The strokes up to the place of the way that is nearest are left out. Those that remain are brought to the goal by
+    Newton's method; where they do not arrive within limits, or only by a long way, it is planned anew.
+
+    Args:
+        way: The plan's way; it is made once for many calls, see `Way.of`.
+        measured: Where the swimmer is.
+        options: What was asked of the plan.
+        goal: Where it is to end; the plan's goal where none is given.
+        after_rad: The plan's joint travel that is made, at least [rad].
+        progress: Is told how far a whole plan's search is.
+
+    Raises:
+        ParameterError: See `solution.plan`.
+    """
+    swimmer, aim = way.plan.swimmer, goal or way.plan.goal
+    refuse_query(measured, aim, swimmer, options, "measured")
+    place, off = way.nearest(measured, aim, after_rad)
+    left = float(way.travel_rad[place])
+    figures = off, float(way.travel_rad[0]) - left, left
+    found = rest(way, place, measured, aim, Limits.of(options))
+    solution = None if found is None else carried_out(found, options)
+    if solution is not None and solution.verdict == Verdict.REACHED:
+        return Replanned(solution, True, *figures)
+    whole = plan(measured, aim, swimmer=swimmer, options=options, progress=progress)
+    return Replanned(whole, False, *figures)
+
+
+def replan_once(
+    made: Plan,
+    measured: Configuration,
+    options: PlanOptions = PlanOptions(),
+    *,
+    after_rad: float = 0.0,
+    progress: Progress = silent,
+) -> Replanned:
+    """Return the rest of a plan; one that moves nothing, or all joints at once, is planned anew. See `replan`.
+
+    Raises:
+        ParameterError: A plan that passes waypoints or follows a curve, which its rest would leave out.
+    """
+    if made.passages or made.follow is not None:
+        raise ParameterError("plan: one without waypoints, that follows no curve, is wanted, found one with")
+    way = way_of(made)
+    if way is not None:
+        return replan(way, measured, options, after_rad=after_rad, progress=progress)
+    refuse_query(measured, made.goal, made.swimmer, options, "measured")
+    whole = plan(measured, made.goal, swimmer=made.swimmer, options=options, progress=progress)
+    return Replanned(whole, False, left_rad=made.joint_travel_rad)
+
+
+def way_of(made: Plan) -> Way | None:
+    """Return the way of a plan whose strokes can be brought to a goal anew: of primitives, and not none."""
+    return Way.of(made) if made.blocks and of_primitives(made) else None
+
+
+def done_by(made: Plan, time_s: float) -> float:
+    """Return the joint travel that a plan has made by a time, as even within each stroke [rad].
+
+    Args:
+        made: The plan.
+        time_s: The time since it began [s].
+
+    Raises:
+        ParameterError: A time before the plan begins, or no number.
+    """
+    if not (math.isfinite(time_s) and time_s >= 0.0):
+        raise ParameterError(f"after: a time of at least 0 s, and finite, is wanted, found {time_s!r}")
+    swimmer, blocks = paced(made.swimmer, made.start.shape, made.blocks)
+    left, done = time_s, 0.0
+    for block, played in zip(made.blocks, blocks, strict=True):
+        lasts = played.duration / swimmer.joint_rate_rad_s
+        done += block.joint_travel_rad * (min(left / lasts, 1.0) if lasts > 0.0 else 1.0)
+        left = max(left - lasts, 0.0)
+    return done

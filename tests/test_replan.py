@@ -1,0 +1,190 @@
+"""The rest of a plan: from a measured configuration its remaining strokes, changed a little, arrive exactly."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers import Run, assert_close, flown, runner
+
+from purcell_cli import Configuration, PlanOptions, Solution, Swimmer
+from purcell_cli.errors import ParameterError
+from purcell_cli.feedback.measured import Measuring
+from purcell_cli.feedback.replan import done_by, replan, replan_once
+from purcell_cli.files.builtin import find_scenario
+from purcell_cli.files.plan_file import PlanDocument, write_plan
+from purcell_cli.geometry import se3
+from purcell_cli.mechanics.configuration import Deviation
+from purcell_cli.motion.blocks import starting_shapes
+from purcell_cli.motion.verdict import Verdict
+from purcell_cli.planner.way import Way
+from purcell_cli.solution import carried_out, plan
+
+L_M = Swimmer().length_m
+
+
+@pytest.fixture(scope="module")
+def whole() -> Solution:
+    query = find_scenario("yaw")
+    return plan(query.start, query.goal)
+
+
+@pytest.fixture(scope="module")
+def way(whole: Solution) -> Way:
+    return Way.of(whole.plan)
+
+
+def at(way: Way, place: int) -> Configuration:
+    """Return the configuration at a place of a way that ends at its plan's goal."""
+    left = way.left[place].copy()
+    left[:3, 3] *= L_M
+    return Configuration(way.plan.goal.pose @ se3.inverse(left), way.shape[place])
+
+
+def near(way: Way, place: int) -> Configuration:
+    """Return what is measured there with noise of 1e-3 L and 0.1 degree."""
+    return Measuring(1e-3, 0.1).of(at(way, place), L_M, np.random.default_rng(3).normal(size=(2, 3)))
+
+
+def middle(way: Way) -> int:
+    return int(np.searchsorted(-way.travel_rad, -0.5 * way.travel_rad[0]))
+
+
+def test_a_way_is_where_the_trajectory_is(whole: Solution, way: Way) -> None:
+    rows = whole.trajectory
+    row = np.searchsorted(rows.time_s, way.travel_rad[0] - way.travel_rad - 1e-9)
+    exact = np.abs(rows.time_s[row] - (way.travel_rad[0] - way.travel_rad)) < 1e-9
+    assert np.sum(exact) > 50
+    for place in np.flatnonzero(exact)[::10]:
+        here = Configuration(rows.pose[row[place]], rows.shape[row[place]])
+        assert Deviation.between(at(way, int(place)), here).within(1e-6 * L_M, 1e-6)
+    assert not Deviation.between(at(way, 40), at(way, 44)).within(1e-4 * L_M, 1e-4)
+
+
+def test_the_rest_arrives_exactly_and_travels_as_far_as_was_left(way: Way) -> None:
+    place = middle(way)
+    measured = near(way, place)
+    found = replan(way, measured)
+    assert found.kept
+    assert found.solution.verdict == Verdict.REACHED
+    assert found.solution.plan.start is measured
+    assert found.off < 5e-3
+    assert_close(found.done_rad + found.left_rad, way.travel_rad[0], 1e-9)
+    assert abs(found.solution.joint_travel_rad - found.left_rad) < 0.1 * found.left_rad
+    # The strokes that are left, as they were, miss the goal by what was measured.
+    plain = dataclasses.replace(way.plan, start=measured, blocks=way.blocks_from(place), limits=None)
+    assert carried_out(plain).verdict == Verdict.NOT_REACHED
+
+
+def test_on_the_way_the_rest_is_what_is_left(way: Way) -> None:
+    for place in (0, 4, middle(way), middle(way) + 1):
+        nearest, off = way.nearest(at(way, place), way.plan.goal)
+        assert (nearest, off < 1e-7) == (place, True)
+        left = flown(way.plan.swimmer, way.blocks_from(place)) if place in {0, 4} else None
+        if left is not None:
+            left[:3, 3] /= L_M
+            assert_close(left, way.left[place], 1e-6)
+        assert_close(sum(b.joint_travel_rad for b in way.blocks_from(place)), way.travel_rad[place], 1e-9)
+
+
+def test_going_back_and_forth_moves_nothing(way: Way) -> None:
+    place = middle(way)
+    blocks = way.back_and_forth(place, 5.0)
+    start = way.shape[place]
+    travel = sum(b.joint_travel_rad for b in blocks)
+    assert 10.0 <= travel < 13.0
+    assert_close(starting_shapes(blocks, start)[-1], start, 1e-12)
+    still = dataclasses.replace(way.plan, start=Configuration(np.eye(4), start), blocks=blocks)
+    solution = dataclasses.replace(still, goal=Configuration(np.eye(4), start), limits=None)
+    assert carried_out(solution).deviation.within(1e-10, 1e-10)
+    half = dataclasses.replace(solution, blocks=blocks[: len(blocks) // 2])
+    assert not carried_out(half).deviation.within(1e-3, 1e-3)
+
+
+def test_near_the_end_a_part_of_the_way_is_gone_back(way: Way) -> None:
+    place = len(way.travel_rad) - 4
+    found = replan(way, near(way, place))
+    assert found.kept
+    assert found.solution.verdict == Verdict.REACHED
+    assert found.left_rad < 0.5 < 4.0 < found.solution.joint_travel_rad < 11.0
+
+
+@pytest.mark.slow
+def test_far_off_the_way_it_is_planned_anew(way: Way) -> None:
+    aside = Configuration.from_angles((0.0, 0.2, 0.0), (90, 0, 0))
+    found = replan(way, aside)
+    assert not found.kept
+    assert found.solution.verdict == Verdict.REACHED
+
+
+def test_strokes_that_are_said_to_be_swum_are_left_out(way: Way) -> None:
+    start = way.plan.start
+    nearest, _ = way.nearest(start, way.plan.goal)
+    later, off = way.nearest(start, way.plan.goal, 0.5 * float(way.travel_rad[0]))
+    assert nearest == 0
+    assert way.travel_rad[later] <= 0.5 * way.travel_rad[0] + 1e-9
+    assert off > 1e-2
+
+
+def test_a_time_says_how_much_joint_travel_is_made(whole: Solution) -> None:
+    assert_close(done_by(whole.plan, 7.5), 7.5, 1e-9)  # one joint at a time, at 1 rad/s
+    assert_close(done_by(whole.plan, 1e9), whole.joint_travel_rad, 1e-9)
+    quick = dataclasses.replace(whole.plan, swimmer=Swimmer(joint_rate_rad_s=2.0))
+    assert_close(done_by(quick, 7.5), 15.0, 1e-9)
+    with pytest.raises(ParameterError, match="at least 0 s"):
+        done_by(whole.plan, math.nan)
+
+
+def test_a_plan_that_moves_nothing_is_planned_anew() -> None:
+    goal = Configuration.from_angles((0.0, 0.0, 0.0), (0, 0, 0), (10, 0, 0), (0, 0, 0))
+    still = plan(goal, goal).plan
+    found = replan_once(still, dataclasses.replace(goal), PlanOptions())
+    assert not found.kept
+    assert found.solution.verdict == Verdict.REACHED
+
+
+@pytest.fixture
+def command(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: Solution
+) -> Run:
+    monkeypatch.chdir(tmp_path)
+    write_plan(PlanDocument(whole.plan, whole.options), "plan.json")
+    Path("measured.yaml").write_text("base: {orientation: {euler_deg: [0.2, 0, 0]}}\n")
+    return runner(capsys, "replan")
+
+
+@pytest.mark.slow
+def test_the_command_writes_what_plan_writes(command: Run) -> None:
+    code, out, _ = command("--from", "measured.yaml", "plan.json", "--out", "a.csv", "--plan-out", "b.json", "--json")
+    document = json.loads(out)
+    assert (code, document["schema"], document["verdict"]) == (0, "purcell/replan/1", "reached")
+    assert document["rest"]["kept"]
+    assert document["rest"]["off_way"] < 0.01
+    assert Path("a.csv").read_text().startswith("t_s,phase,gait")
+    assert json.loads(Path("b.json").read_text())["goal"] == json.loads(Path("plan.json").read_text())["goal"]
+    code, out, _ = command("--from", "measured.yaml", "plan.json", "--out", "a.csv")
+    assert code == 0
+    assert "the rest of its own strokes" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["plan.json"], "--from"),
+        (["--from", "measured.yaml", "measured.yaml"], "measured.yaml"),
+        (["--from", "plan.json", "plan.json"], "plan.json"),
+        (["--from", "measured.yaml", "plan.json", "--after", "-1"], "after"),
+        (["--from", "measured.yaml", "plan.json", "--out", "plan.json"], "plan.json"),
+        (["--from", "missing.yaml", "plan.json"], "no such file"),
+    ],
+)
+def test_bad_input_is_refused(command: Run, arguments: list[str], message: str) -> None:
+    code, out, err = command(*arguments)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+    assert sorted(path.name for path in Path().iterdir()) == ["measured.yaml", "plan.json"]
