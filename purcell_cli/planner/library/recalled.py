@@ -31,10 +31,10 @@ _EVERY = PrimitiveSequence(np.arange(6), np.zeros(6))
 """Every control, turned by nothing."""
 LIBRARY_PLAN = "a library plan"
 """What such candidates are made of."""
-_REACH_RAD, _PATIENCE, _STUCK = 0.15, 8, 2
+_REACH_RAD, _PATIENCE, _STUCK = 0.6, 8, 2
 """How Newton's method brings library plans to the goal: the largest change of an angle in a step [rad], rounds without
 a halved residual, and steps in a row of which little helps, before one is given up: plans that arrive do so soon."""
-_OFFERED = 3
+_OFFERED = 6
 """At so many switches of a library plan every control is offered for it to arrive."""
 _TRIED = 3
 """So many times the library plans that are wanted are tried; some do not arrive by their own primitives."""
