@@ -19,7 +19,7 @@ from purcell_cli import Configuration, Curve, Follow, Mission, PlanOptions, Purc
 L_M = 0.1
 TOLERANCES = {
     "line": (1.0, 0.5, 0.3, 0.2, 0.1),
-    "circle": (1.0, 0.7, 0.5),
+    "circle": (1.0, 0.7),
     "helix": (1.0, 0.7),
     "Z": (1.0, 0.7),
     "loop": (1.0,),

@@ -130,7 +130,9 @@ def refuse_waypoints(mission: Mission, swimmer: Swimmer, options: PlanOptions) -
         filled = one.filled(Configuration(mission.start.pose, home))
         refuse_large(swimmer, f"via.{k}", filled)
         known = one.position_m is not None and one.orientation is not None
-        (limits if known else dataclasses.replace(limits, workspace=None)).refuse(swimmer, f"via.{k}", filled)
+        (limits if known else dataclasses.replace(limits, workspace=None, obstacles=None)).refuse(
+            swimmer, f"via.{k}", filled
+        )
 
 
 def passing_order(mission: Mission, touring: Touring) -> list[int]:

@@ -285,6 +285,26 @@ def test_fused_sums_would_make_other_bits(tmp_path: Path, monkeypatch: pytest.Mo
     assert everything(0) != wanted
 
 
+@pytest.mark.slow
+@pytest.mark.nightly
+def test_an_arm64_processor_makes_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The library as a wheel for it has it, in an emulator; with fused sums, which it has always, the foil, others."""
+    emulated = pytest.importorskip("emulated_kernel", reason="no unicorn here")
+    if "zig" not in compilers():
+        pytest.skip("no zig here")
+    wanted = [everything(seed) for seed in range(5)]
+    compiler = [*compilers()["zig"], "-target", "aarch64-linux-gnu.2.17", "-fno-math-errno", "-fno-trapping-math"]
+
+    def found(*flags: str, seeds: range) -> list[bytes]:
+        there = emulated.EmulatedKernel(built(tmp_path, compiler, *flags))
+        for module in MODULES:
+            monkeypatch.setattr(f"purcell_cli.kernel.{module}.KERNEL", there)
+        return [everything(seed) for seed in seeds]
+
+    assert found("-O3", seeds=range(5)) == wanted
+    assert found("-O1", "-ffp-contract=fast", seeds=range(1)) != wanted[:1]
+
+
 # --- Loading --------------------------------------------------------------------------------------------------------
 
 

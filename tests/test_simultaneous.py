@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers import assert_close
+from helpers import NIGHTLY, assert_close
 
 from purcell_cli import Configuration, PlanOptions, Swimmer, plan, read_csv, write_csv
 from purcell_cli.errors import UnknownNameError
@@ -43,11 +43,15 @@ QUERIES = {
 }
 
 
+LONG = ("small bends", "other links", "an arc")
+"""Queries whose plans take tens of seconds with the usual effort."""
+
+
 @functools.cache
-def solved(name: str, controls: str = "simultaneous") -> Solution:
+def solved(name: str, controls: str = "simultaneous", effort: str = "standard") -> Solution:
     """Return the plan of a query; planned once in a process."""
     start, goal, swimmer = QUERIES[name]
-    return plan(start, goal, swimmer=swimmer, options=PlanOptions(controls=controls))
+    return plan(start, goal, swimmer=swimmer, options=PlanOptions(controls=controls, effort=effort))
 
 
 @functools.cache
@@ -61,10 +65,16 @@ def far(bend: float) -> Solution:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", QUERIES)
-def test_quick_plans_arrive_exactly_in_less_time_within_rates_and_bends(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "effort"),
+    [
+        *((name, "quick" if name in LONG else "standard") for name in QUERIES),
+        *(pytest.param(name, "standard", marks=NIGHTLY) for name in LONG),
+    ],
+)
+def test_quick_plans_arrive_exactly_in_less_time_within_rates_and_bends(name: str, effort: str) -> None:
     """In one test, since a plan takes seconds: its parts are named below."""
-    found, plain = solved(name), solved(name, "primitive")
+    found, plain = solved(name, "simultaneous", effort), solved(name, "primitive", effort)
     arrives_in_less_time(found, plain)
     turns_no_joint_too_fast(found)
     bends_no_limb_too_far(found)

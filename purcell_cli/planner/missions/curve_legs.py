@@ -35,14 +35,20 @@ _SWING = 1.01
 """Room that the tolerance leaves beside a straight stroke's swing."""
 _TURN_L = 2.0
 """A turn by 1 rad counts as so long a way where a curve is cut into legs [L]: about the tightest circle's radius."""
-_SHORTEST_L = 0.03
-"""Legs are cut no shorter than this [L]."""
+_SHORTEST_L = (0.15, 0.03)
+"""Legs are cut no shorter than this [L]: smaller bends are tried first, and with the smallest shorter ones."""
+_PROBE_L = 3.0
+"""How long the straight way is by which strokes' swing is measured [L]: long enough for strokes that repeat."""
 _LONGEST_L = 8.0
 """Nor are they tried longer than this at first [L]."""
 _SAME_DIGITS = 9
 """Legs whose displacements are the same to so many digits are planned once [L, rad]."""
 _MOST_LEGS = 2000
 """Legs of one curve at most."""
+_HELD = 6
+"""Legs that stay as short as the one that had to be made shorter, before longer ones are tried again."""
+_TELLING = 0.15
+"""Part of a curve after which what the whole will cost is told well enough to give it up."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -147,7 +153,7 @@ class CurveLegs:
 
     def _swing_m(self, bend_rad: float) -> float:
         """Return how far the base's middle is from a straight way at most [m]."""
-        way = 0.5 * self.swimmer.length_m
+        way = _PROBE_L * self.swimmer.length_m
         shape = home_shape(self.swimmer, self.start.shape)
         begin = Configuration(np.eye(4), shape)
         end = Configuration(se3.pose(np.eye(3), np.array([way, 0.0, 0.0])), shape)
@@ -161,7 +167,8 @@ class CurveLegs:
         poses = CurvePoses.of(self.follow, self.start, self.goal, self.swimmer.length_m)
         whole = float(poses.along[-1])
         shape = home_shape(self.swimmer, self.start.shape)
-        here, at, place, step = self.start, 0.0, 0.0, min(_LONGEST_L, whole)
+        here, at, place, step, held = self.start, 0.0, 0.0, min(_LONGEST_L, whole), 0
+        shortest = _SHORTEST_L[bend_rad <= SMALLEST_BEND_RAD]
         out: list[Block] = []
         for _ in range(_MOST_LEGS):
             if at >= whole:
@@ -173,15 +180,16 @@ class CurveLegs:
             part = self.follow.curve.part(max(place - self.follow.tolerance_m, 0.0), end + self.follow.tolerance_m)
             found = self._near(here, there, part, bend_rad, last) if self._may(here, there, part) else None
             if found is None:
-                if step <= _SHORTEST_L:
+                if step <= shortest:
                     return tuple(out), min(at / whole, 0.999)
-                step *= 0.5
+                step, held = 0.5 * step, _HELD
                 continue
             blocks, here = found
             out += blocks
-            if sum(b.joint_travel_rad for b in out) > most_rad:
+            at, place = (whole if last else at + step), end
+            step, held = (step, held - 1) if held else (2.0 * step, 0)
+            if at > _TELLING * whole and sum(b.joint_travel_rad for b in out) > most_rad * at / whole:
                 return tuple(out), min(at / whole, 0.999)
-            at, place, step = (whole if last else at + step), end, 2.0 * step
             self.told(at / whole)
         return tuple(out), min(at / whole, 0.999)
 
