@@ -1,8 +1,8 @@
 """How complete, short and fast the planner is.
 
-    python benchmarks/planner.py --count 1000 --jobs 2 --write
+    python benchmarks/planner.py --count 1000 --jobs 2
 
-Three parts, each a table; `--write` puts them into docs/explanation/planner.md.
+Three parts, each a table.
 
 Random queries: half are for the paper's swimmer, half for random ones (limb 0.3 to 3 times the base,
 slenderness 0.002 to 0.05), of which a third have drags, links or a body of their own, and a third other joints than
@@ -44,7 +44,6 @@ from random_swimmers import jointed, of_its_own, room
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "explanation" / "planner.md"
 FAR_WAYS = 24
-MARKS = ("<!-- figures -->", "<!-- end of figures -->")
 
 
 def random_rotations(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -211,14 +210,13 @@ def speed_table() -> list[str]:
 
 
 def main() -> None:
-    """Measure, print and perhaps write."""
+    """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=100, help="random queries")
     parser.add_argument("--first", type=int, default=0, help="seed of the first one")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, help="a JSON file for every random query's figures")
     parser.add_argument("--random-only", action="store_true", help="leave the other parts out")
-    parser.add_argument("--write", action="store_true", help="put the tables into docs/explanation/planner.md")
     asked = parser.parse_args()
     with multiprocessing.Pool(asked.jobs, initializer=outcome, initargs=(asked.first,)) as pool:
         rows = pool.map(outcome, range(asked.first, asked.first + asked.count), chunksize=4)
@@ -230,13 +228,7 @@ def main() -> None:
     lines = random_table(rows)
     if not asked.random_only:
         lines = [*known_table(), "", *lines, "", *speed_table()]
-    text = "\n".join(lines)
-    print(text)
-    if asked.write:
-        page = PAGE.read_text(encoding="utf-8")
-        before, _, rest = page.partition(MARKS[0])
-        _, _, after = rest.partition(MARKS[1])
-        PAGE.write_text(f"{before}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{after}", encoding="utf-8")
+    print("\n".join(lines))
 
 
 if __name__ == "__main__":

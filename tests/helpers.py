@@ -150,9 +150,17 @@ def nearest(swimmer: Swimmer, sequence: PrimitiveSequence, start: Array) -> floa
     return float(np.min(limb_distance(swimmer, fine.shapes(start)[..., 0])))
 
 
-def mostly_slow(values: Iterable[Any], quick: int) -> list[Any]:
-    """Return parameters of a test, all but the first few marked as slow."""
-    return [pytest.param(v, marks=[pytest.mark.slow] if k >= quick else []) for k, v in enumerate(values)]
+NIGHTLY = [pytest.mark.slow, pytest.mark.nightly]
+"""The marks of a sample more, which no run has that does not ask for it."""
+
+
+def mostly_slow(values: Iterable[Any], quick: int, most: int | None = None) -> list[Any]:
+    """Return parameters of a test: the first few plain, then slow ones, and those after the first `most` nightly."""
+    out = []
+    for k, v in enumerate(values):
+        more = most is not None and k >= most
+        out.append(pytest.param(v, marks=NIGHTLY if more else [pytest.mark.slow] if k >= quick else []))
+    return out
 
 
 def calls(action: Callable[[], object]) -> int:

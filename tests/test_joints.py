@@ -32,7 +32,7 @@ from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian, sh
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
-from purcell_cli.motion.limits import check
+from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.options import Controls, Effort
 from purcell_cli.motion.pace import paced
 from purcell_cli.motion.trajectory import as_table, sample
@@ -186,6 +186,7 @@ def test_stored_swimmers_read_and_are_found_by_name(run: Run) -> None:
     assert "did you mean 'planar'?" in err
 
 
+@pytest.mark.slow
 def test_init_offers_stored_swimmers(run: Run, tmp_path: Path) -> None:
     assert run("init", "here", "--swimmer", "planar")[0] == DONE
     assert load_swimmer(tmp_path / "here" / "swimmer.yaml").joints == (YAW, YAW)
@@ -351,6 +352,7 @@ def _paced(swimmer: Swimmer, blocks: list[Block]) -> tuple[Swimmer, Configuratio
     return pace, Configuration(), made
 
 
+@pytest.mark.slow
 def test_plans_count_rates_and_ramps_and_read_back(tmp_path: Path) -> None:
     goal = Configuration.from_angles(position_m=(0.02, 0.01, 0), base_euler_deg=(5, 0, 0))
     quick = PlanOptions(effort=Effort.QUICK)

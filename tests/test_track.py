@@ -16,6 +16,7 @@ from purcell_cli.feedback.measured import EXACTLY, Measuring
 from purcell_cli.feedback.simulate import simulate
 from purcell_cli.feedback.track import Tracker, track
 from purcell_cli.mechanics.configuration import Deviation
+from purcell_cli.mechanics.joints import Joint
 from purcell_cli.motion.trajectory import as_table
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.solution import plan
@@ -82,6 +83,7 @@ def test_with_noise_it_ends_within_what_the_noise_hides() -> None:
     assert not np.array_equal(found.parts[-1].end.pose, found.parts[-1].measured.pose)
 
 
+@pytest.mark.slow
 def test_measurements_have_the_noise_that_is_asked_for() -> None:
     rng = np.random.default_rng(0)
     measuring = Measuring(2e-3, 0.5)
@@ -89,6 +91,19 @@ def test_measurements_have_the_noise_that_is_asked_for() -> None:
     rms = np.sqrt(np.mean(np.square([[d.position_m, d.base_rad] for d in off]), axis=0))
     assert_close(rms, np.array([2e-4, math.radians(0.5)]) * math.sqrt(3.0), 0.05 * math.radians(0.5))
     assert EXACTLY.of(FAR, 0.1, rng.normal(size=(2, 3))) is FAR
+
+
+@pytest.mark.slow
+def test_a_better_model_is_used_as_soon_as_it_is_known() -> None:
+    """With the truth as the model after the first part, one replan ends there; without, one does not."""
+    found = track(START, GOAL, TRUTH, tolerance_l=1e-8, tolerance_rad=1e-8, replans=1, fitted=lambda _: TRUTH)
+    assert (found.arrived, found.replans) == (True, 1)
+    assert not track(START, GOAL, TRUTH, tolerance_l=1e-8, tolerance_rad=1e-8, replans=1).arrived
+
+
+def test_a_better_model_with_other_joints_is_refused() -> None:
+    with pytest.raises(ParameterError, match="joints"):
+        Tracker(GOAL, Swimmer()).use(Swimmer(joints=(Joint("universal"), Joint("universal"))))
 
 
 def test_at_the_goal_nothing_is_planned() -> None:

@@ -133,6 +133,7 @@ def document(run: Run, *arguments: str) -> tuple[int, dict[str, Any], str]:
     return code, json.loads(out), err
 
 
+@pytest.mark.slow
 def test_a_plan_document_says_who_swims_and_what_must_hold(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     made, run = solved(), runner(capsys)
     rows, saved = str(tmp_path / "swim.csv"), str(tmp_path / "plan.json")
@@ -158,6 +159,7 @@ def test_a_plan_document_says_who_swims_and_what_must_hold(tmp_path: Path, capsy
     assert err == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wrong", [False, True])
 def test_long_files_are_read_in_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wrong: bool) -> None:
     made = solved()

@@ -2,7 +2,7 @@
 
 The controls are integrated by the flow, row by row, from the trajectory's first row; no planner has a part in it.
 Joints whose acceleration is limited, and which cannot follow them in time, take the same path more slowly. A uniform
-stream carries the swimmer along as it is. Conventions: `rotations`.
+stream carries the swimmer along as it is. Beside a wall: `beside_wall`. Conventions: `rotations`.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.feedback.beside_wall import poses_beside
 from purcell_cli.feedback.noise import NO_NOISE, Noise
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
@@ -95,16 +96,18 @@ _NOTHING = 1e-9
 """A loss below this (L, rad) is rounding."""
 
 
-def simulate(table: Table, swimmer: Swimmer, noise: Noise = NO_NOISE) -> Simulation:
-    """Return what a trajectory's controls make of a swimmer, from the trajectory's first row.
+def simulate(table: Table, swimmer: Swimmer, noise: Noise = NO_NOISE, begun: Array | None = None) -> Simulation:
+    """Return what a trajectory's controls make of a swimmer.
 
     Args:
         table: The trajectory.
         swimmer: The swimmer that swims.
         noise: What disturbs it.
+        begun: The base's pose where it begins, where that is not the trajectory's first row [m]. Shape (4, 4).
 
     Raises:
-        ParameterError: Controls that still act in the last row, or bends that the swimmer's model does not know.
+        ParameterError: Controls that still act in the last row, bends that the swimmer's model does not know, or a wall
+            that it touches.
     """
     if np.any(table.rate_rad_s[-1] != 0.0):
         raise ParameterError("a last row without control is wanted, found one whose joints turn")
@@ -117,12 +120,13 @@ def simulate(table: Table, swimmer: Swimmer, noise: Noise = NO_NOISE) -> Simulat
     pieces = Pieces(shapes[:-1], rates[:-1], seconds)
     if swimmer.fluid == "beads":
         _refuse_far_bends(pieces)
-    moves = piece_displacements(swimmer, pieces)
-    here, poses = with_twice_the_digits(first.pose), np.empty((len(shapes), 4, 4))
-    poses[:-1] = played(here, moves, 1)[0]
-    poses[-1] = played(here, np.eye(4)[None], 1)[0, 0]
-    if np.any(stream):
-        poses[:, :3, 3] += stream * (made.time_s - made.time_s[0])[:, None]
+    begins = first.pose if begun is None else begun
+    if swimmer.wall is None:
+        poses = _poses(swimmer, begins, pieces)
+        if np.any(stream):
+            poses[:, :3, 3] += stream * (made.time_s - made.time_s[0])[:, None]
+    else:
+        poses = poses_beside(swimmer, swimmer.wall, begins, pieces, stream)
     names, gait = np.unique(table.gait, return_inverse=True)
     phase = table.phase.astype(np.int64)
     really = Trajectory(made.time_s, phase[made.row], gait[made.row], tuple(names.tolist()), poses, shapes, rates)
@@ -150,6 +154,14 @@ def _at_the_joints_pace(table: Table, swimmer: Swimmer, first: Configuration, st
     time_s = table.time_s[0] + np.concatenate([[0.0], np.cumsum(found.seconds)])
     row = np.append(found.row, len(seconds) - 1)
     return _Controls(row, time_s, np.concatenate([found.rates, np.zeros((1, 6))]))
+
+
+def _poses(swimmer: Swimmer, begun: Array, pieces: Pieces) -> Array:
+    """Return the base's poses before, between and after pieces, by left invariance. Shape (n + 1, 4, 4)."""
+    here, out = with_twice_the_digits(begun), np.empty((len(pieces) + 1, 4, 4))
+    out[:-1] = played(here, piece_displacements(swimmer, pieces), 1)[0]
+    out[-1] = played(here, np.eye(4)[None], 1)[0, 0]
+    return out
 
 
 def _refuse_far_bends(pieces: Pieces) -> None:

@@ -92,6 +92,18 @@ class Tracker:
         self._asked, self._begun = asked, measured
         return plan(measured, aim, swimmer=self.model, options=self.options)
 
+    def use(self, model: Swimmer) -> None:
+        """Plan for another model from now on; what was learned of the last one's error is forgotten.
+
+        Args:
+            model: A swimmer with the same joints.
+
+        Raises:
+            ParameterError: Its joints are others.
+        """
+        refuse_other_joints(self.model, model)
+        self.model, self._map, self._asked = model, np.eye(6), None
+
     def _learn(self, measured: Configuration) -> None:
         """Take what the last plan made into the map."""
         if self._asked is None:
@@ -183,6 +195,7 @@ def track(
     tolerance_l: float = TOLERANCE_L,
     tolerance_rad: float = TOLERANCE_RAD,
     told: Callable[[Tracking], None] = lambda _: None,
+    fitted: Callable[[Tracking], Swimmer | None] = lambda _: None,
 ) -> Tracking:
     """Plan on a model, swim on the truth, measure, and plan again until the goal is reached.
 
@@ -197,6 +210,7 @@ def track(
         tolerance_l: Position tolerance, in units of L.
         tolerance_rad: Angle tolerance [rad].
         told: Is told of the way so far after each part.
+        fitted: Is asked for a better model before each replan, given the way so far; None keeps the model.
 
     Raises:
         ParameterError: Fewer than no replans, or see `solution.plan`.
@@ -212,13 +226,15 @@ def track(
     measured = measuring.of(here, body.length_m, normal_numbers(noise, (2, 3)))
     while not tracker.arrived(measured) and len(parts) <= replans:
         solution = tracker.update(measured)
-        swum = simulate(as_table(solution.trajectory), truth).trajectory
-        really = matmul(here.pose, se3.inverse(measured.pose))
-        swum = dataclasses.replace(swum, pose=se3.normalised(matmul(really, swum.pose)))
+        swum = simulate(as_table(solution.trajectory), truth, begun=here.pose).trajectory
         here = swum.end
         measured = measuring.of(here, body.length_m, normal_numbers(noise, (2, 3)))
         parts.append(Part(solution, measured, here, swum))
-        told(Tracking(start, goal, truth, tuple(parts), tracker.arrived(measured)))
+        so_far = Tracking(start, goal, truth, tuple(parts), tracker.arrived(measured))
+        told(so_far)
+        better = None if so_far.arrived else fitted(so_far)
+        if better is not None:
+            tracker.use(better)
     return Tracking(start, goal, truth, tuple(parts), tracker.arrived(measured))
 
 
