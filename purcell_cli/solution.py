@@ -300,9 +300,10 @@ def refuse_joints(swimmer: Swimmer, start: Configuration, goal: Configuration, o
     """
     refuse_displacement(swimmer, start, goal)
     refuse_weak_joints(swimmer, start.shape)
-    if any(joint.kind == "fixed" for joint in swimmer.joints):
+    if {joint.kind for joint in swimmer.joints} == {"ball", "fixed"}:
         raise ParameterError(
-            f"swimmer: two joints that turn are wanted, by the planner as it is, found {named(swimmer.joints)}"
+            "swimmer: a universal joint, whose loops close, beside a limb that is fixed, is wanted by the planner as "
+            f"it is, found {named(swimmer.joints)}"
         )
     if options.controls == Controls.SIMULTANEOUS:
         raise ParameterError(

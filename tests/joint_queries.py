@@ -97,6 +97,8 @@ def joint_faults(query: Query, rows: Trajectory) -> list[str]:
         row = np.repeat(np.arange(len(count)), count)
         part = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)) / count[row] * lasts[row]
         shape = Rotation.from_matrix(rows.shape[row, limb]) * Rotation.from_rotvec(rates[row] * part[:, None])
+        if joint.kind == "fixed":
+            shape = Rotation.from_matrix(query.start.shape[limb]).inv() * shape
         angles = shape.as_euler("ZYX")
         allowed = {"universal": (0, 1), "hinge": (0,) if joint.axis == "yaw" else (1,), "fixed": ()}[joint.kind]
         missing = [k for k in range(3) if k not in allowed]

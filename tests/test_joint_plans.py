@@ -7,9 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 from helpers import mostly_slow
-from joint_queries import COMBINATIONS, joint_faults, plane_fault, random_query
+from joint_queries import COMBINATIONS, Query, joint_faults, plane_fault, random_query
 
-from purcell_cli.mechanics.joints import Joint
+from purcell_cli.errors import ParameterError
+from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.joints import Joint, limb_at
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.options import Effort, PlanOptions
 from purcell_cli.motion.verdict import Verdict
@@ -30,6 +32,25 @@ def test_a_random_query_arrives_by_the_axes_and_within_the_ranges_of_its_joints(
     assert max(off.position_m / query.swimmer.length_m, off.base_rad, off.limb1_rad, off.limb2_rad) < 1e-9
     assert joint_faults(query, solution.trajectory) == []
     assert plane_fault(query, name, solution.trajectory) < 1e-12
+
+
+@pytest.mark.slow
+def test_one_universal_joint_reaches_every_pose_where_the_other_limb_is_fixed_out_of_line() -> None:
+    swimmer = Swimmer(joints=(Joint("universal"), Joint("fixed")))
+    fixed = limb_at(np.pi / 2.0, 0.0)
+    start = Configuration(np.eye(4), np.stack([limb_at(0.2, -0.3), fixed]))
+    displacement = Configuration.from_angles((0.05, 0.03, -0.04), (10.0, -5.0, 8.0)).pose
+    goal = Configuration(displacement, np.stack([limb_at(-0.4, 0.1), fixed]))
+    solution = plan(start, goal, swimmer=swimmer, options=QUICK)
+    assert solution.verdict == Verdict.REACHED
+    assert solution.certificate.deviation.within(1e-9 * swimmer.length_m, 1e-9)
+    assert joint_faults(Query(swimmer, start, goal), solution.trajectory) == []
+    assert np.array_equal(
+        solution.trajectory.shape[:, 1], np.broadcast_to(fixed, solution.trajectory.shape[:, 1].shape)
+    )
+    # In line the same joints are hopeless.
+    with pytest.raises(ParameterError, match="hardly, in: surge"):
+        plan(Configuration(), Configuration(displacement), swimmer=swimmer, options=QUICK)
 
 
 @pytest.mark.slow

@@ -141,7 +141,9 @@ BAD = {
     "joints: {limb1: {kind: hinge, axis: roll}}": "joints.limb1.axis: wanted one of yaw, pitch",
     "joints: {limb1: {kind: ball, axis: yaw}}": "joints.limb1.axis: wanted none for a ball joint",
     "joints: {limb1: {kind: hinge, range_deg: [60, -60]}}": "joints.limb1.range_deg: wanted two angles of psi",
-    "joints: {limb1: {kind: hinge, range_deg: [30, 30]}}": "joints.limb1.range_deg: wanted two angles of psi",
+    "joints: {limb1: {kind: hinge, range_deg: [30, 30]}}": (
+        "joints.limb1.range_deg: wanted two angles of psi from -180 to 180, the least first, found [30.0, 30.0]"
+    ),
     "joints: {limb1: {kind: hinge, range_deg: [0]}}": "joints.limb1.range_deg: wanted a list of 2",
     "joints: {limb1: {kind: hinge, range_deg: [-200, 10]}}": "joints.limb1.range_deg[0]: wanted a finite number",
     "joints: {limb1: {kind: hinge, range_deg: {theta: [0, 10]}}}": "joints.limb1.range_deg: wanted no range of theta",

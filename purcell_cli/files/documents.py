@@ -47,7 +47,7 @@ class Made(Element[ValueT], Generic[OtherT, ValueT]):
 
 def placed(error: ParameterError, place: Place) -> InputError:
     """Return a `ParameterError` as the fault of a place, or of the key in it that the message names."""
-    parts = re.fullmatch(r"(?:([\w.]+): )?(.*) (?:is|are) wanted, found (.*)", str(error), re.DOTALL)
+    parts = re.fullmatch(r"(?:([\w.]+): )?(.*?),? (?:is|are) wanted, found (.*)", str(error), re.DOTALL)
     if parts is None:
         return place.error("a value that can be", str(error))
     name, wanted, found = parts.groups()

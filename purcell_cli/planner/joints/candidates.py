@@ -38,6 +38,8 @@ _ENOUGH = 48
 """No further pair of ways is looked at where there are so many candidates."""
 _MANY_L = 3.0
 """Short plans are tried up to this displacement, where there is no chain [L, rad]."""
+_PART_L, _MOST_PARTS = 1.0, 40
+"""Where no chain makes a displacement, it is made in equal parts of at most this, and so many of them [L, rad]."""
 _LESS = 0.1
 """A chain's fraction of a cycle below this is made by the others."""
 
@@ -68,6 +70,9 @@ def joint_candidates(
             if len(found) >= _ENOUGH:
                 break
             chains = chains_for(few, missing, rows, counts, seed)
+            parts = math.ceil(float(np.max(np.abs(se3.log(missing)))) / _PART_L)
+            if not len(chains.loops) and 1 < parts <= _MOST_PARTS:
+                chains = chains_for(few, se3.exp(se3.log(missing) / parts), rows, counts, seed).times(parts)
             found += list(_of_chains(few, chains, first, last, breadth.kept))
     found.sort(key=lambda c: round(c.estimate_rad, 9))
     least = min((c.estimate_rad for c in found), default=math.inf)

@@ -54,6 +54,11 @@ class Chains:
     missing: Array
     travel: Array
 
+    def times(self, count: int) -> Chains:
+        """Return the chains played a number of times, one after the other."""
+        several = np.tile(self.loops, (1, count)), np.tile(self.cycles, (1, count))
+        return Chains(*several, self.missing, self.travel * count)
+
 
 def best_loops(loops: Loops, rows: tuple[int, ...], most: int, seed: int = 0) -> Rows:
     """Return the loops that go farthest per joint travel in some direction, the most useful first.

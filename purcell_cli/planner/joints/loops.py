@@ -40,7 +40,7 @@ _LEAST_MIRRORED_RAD = 0.05
 _IMAGES = ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))
 """A rectangle and its mirror images, by the signs of its sides."""
 _STRAIGHT = 1.0 - 1e-9
-"""The cosine of a bend above which a limb is straight: only then are images what they are called."""
+"""The cosine of a bend above which a limb is straight: a yaw and a pitch then need nothing but mirrored loops."""
 _SENSES = ((1, 1, 1, 1), (1, 1, -1, -1), (1, -1, 1, -1), (1, -1, -1, 1))
 """Which images are played forward, and which backward."""
 _ORDERS = ((0, 1, 2, 3), (0, 3, 1, 2))
@@ -147,8 +147,11 @@ def _rectangles(swimmer: Swimmer, home: Array) -> Iterator[Loop]:
             spans = _spans(swimmer, home, aside, pair)
             if spans is not None:
                 # A yaw and a pitch alone roll the base with every loop, and nothing else could undo that.
-                alone = len(every) == 2 and plane_axis(swimmer) is None and bool(np.all(home[:, 0, 0] > _STRAIGHT))
-                yield from _mirrored(pair, spans) if alone else _within(pair, spans, aside, same)
+                alone = len(every) == 2 and plane_axis(swimmer) is None
+                if alone:
+                    yield from _mirrored(pair, spans)
+                if not (alone and np.all(home[:, 0, 0] > _STRAIGHT)):
+                    yield from _within(pair, spans, aside, same)
 
 
 def _asides(swimmer: Swimmer, home: Array, pair: tuple[int, int]) -> Iterator[tuple[int, float] | None]:
