@@ -15,12 +15,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from purcell_cli.errors import PurcellError
+    from purcell_cli.feedback.fit import Fit, fit
     from purcell_cli.files.builtin import stored_gaits, stored_scenarios
     from purcell_cli.files.configuration_file import load_configuration, load_goal
     from purcell_cli.files.gait_file import load_gait
+    from purcell_cli.files.measured_reader import read_measured
     from purcell_cli.files.plan_file import PlanDocument, load_plan, write_plan
     from purcell_cli.files.scenario_file import load_scenario
-    from purcell_cli.files.swimmer_file import load_swimmer
+    from purcell_cli.files.swimmer_file import load_swimmer, write_swimmer
     from purcell_cli.files.trajectory_csv import write_csv
     from purcell_cli.files.trajectory_reader import read_csv
     from purcell_cli.gaits.atlas import atlas
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     from purcell_cli.mechanics.moves import MoveSequence
     from purcell_cli.mechanics.primitives import PrimitiveSequence
     from purcell_cli.mechanics.swimmer import Swimmer
+    from purcell_cli.motion.measured_trajectory import MeasuredTrajectory
     from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
     from purcell_cli.motion.trajectory import Trajectory
     from purcell_cli.motion.workspace import Workspace
@@ -52,11 +55,13 @@ _HOMES = {
     "Controls": "motion.options",
     "DesignTask": "gaits.design_problem",
     "Effort": "motion.options",
+    "Fit": "feedback.fit",
     "Gait": "gaits.gait",
     "LinkDrag": "mechanics.drag",
     "LinkDrags": "mechanics.drag",
     "LinkSize": "mechanics.drag",
     "LinkSizes": "mechanics.drag",
+    "MeasuredTrajectory": "motion.measured_trajectory",
     "MoveSequence": "mechanics.moves",
     "Objective": "motion.options",
     "PlanDocument": "files.plan_file",
@@ -74,6 +79,7 @@ _HOMES = {
     "controllability": "lie_brackets.controllability",
     "curvature": "lie_brackets.curvature",
     "design": "gaits.design",
+    "fit": "feedback.fit",
     "flow": "mechanics.lift",
     "flow_and_jacobian": "mechanics.lift_derivatives",
     "flow_and_jacobian_of_moves": "mechanics.lift_derivatives",
@@ -86,12 +92,14 @@ _HOMES = {
     "load_swimmer": "files.swimmer_file",
     "plan": "solution",
     "read_csv": "files.trajectory_reader",
+    "read_measured": "files.measured_reader",
     "realise": "gaits.pure_stroke",
     "shape_from_angles": "mechanics.connection",
     "stored_gaits": "files.builtin",
     "stored_scenarios": "files.builtin",
     "write_csv": "files.trajectory_csv",
     "write_plan": "files.plan_file",
+    "write_swimmer": "files.swimmer_file",
 }
 
 __all__ = [
@@ -100,11 +108,13 @@ __all__ = [
     "Controls",
     "DesignTask",
     "Effort",
+    "Fit",
     "Gait",
     "LinkDrag",
     "LinkDrags",
     "LinkSize",
     "LinkSizes",
+    "MeasuredTrajectory",
     "MoveSequence",
     "Objective",
     "PlanDocument",
@@ -122,6 +132,7 @@ __all__ = [
     "controllability",
     "curvature",
     "design",
+    "fit",
     "flow",
     "flow_and_jacobian",
     "flow_and_jacobian_of_moves",
@@ -134,12 +145,14 @@ __all__ = [
     "load_swimmer",
     "plan",
     "read_csv",
+    "read_measured",
     "realise",
     "shape_from_angles",
     "stored_gaits",
     "stored_scenarios",
     "write_csv",
     "write_plan",
+    "write_swimmer",
 ]
 
 

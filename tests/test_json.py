@@ -177,6 +177,7 @@ COMMANDS = {
     "simulate": ["simulate", "swim.csv", "--swimmer", "truth.yaml", "--noise", "rate=0.02", "--out", "real.csv"],
     "simulate a plan": ["simulate", "plan.json", "--swimmer", "truth.yaml"],
     "track": ["track", "roll", "--truth", "truth.yaml", "--replans", "1", "--out", "tracked.csv"],
+    "fit": ["fit", "swim.csv", "--what", "ratio", "--out", "fitted.yaml"],
     "gait": ["gait", "x-motion"],
     "gait of moves": ["gait", "max-efficiency"],
     "gait list": ["gait", "--list"],

@@ -10,7 +10,20 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from purcell_cli import __version__
-from purcell_cli.cli import batch, controllability, design, export, files, gait, pictures, plan, simulate, track, verify
+from purcell_cli.cli import (
+    batch,
+    controllability,
+    design,
+    export,
+    files,
+    fit,
+    gait,
+    pictures,
+    plan,
+    simulate,
+    track,
+    verify,
+)
 from purcell_cli.cli.streams import robust_streams
 from purcell_cli.cli.terminal import DONE, INTERRUPTED, MISUSE, NOT_REACHED
 from purcell_cli.cli.usage_errors import usage_hint, usage_message, with_flag
@@ -66,7 +79,7 @@ def root(
     """Every command takes --help, and --json for machines."""
 
 
-for commands in (plan, gait, verify, simulate, track, pictures, export, design, batch, files, controllability):
+for commands in (plan, gait, verify, simulate, track, fit, pictures, export, design, batch, files, controllability):
     commands.register(app)
 for registered in app.registered_commands:
     registered.cls, registered.context_settings = _Command, _HELP
