@@ -36,12 +36,15 @@ from purcell_cli.planner.arcs.straight_way import promised
 from purcell_cli.verification.replay import replay
 from purcell_cli.verification.verify import verify
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # where it is run as a script
-from benchmarks.swimmers import between, of_its_own, room
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))  # where random swimmers are
+from joint_queries import COMBINATIONS, Query, displacement_of, joint_faults, shape_of
+from random_swimmers import between, jointed, of_its_own, room
 
 PURCELL = (sys.executable, "-P", "-m", "purcell_cli")
 _OF_ITS_OWN = 3
 """Of so many swimmers one has drags and links of its own."""
+_JOINTED = 4
+"""Of so many swimmers one hangs on other joints than ball joints, with ranges, rates and ramps."""
 _SIMULTANEOUS = 10
 """Of so many plans one turns all joints at once."""
 NAMES = ("run[1].csv", "a b.csv", "[red]x.csv", "*.csv", "~.csv", "-x.csv", "%20.csv", "ü漢.csv", "x" * 200 + ".csv")
@@ -62,40 +65,48 @@ def drawn(rng: np.random.Generator) -> Swimmer:
     )
 
 
-def query(seed: int) -> tuple[Swimmer, Configuration, Configuration]:
+def query(seed: int) -> Query:
     """Return a swimmer of the space for which plans are promised, a start and a goal."""
     rng = np.random.default_rng(seed)
     while not promised(swimmer := drawn(rng)):
         pass
     swimmer = of_its_own(rng, swimmer) if seed % _OF_ITS_OWN == 1 else swimmer
+    joints = str(rng.choice(list(COMBINATIONS))) if seed % _JOINTED == 2 else ""
+    swimmer = jointed(rng, swimmer, COMBINATIONS[joints]) if joints else swimmer
 
-    def limb() -> tuple[float, ...]:
+    def limb() -> np.ndarray:
         spread = np.degrees(min(swimmer.max_bend_rad, 1.0))
         kinds = [(0.0, 0.0, 0.0), tuple(rng.uniform(-spread, spread, 3)), (0.0, 0.0, float(rng.uniform(-180.0, 180.0)))]
-        return tuple([*kinds, tuple(rng.uniform(-90.0, 90.0, 3))][int(rng.integers(4))])
+        return from_euler(np.radians([*kinds, tuple(rng.uniform(-90.0, 90.0, 3))][int(rng.integers(4))]))
 
     while True:
-        here = Configuration.from_angles((0.0, 0.0, 0.0), tuple(rng.uniform(-180.0, 180.0, 3)), limb(), limb())
-        there = Configuration.from_angles((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), limb(), limb())
-        if min(room(swimmer, c.shape[..., 0]) for c in (here, there)) > 0.0:
+        first = tuple(rng.uniform(-180.0, 180.0, 3))
+        here, there = (shape_of(rng, swimmer) if joints else np.stack([limb(), limb()]) for _ in range(2))
+        if min(room(swimmer, c[..., 0]) for c in (here, there)) > 0.0:
             break
+    start = Configuration(Configuration.from_angles((0.0, 0.0, 0.0), first).pose, here)
+    away = between(rng, 1e-3, 8.0) * swimmer.length_m
+    if joints:
+        return Query(swimmer, start, Configuration(start.pose @ displacement_of(rng, swimmer, joints, away), there))
     way, turn = np.eye(4), rng.uniform(-1.0, 1.0, 3) * float(rng.choice([0.0, 0.1, 1.0, 3.0]))
     along = rng.normal(size=3)
     way[:3, :3] = from_euler(turn)
-    way[:3, 3] = along / np.linalg.norm(along) * between(rng, 1e-3, 8.0) * swimmer.length_m
-    return swimmer, here, Configuration(here.pose @ way, there.shape)
+    way[:3, 3] = along / np.linalg.norm(along) * away
+    return Query(swimmer, start, Configuration(start.pose @ way, there))
 
 
 def planned(seed: int, folder: Path) -> str:
     """Return how a random plan ends, or what is wrong with it."""
-    swimmer, start, goal = query(seed)
-    controls = "primitive" if seed % _SIMULTANEOUS else "simultaneous"
+    asked = query(seed)
+    swimmer, start, goal = asked.swimmer, asked.start, asked.goal
+    controls = "primitive" if seed % _SIMULTANEOUS or not swimmer.ball_joints else "simultaneous"
+    by = "" if swimmer.ball_joints else " (other joints)"
     try:
         found = plan(start, goal, swimmer=swimmer, options=PlanOptions(effort="quick", controls=controls, dt_s=1e12))
     except PurcellError as error:
-        return f"refused: {str(error).partition(':')[0]}"
+        return f"refused{by}: {str(error).partition(':')[0]}"
     if found.verdict != "reached":
-        return str(found.verdict)
+        return f"{found.verdict}{by}"
     write_csv(found.trajectory, folder / "plan.csv")
     table = read_csv(folder / "plan.csv")
     end = replay(swimmer, start, table.time_s, table.rate_rad_s, tolerance_l=1e-12, tolerance_rad=1e-12).end
@@ -104,7 +115,9 @@ def planned(seed: int, folder: Path) -> str:
         return f"WRONG: reached, but {off} away"
     if told := verify([table], start, goal, swimmer, 1e-9, 1e-9).faults:
         return f"WRONG: reached, but verify says {told[0]}"
-    return "reached"
+    if told := joint_faults(asked, found.trajectory):
+        return f"WRONG: reached, but {told[0]}"
+    return f"reached{by}"
 
 
 def tampered(table: Table, rng: np.random.Generator) -> Table:

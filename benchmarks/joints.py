@@ -1,57 +1,108 @@
 """Plans random queries over all combinations of joints, and says how many arrive and what they take.
 
-    python benchmarks/joints.py [QUERIES] [FIRST SEED]
+    python benchmarks/joints.py --count 1000 --out joints.jsonl
+    python benchmarks/joints.py --from 200 --count 100 --seconds 270 --out joints.jsonl
+    python benchmarks/joints.py --count 0 --out joints.jsonl --write
 
 Each plan is re-integrated; no joint may turn about an axis that it has not or leave its range, looked at every 0.01
-rad by code that shares nothing with the planner.
+rad by code that shares nothing with the planner. `--out` gains a line a query, so that a run may be done in pieces: the
+table is of all of its lines. `--write` puts it into docs/how-to/joints.md.
 """
 
 from __future__ import annotations
 
+import argparse
+import json
 import statistics
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))  # where its queries are
+
+from joint_queries import COMBINATIONS, joint_faults, plane_fault, random_query
 
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.solution import plan
-from tests.joint_queries import COMBINATIONS, joint_faults, plane_fault, random_query
+
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "how-to" / "joints.md"
+MARKS = ("<!-- figures -->", "<!-- end of figures -->")
+_ERROR, _PLANE = 1e-9, 1e-12
+"""What a plan may miss, and how far parallel hinges may take the base out of its plane [L, rad]."""
 
 
-def main(queries: int, first: int) -> int:
-    """Plan the queries, print a line for each that fails and a table at the end, and return how many failed."""
-    failed = 0
-    found: dict[str, list[tuple[float, float]]] = {name: [] for name in COMBINATIONS}
-    worst = 0.0
-    for k in range(first, first + queries):
-        name = list(COMBINATIONS)[k % len(COMBINATIONS)]
-        query = random_query(name, k)
-        begun = time.process_time()
-        solution = plan(query.start, query.goal, swimmer=query.swimmer)
-        seconds = time.process_time() - begun
-        faults = joint_faults(query, solution.trajectory)
-        off = solution.certificate.deviation
-        error = max(off.position_m / query.swimmer.length_m, off.base_rad, off.limb1_rad, off.limb2_rad)
-        plane = plane_fault(query, name, solution.trajectory)
-        if solution.verdict != Verdict.REACHED or faults or error > 1e-9 or plane > 1e-12:
-            failed += 1
-            print(
-                f"{k} {name}: {solution.verdict}, off by {error:.2g}, plane {plane:.2g}; {'; '.join(faults)}",
-                flush=True,
-            )
-        else:
-            worst = max(worst, error)
-            found[name].append((solution.joint_travel_rad, seconds))
-    print(f"{queries - failed} of {queries} reached, at most {worst:.2g} off")
-    for name, each in found.items():
-        if each:
-            travel, seconds = (statistics.median(column) for column in zip(*each, strict=True))
-            print(f"{name}: {len(each)} plans, median joint travel {travel:.1f} rad, {seconds:.2f} s")
-    return failed
+def outcome(seed: int) -> dict[str, Any]:
+    """Plan one query and return its figures, and what is wrong with it."""
+    name = list(COMBINATIONS)[seed % len(COMBINATIONS)]
+    query = random_query(name, seed)
+    begun = time.process_time()
+    solution = plan(query.start, query.goal, swimmer=query.swimmer)
+    seconds = time.process_time() - begun
+    off = solution.certificate.deviation
+    error = max(off.position_m / query.swimmer.length_m, off.base_rad, off.limb1_rad, off.limb2_rad)
+    faults = joint_faults(query, solution.trajectory)
+    faults += [] if solution.verdict == Verdict.REACHED else [str(solution.verdict)]
+    faults += [f"off by {error:.2g}"] if error > _ERROR else []
+    plane = plane_fault(query, name, solution.trajectory)
+    faults += [f"out of its plane by {plane:.2g}"] if plane > _PLANE else []
+    travel = solution.joint_travel_rad
+    told = {"seed": seed, "joints": name, "error": error, "joint_travel_rad": travel, "seconds": seconds}
+    return {**told, "faults": faults}
+
+
+def table(rows: list[dict[str, Any]]) -> list[str]:
+    """Return what came of queries, as lines of Markdown."""
+    good = [row for row in rows if not row["faults"]]
+    error = max((row["error"] for row in good), default=0.0)
+    lines = [
+        f"{len(good)} of {len(rows)} random queries reached, at most {error:.1e} off (L, rad).",
+        "",
+        "| joints | reached | median joint travel [rad] | median time [s] |",
+        "| --- | --- | --- | --- |",
+    ]
+    for name in COMBINATIONS:
+        some = [row for row in rows if row["joints"] == name]
+        reached = [row for row in some if not row["faults"]]
+        if reached:
+            travel, seconds = (statistics.median(r[key] for r in reached) for key in ("joint_travel_rad", "seconds"))
+            lines.append(f"| {name} | {len(reached)} of {len(some)} | {travel:.0f} | {seconds:.1f} |")
+    return lines
+
+
+def main() -> int:
+    """Plan the queries, print a line for each that fails and the table, and return the exit code."""
+    options = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    options.add_argument("--count", type=int, default=1000, help="how many queries")
+    options.add_argument("--from", dest="first", type=int, default=0, help="the number of the first")
+    options.add_argument("--seconds", type=float, default=float("inf"), help="stop after so much time")
+    options.add_argument(
+        "--out", type=Path, help="a file that gains a line a query; those that it has are not done again"
+    )
+    options.add_argument("--write", action="store_true", help="put the table into docs/how-to/joints.md")
+    asked = options.parse_args()
+    known = asked.out.read_text(encoding="utf-8").splitlines() if asked.out and asked.out.exists() else []
+    rows = [json.loads(line) for line in known]
+    done, begun = {row["seed"] for row in rows}, time.monotonic()
+    for seed in range(asked.first, asked.first + asked.count):
+        if time.monotonic() - begun > asked.seconds:
+            break
+        if seed in done:
+            continue
+        rows.append(outcome(seed))
+        if rows[-1]["faults"]:
+            print(f"{seed} {rows[-1]['joints']}: {'; '.join(rows[-1]['faults'])}", flush=True)
+        if asked.out:
+            with asked.out.open("a", encoding="utf-8") as stream:
+                stream.write(json.dumps(rows[-1]) + "\n")
+    text = "\n".join(table(rows))
+    print(text)
+    if asked.write:
+        before, _, rest = PAGE.read_text(encoding="utf-8").partition(MARKS[0])
+        after = rest.partition(MARKS[1])[2]
+        PAGE.write_text(f"{before}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{after}", encoding="utf-8")
+    return 1 if any(row["faults"] for row in rows) else 0
 
 
 if __name__ == "__main__":
-    given = [int(word) for word in sys.argv[1:]] + [1000, 0][len(sys.argv) - 1 :]
-    sys.exit(1 if main(*given) else 0)
+    sys.exit(main())

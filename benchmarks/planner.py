@@ -1,13 +1,14 @@
 """How complete, short and fast the planner is.
 
-    python benchmarks/planner.py --count 1000 --jobs 2 --write
+    python benchmarks/planner.py --count 1000 --jobs 2
 
-Three parts, each a table; `--write` puts them into docs/explanation/planner.md.
+Three parts, each a table.
 
 Random queries: half are for the paper's swimmer, half for random ones (limb 0.3 to 3 times the base,
-slenderness 0.002 to 0.05), of which a third have drags, links or a body of their own. Poses are 0.01 to
-50 L apart, evenly in the logarithm; rotations and limb orientations are uniform on the rotation group,
-limbs that overlap drawn again, but for every fourth query, whose limbs are collinear. Times are those of
+slenderness 0.002 to 0.05), of which a third have drags, links or a body of their own, and a third other joints than
+ball joints, with ranges, rates and ramps. Poses are 0.01 to 50 L apart, evenly in the logarithm; rotations and limb
+orientations are uniform on the rotation group (or as joints have them, and turned by some radians), limbs that
+overlap drawn again, but for every fourth query, whose limbs are collinear. Times are those of
 library calls, re-integration included: the first one, which makes the tables of a random swimmer, and the
 same again, with all tables warm.
 
@@ -37,12 +38,12 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import from_quaternion
 from purcell_cli.mechanics.connection import COLLINEAR
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # where it is run as a script
-from benchmarks.swimmers import of_its_own, room
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))  # where random swimmers are
+from joint_queries import COMBINATIONS, displacement_of, shape_of
+from random_swimmers import jointed, of_its_own, room
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "explanation" / "planner.md"
 FAR_WAYS = 24
-MARKS = ("<!-- figures -->", "<!-- end of figures -->")
 
 
 def random_rotations(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -52,9 +53,9 @@ def random_rotations(rng: np.random.Generator, count: int) -> np.ndarray:
 
 
 def shape(rng: np.random.Generator, swimmer: Swimmer) -> np.ndarray:
-    """Return limb orientations uniform on the rotation group, drawn again while the limbs overlap. Shape (2, 3, 3)."""
+    """Return limb orientations, uniform on the rotation group for ball joints, without overlap. Shape (2, 3, 3)."""
     while True:
-        limbs = random_rotations(rng, 2)
+        limbs = random_rotations(rng, 2) if swimmer.ball_joints else shape_of(rng, swimmer)
         if room(swimmer, limbs[..., 0]) > 0.0:
             return limbs
 
@@ -62,18 +63,24 @@ def shape(rng: np.random.Generator, swimmer: Swimmer) -> np.ndarray:
 def query(seed: int) -> tuple[Swimmer, Configuration, Configuration, float]:
     """Return the swimmer, the start, the goal and the distance in L of a numbered query."""
     rng = np.random.default_rng(seed)
-    swimmer = Swimmer()
+    swimmer, joints = Swimmer(), ""
     if seed % 2:
         swimmer = Swimmer(0.1, 0.1 * 0.3 * 10.0 ** rng.random(), 0.002 * 25.0 ** rng.random())
+        own = np.random.default_rng(seed)
         if seed % 3 == 0:
-            swimmer = of_its_own(np.random.default_rng(seed), swimmer)
+            swimmer = of_its_own(own, swimmer)
+        elif seed % 3 == 1:
+            joints = str(own.choice(list(COMBINATIONS)))
+            swimmer = jointed(own, swimmer, COMBINATIONS[joints])
     distance = 0.01 * 5000.0 ** rng.random()
     away = rng.normal(size=3)
     away *= distance * swimmer.length_m / np.linalg.norm(away)
     first, second = random_rotations(rng, 2)
     start, goal = (shape(rng, swimmer) if seed % 4 else COLLINEAR for _ in range(2))
-    start, goal = Configuration(se3.pose(first, np.zeros(3)), start), Configuration(se3.pose(second, away), goal)
-    return swimmer, start, goal, distance
+    here, there = se3.pose(first, np.zeros(3)), se3.pose(second, away)
+    if joints:
+        there = here @ displacement_of(own, swimmer, joints, distance * swimmer.length_m)
+    return swimmer, Configuration(here, start), Configuration(there, goal), distance
 
 
 def outcome(seed: int) -> dict[str, float | int | str]:
@@ -203,14 +210,13 @@ def speed_table() -> list[str]:
 
 
 def main() -> None:
-    """Measure, print and perhaps write."""
+    """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=100, help="random queries")
     parser.add_argument("--first", type=int, default=0, help="seed of the first one")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, help="a JSON file for every random query's figures")
     parser.add_argument("--random-only", action="store_true", help="leave the other parts out")
-    parser.add_argument("--write", action="store_true", help="put the tables into docs/explanation/planner.md")
     asked = parser.parse_args()
     with multiprocessing.Pool(asked.jobs, initializer=outcome, initargs=(asked.first,)) as pool:
         rows = pool.map(outcome, range(asked.first, asked.first + asked.count), chunksize=4)
@@ -222,13 +228,7 @@ def main() -> None:
     lines = random_table(rows)
     if not asked.random_only:
         lines = [*known_table(), "", *lines, "", *speed_table()]
-    text = "\n".join(lines)
-    print(text)
-    if asked.write:
-        page = PAGE.read_text(encoding="utf-8")
-        before, _, rest = page.partition(MARKS[0])
-        _, _, after = rest.partition(MARKS[1])
-        PAGE.write_text(f"{before}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{after}", encoding="utf-8")
+    print("\n".join(lines))
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from purcell_cli.feedback.fit import Fit, fit
     from purcell_cli.files.builtin import stored_gaits, stored_scenarios
     from purcell_cli.files.configuration_file import load_configuration, load_goal
+    from purcell_cli.files.curve_file import load_curve
     from purcell_cli.files.gait_file import load_gait
     from purcell_cli.files.measured_reader import read_measured
     from purcell_cli.files.plan_file import PlanDocument, load_plan, write_plan
@@ -40,7 +41,11 @@ if TYPE_CHECKING:
     from purcell_cli.mechanics.moves import MoveSequence
     from purcell_cli.mechanics.primitives import PrimitiveSequence
     from purcell_cli.mechanics.swimmer import Swimmer
+    from purcell_cli.mechanics.wall import Wall
+    from purcell_cli.missions import plan_mission
+    from purcell_cli.motion.curve import Curve
     from purcell_cli.motion.measured_trajectory import MeasuredTrajectory
+    from purcell_cli.motion.mission import Follow, Mission, Order, Waypoint
     from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
     from purcell_cli.motion.trajectory import Trajectory
     from purcell_cli.motion.workspace import Workspace
@@ -53,17 +58,21 @@ _HOMES = {
     "Certificate": "verification.certificate",
     "Configuration": "mechanics.configuration",
     "Controls": "motion.options",
+    "Curve": "motion.curve",
     "DesignTask": "gaits.design_problem",
     "Effort": "motion.options",
     "Fit": "feedback.fit",
+    "Follow": "motion.mission",
     "Gait": "gaits.gait",
     "LinkDrag": "mechanics.drag",
     "LinkDrags": "mechanics.drag",
     "LinkSize": "mechanics.drag",
     "LinkSizes": "mechanics.drag",
     "MeasuredTrajectory": "motion.measured_trajectory",
+    "Mission": "motion.mission",
     "MoveSequence": "mechanics.moves",
     "Objective": "motion.options",
+    "Order": "motion.mission",
     "PlanDocument": "files.plan_file",
     "PlanOptions": "motion.options",
     "PrimitiveSequence": "mechanics.primitives",
@@ -72,6 +81,8 @@ _HOMES = {
     "Stroke": "gaits.gait",
     "Swimmer": "mechanics.swimmer",
     "Trajectory": "motion.trajectory",
+    "Wall": "mechanics.wall",
+    "Waypoint": "motion.mission",
     "Workspace": "motion.workspace",
     "atlas": "gaits.atlas",
     "certify": "verification.certificate",
@@ -85,12 +96,14 @@ _HOMES = {
     "flow_and_jacobian_of_moves": "mechanics.lift_derivatives",
     "flow_of_rates": "mechanics.lift",
     "load_configuration": "files.configuration_file",
+    "load_curve": "files.curve_file",
     "load_gait": "files.gait_file",
     "load_goal": "files.configuration_file",
     "load_plan": "files.plan_file",
     "load_scenario": "files.scenario_file",
     "load_swimmer": "files.swimmer_file",
     "plan": "solution",
+    "plan_mission": "missions",
     "read_csv": "files.trajectory_reader",
     "read_measured": "files.measured_reader",
     "realise": "gaits.pure_stroke",
@@ -106,17 +119,21 @@ __all__ = [
     "Certificate",
     "Configuration",
     "Controls",
+    "Curve",
     "DesignTask",
     "Effort",
     "Fit",
+    "Follow",
     "Gait",
     "LinkDrag",
     "LinkDrags",
     "LinkSize",
     "LinkSizes",
     "MeasuredTrajectory",
+    "Mission",
     "MoveSequence",
     "Objective",
+    "Order",
     "PlanDocument",
     "PlanOptions",
     "PrimitiveSequence",
@@ -125,6 +142,8 @@ __all__ = [
     "Stroke",
     "Swimmer",
     "Trajectory",
+    "Wall",
+    "Waypoint",
     "Workspace",
     "atlas",
     "certify",
@@ -138,12 +157,14 @@ __all__ = [
     "flow_and_jacobian_of_moves",
     "flow_of_rates",
     "load_configuration",
+    "load_curve",
     "load_gait",
     "load_goal",
     "load_plan",
     "load_scenario",
     "load_swimmer",
     "plan",
+    "plan_mission",
     "read_csv",
     "read_measured",
     "realise",

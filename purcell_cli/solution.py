@@ -22,9 +22,11 @@ from purcell_cli.mechanics.joint_motion import refuse_displacement
 from purcell_cli.mechanics.joints import named
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.mechanics.wall import refuse_wall
 from purcell_cli.motion.blocks import Block, block_displacements, energies, starting_shapes
 from purcell_cli.motion.coordinates import refuse_large
-from purcell_cli.motion.limits import Limits, LimitsReport, check
+from purcell_cli.motion.limits import Limits, LimitsReport
+from purcell_cli.motion.limits_check import check_legs
 from purcell_cli.motion.memory import refuse_huge
 from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
 from purcell_cli.motion.pace import paced
@@ -35,9 +37,10 @@ from purcell_cli.planner.arcs.straight_way import advice
 from purcell_cli.planner.gait_sequence import unfit_gaits
 from purcell_cli.planner.limbs.quarter_rolls import QuarterRolls
 from purcell_cli.planner.objectives import cost
-from purcell_cli.planner.progress import Progress
+from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.simultaneous import quickened
+from purcell_cli.planner.ways.around import around
 from purcell_cli.verification.certificate import Certificate, judged
 from purcell_cli.verification.replay import TOLERANCE_L, TOLERANCE_RAD, Replay, replay
 
@@ -70,6 +73,21 @@ class Solution:
         return judged(self.replay, self.plan.goal, TOLERANCE_L * self.plan.swimmer.length_m, TOLERANCE_RAD)
 
     @functools.cached_property
+    def passed(self) -> tuple[Certificate, ...]:
+        """How far the re-integration is, in what each waypoint names, from it where it is passed."""
+        if not self.plan.passages:
+            return ()
+        _, blocks = self.paced
+        rows = np.cumsum([0, *(b.cycles * np.count_nonzero(b.sequence.duration) for b in blocks)])
+        length_m = self.plan.swimmer.length_m
+        out = []
+        for passage in self.plan.passages:
+            segment = int(np.searchsorted(self.replay.row, rows[passage.block]))
+            found = self.replay.until(segment)
+            out.append(judged(found, passage.waypoint, TOLERANCE_L * length_m, TOLERANCE_RAD))
+        return tuple(out)
+
+    @functools.cached_property
     def rows_off(self) -> Deviation:
         """How far the trajectory's rows, where the control changes, are from the re-integration at the most."""
         rows, again = self.trajectory, self.replay
@@ -92,12 +110,16 @@ class Solution:
         return block_displacements(self.plan.swimmer, self.plan.blocks, self.plan.start.shape)
 
     @property
-    def deviation(self) -> Deviation:
-        """How far the planner's own flow ends from the goal."""
+    def end(self) -> Configuration:
+        """Where the planner's own flow ends."""
         start = self.plan.start
         shape = starting_shapes(self.plan.blocks, start.shape)[-1]
-        pose = se3.normalised(matmul(start.pose, se3.prefix_products(self.displacement)[-1]))
-        return Deviation.between(Configuration(pose, shape), self.plan.goal)
+        return Configuration(se3.normalised(matmul(start.pose, se3.prefix_products(self.displacement)[-1])), shape)
+
+    @property
+    def deviation(self) -> Deviation:
+        """How far the planner's own flow ends from the goal."""
+        return Deviation.between(self.end, self.plan.goal)
 
     @functools.cached_property
     def trajectory(self) -> Trajectory:
@@ -117,7 +139,8 @@ class Solution:
         if not self.limits.kept:
             return Verdict.NOT_WITHIN_LIMITS
         found = self.certificate
-        return Verdict.REACHED if found.reached and found.allows(self.rows_off) else Verdict.NOT_REACHED
+        reached = found.reached and all(one.reached for one in self.passed)
+        return Verdict.REACHED if reached and found.allows(self.rows_off) else Verdict.NOT_REACHED
 
     @property
     def joint_travel_rad(self) -> float:
@@ -188,6 +211,7 @@ def plan(
     """
     stored = stored_gaits() if gaits is None else gaits
     body, limits = swimmer or Swimmer(), Limits.of(options)
+    refuse_wall(body)
     for name, configuration in (("start", start), ("goal", goal)):
         refuse_large(body, name, configuration)
         limits.refuse(body, name, configuration)
@@ -202,6 +226,8 @@ def plan(
     rolls = QuarterRolls.least(start, goal) if body.ball_joints else QuarterRolls()
     seen = rolls.seen(start), rolls.seen(goal)
     simultaneous = options.controls == Controls.SIMULTANEOUS
+    if simultaneous and options.objective == Objective.SENSITIVITY:
+        raise ParameterError("minimize: sensitivity goes with the controls primitive, found simultaneous")
     # One after the other, joints spend as much time as they travel; of simultaneous plans each is made from such a one.
     timed = options.objective == Objective.TIME
     weighed = Objective.TRAVEL if timed else options.objective
@@ -210,7 +236,7 @@ def plan(
         efforts.insert(0, Effort.STANDARD)  # so that it is never worse
     tried = []
     for effort in efforts:
-        made = reconfigure(body, *seen, stored, effort, weighed, limits, progress)
+        made = _reconfigured(body, *seen, stored, effort, weighed, limits, options.seed, progress)
         made = dataclasses.replace(made, left_out=left_out)
         made = quickened(made, limits, options.objective, effort) if simultaneous else made
         tried.append(carried_out(rolls.played(made, start, goal), options))
@@ -220,6 +246,31 @@ def plan(
         return one.verdict != Verdict.REACHED, spent
 
     return tried[0] if len(tried) == 1 else min(tried, key=rank)
+
+
+def _reconfigured(
+    swimmer: Swimmer,
+    start: Configuration,
+    goal: Configuration,
+    gaits: Mapping[str, Gait],
+    effort: str,
+    minimize: str,
+    limits: Limits,
+    seed: int,
+    progress: Progress,
+) -> Plan:
+    """Return a plan: the one that knows no obstacles where it is clear of them, else one round them if any is found."""
+    if limits.obstacles is None:
+        return reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress)
+    direct = reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress, ())
+    if not direct.blocks or (direct.limits is not None and direct.limits.kept):
+        return direct
+
+    def leg(begin: Configuration, end: Configuration, bend_rad: float) -> Plan:
+        careful = dataclasses.replace(swimmer, max_bend_rad=min(bend_rad, swimmer.max_bend_rad))
+        return reconfigure(careful, begin, end, gaits, Effort.QUICK, minimize, limits, silent, ())
+
+    return around(swimmer, start, goal, limits, leg, seed, progress) or direct
 
 
 def refuse_joints(swimmer: Swimmer, start: Configuration, goal: Configuration, options: PlanOptions) -> None:
@@ -252,8 +303,9 @@ def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
         ParameterError: A motion that takes too much memory.
     """
     start, (swimmer, blocks) = plan.start, paced(plan.swimmer, plan.start.shape, plan.blocks)
-    wanted, known = Limits.of(options), plan.limits if blocks == plan.blocks else None
+    wanted, known = Limits.of(options, plan.follow), plan.limits if blocks == plan.blocks else None
     check_spacing(swimmer, blocks, options.dt_s)
+    legs = dataclasses.replace(plan, blocks=blocks).legs
     try:
         duration_s = sum(b.duration for b in blocks) / swimmer.joint_rate_rad_s
         refuse_huge(sum(b.cycles * len(b.sequence) for b in blocks), duration_s / options.dt_s, options.max_memory_gb)
@@ -262,8 +314,8 @@ def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
     return Solution(
         plan,
         options,
-        replay(swimmer, start, *schedule(swimmer, start.shape, blocks)),
-        known if known is not None and known.limits == wanted else check(swimmer, start, blocks, wanted),
+        replay(swimmer, start, *schedule(swimmer, start.shape, blocks), every_row=bool(plan.passages)),
+        known if known is not None and known.limits == wanted else check_legs(swimmer, start, legs, wanted),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import numpy as np
 
@@ -27,7 +28,7 @@ class Program:
         parts = self.bound, self.across, self.wanted, self.equal, self.price, self.begun, enough
         return least(self.blocks, *parts)
 
-    @property
+    @functools.cached_property
     def wall(self) -> np.ndarray:
         """All walls in all variables."""
         out, column, row = np.zeros((len(self.bound), len(self.begun))), 0, 0
@@ -36,7 +37,7 @@ class Program:
             row, column = row + len(wall), column + wall.shape[1]
         return out
 
-    @property
+    @functools.cached_property
     def rows(self) -> np.ndarray:
         """What the rows across blocks are of all variables. Shape (m, n)."""
         out, column, first = np.zeros((len(self.wanted), len(self.begun))), 0, 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import dataclasses
 import functools
 import math
 import sys
@@ -15,13 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
+from random_swimmers import of_its_own
 from scipy.integrate import solve_ivp
 
 from purcell_cli.cli.app import _run
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis, from_quaternion, hat
 from purcell_cli.mechanics.connection import COLLINEAR, connection
-from purcell_cli.mechanics.drag import LinkDrag, LinkDrags, LinkSize, LinkSizes
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -105,26 +104,8 @@ def random_swimmer(rng: np.random.Generator) -> Swimmer:
 
 
 def unequal_swimmer(rng: np.random.Generator) -> Swimmer:
-    """Return a swimmer with limbs of their own sizes, a law of drag or numbers for some links, and maybe a body."""
-    plain = random_swimmer(rng)
-
-    def sizes() -> LinkSize:
-        half = plain.limb_half_length_m * rng.uniform(0.6, 1.5) if rng.random() < 0.8 else None
-        return LinkSize(half, rng.uniform(0.002, 0.05) if rng.random() < 0.5 else None)
-
-    links = LinkSizes(LinkSize(None, rng.uniform(0.002, 0.05)), sizes(), sizes())
-    law = ("cox", "cylinder", "spheroid", "cylinder")[int(rng.integers(4))]
-    made = dataclasses.replace(plain, links=links, drag=law)
-    if rng.random() < 0.5:
-        drags = []
-        for rod in map(made.rod, range(3)):
-            across, along, turn, spin = np.exp(rng.uniform(-0.5, 0.5, 4)) * [rod.across, rod.along, rod.turn, rod.spin]
-            drags.append(LinkDrag(min(along, 0.9 * across), across, turn, spin if rng.random() < 0.5 else None))
-        made = dataclasses.replace(made, drag=LinkDrags(*drags))
-    room = made.base_half_length_m - max(made.radii_m[1:])
-    return dataclasses.replace(
-        made, body_radius_m=rng.uniform(0.1, 0.9) * room if rng.random() < 0.5 and room > 0 else 0.0
-    )
+    """Return a random swimmer with limbs of their own sizes, a law of drag or numbers, and maybe a body."""
+    return of_its_own(rng, random_swimmer(rng))
 
 
 def random_sequence(rng: np.random.Generator, count: int, largest: float = 1.0) -> PrimitiveSequence:
@@ -169,9 +150,17 @@ def nearest(swimmer: Swimmer, sequence: PrimitiveSequence, start: Array) -> floa
     return float(np.min(limb_distance(swimmer, fine.shapes(start)[..., 0])))
 
 
-def mostly_slow(values: Iterable[Any], quick: int) -> list[Any]:
-    """Return parameters of a test, all but the first few marked as slow."""
-    return [pytest.param(v, marks=[pytest.mark.slow] if k >= quick else []) for k, v in enumerate(values)]
+NIGHTLY = [pytest.mark.slow, pytest.mark.nightly]
+"""The marks of a sample more, which no run has that does not ask for it."""
+
+
+def mostly_slow(values: Iterable[Any], quick: int, most: int | None = None) -> list[Any]:
+    """Return parameters of a test: the first few plain, then slow ones, and those after the first `most` nightly."""
+    out = []
+    for k, v in enumerate(values):
+        more = most is not None and k >= most
+        out.append(pytest.param(v, marks=NIGHTLY if more else [pytest.mark.slow] if k >= quick else []))
+    return out
 
 
 def calls(action: Callable[[], object]) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+from random_swimmers import ranged
 from scipy.spatial.transform import Rotation
 
 from purcell_cli.geometry import se3
@@ -42,14 +43,6 @@ class Query:
     goal: Configuration
 
 
-def _ranged(joint: Joint, rng: np.random.Generator) -> Joint:
-    """Return the joint with ranges, in half of all cases; most go a little to one side and far to the other."""
-    if joint.kind in {"ball", "fixed"} or rng.integers(2):
-        return joint
-    ranges = {f"{name}_deg": (float(-rng.uniform(25, 100)), float(rng.uniform(25, 100))) for name in joint.angles}
-    return dataclasses.replace(joint, **ranges)
-
-
 def _limb(joint: Joint, rng: np.random.Generator) -> np.ndarray:
     if joint.kind == "ball":
         return Rotation.from_euler("ZYX", rng.uniform(-1.0, 1.0, 3)).as_matrix()
@@ -64,19 +57,29 @@ def _limb(joint: Joint, rng: np.random.Generator) -> np.ndarray:
 def random_query(name: str, seed: int, farthest_l: float = 30.0) -> Query:
     """Return a random query of a combination: from near to far, some joints with ranges."""
     rng = np.random.default_rng([seed, sorted(COMBINATIONS).index(name)])
-    joints = tuple(_ranged(joint, rng) for joint in COMBINATIONS[name])
+    joints = tuple(ranged(joint, rng) for joint in COMBINATIONS[name])
     swimmer = Swimmer(
         slenderness=float(rng.uniform(0.005, 0.03)), max_bend_rad=float(rng.uniform(0.7, 1.3)), joints=joints
     )
     away = float(10.0 ** rng.uniform(-1.5, np.log10(farthest_l))) * swimmer.length_m
+    displacement = displacement_of(rng, swimmer, name, away)
+    start = se3.pose(Rotation.random(random_state=seed).as_matrix(), rng.normal(size=3))
+    shapes = [shape_of(rng, swimmer) for _ in range(2)]
+    return Query(swimmer, Configuration(start, shapes[0]), Configuration(start @ displacement, shapes[1]))
+
+
+def shape_of(rng: np.random.Generator, swimmer: Swimmer) -> np.ndarray:
+    """Return a random shape that a swimmer's joints can make. Shape (2, 3, 3)."""
+    return np.stack([_limb(joint, rng) for joint in swimmer.joints])
+
+
+def displacement_of(rng: np.random.Generator, swimmer: Swimmer, name: str, away: float) -> np.ndarray:
+    """Return a random displacement that a combination of joints can make, of a length [m]. Shape (4, 4)."""
     way, turn = rng.normal(size=3), rng.normal(size=3) * min(1.0, 10.0 * away / swimmer.length_m)
     across = {"yaw hinges": 2, "pitch hinges": 1}.get(name)
     if across is not None:
         way[across], turn[[k for k in range(3) if k != across]] = 0.0, 0.0
-    displacement = se3.pose(Rotation.from_rotvec(turn).as_matrix(), away * way / np.linalg.norm(way))
-    start = se3.pose(Rotation.random(random_state=seed).as_matrix(), rng.normal(size=3))
-    shapes = [np.stack([_limb(joint, rng) for joint in joints]) for _ in range(2)]
-    return Query(swimmer, Configuration(start, shapes[0]), Configuration(start @ displacement, shapes[1]))
+    return se3.pose(Rotation.from_rotvec(turn).as_matrix(), away * way / np.linalg.norm(way))
 
 
 def joint_faults(query: Query, rows: Trajectory) -> list[str]:

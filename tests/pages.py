@@ -35,13 +35,11 @@ def only(page: str, kind: str, detail: str = "") -> str:
 
 def known_options() -> dict[str, set[str]]:
     """Return the options of every command."""
-    import typer
-
-    from purcell_cli.cli.app import app
+    from purcell_cli.cli.app import built
 
     return {
         name: {"--help"} | {option for p in command.params for option in (*p.opts, *p.secondary_opts)}
-        for name, command in typer.main.get_command(app).commands.items()
+        for name, command in built().commands.items()
     }
 
 

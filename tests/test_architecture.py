@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -14,12 +15,13 @@ FLOORS = [
     ("errors", "user_cache", "wording"),
     ("processes", "kernel"),
     ("geometry",),
-    ("mechanics",),
+    ("mechanics", "environment"),
     ("lie_brackets", "motion"),
     ("gaits", "verification"),
     ("planner",),
     ("files",),
     ("solution",),
+    ("missions",),
     ("explanation",),
     ("pictures", "batch", "exports", "feedback"),
     ("cli",),
@@ -103,16 +105,21 @@ def allowed(a: str, b: str) -> bool:
     return a.partition(".")[0] == b.partition(".")[0] or height(b) < height(a)
 
 
-def upward(package: Path) -> list[str]:
+@functools.cache
+def own_imports() -> dict[str, set[str]]:
+    """Return what the modules of the package import; read once in a process."""
+    return imports(PACKAGE)
+
+
+def upward(graph: dict[str, set[str]]) -> list[str]:
     """Return the imports of a package that do not point down."""
-    graph = imports(package)
     return [f"{a} imports {b}" for a in graph for b in sorted(graph[a]) if a and not allowed(a, b)]
 
 
-def cycle(package: Path) -> set[str]:
+def cycle(graph: dict[str, set[str]]) -> set[str]:
     """Return modules of a package that import one another in a ring, if there are any."""
     try:
-        TopologicalSorter(imports(package)).prepare()
+        TopologicalSorter(graph).prepare()
     except CycleError as error:
         return set(error.args[1])
     return set()
@@ -127,9 +134,9 @@ def test_every_module_has_a_floor_and_every_floor_a_module() -> None:
 
 
 def test_imports_point_down() -> None:
-    graph = imports(PACKAGE)
-    assert upward(PACKAGE) == []
-    assert cycle(PACKAGE) == set()
+    graph = own_imports()
+    assert upward(graph) == []
+    assert cycle(graph) == set()
     assert "files.trajectory_formats" in graph["cli.plan"], "imports inside functions are seen"
     assert graph["geometry.se3"] == {"geometry.reproducible", "geometry.rotations", "kernel.poses"}
 
@@ -146,7 +153,7 @@ def test_no_module_is_longer_than_can_be_read_at_once() -> None:
 
 
 def test_the_certificate_uses_nothing_that_made_the_plan() -> None:
-    graph = imports(PACKAGE)
+    graph = own_imports()
     used, todo = set(), {m for m in graph if m.startswith("verification")}
     while todo:
         module = todo.pop()
@@ -198,11 +205,11 @@ def small_package(folder: Path, module: str, text: str) -> Path:
     ],
 )
 def test_an_upward_import_is_found(tmp_path: Path, module: str, text: str, found: list[str]) -> None:
-    assert upward(small_package(tmp_path, module, text)) == found
+    assert upward(imports(small_package(tmp_path, module, text))) == found
 
 
 def test_a_ring_of_imports_is_found(tmp_path: Path) -> None:
-    ring = small_package(tmp_path, "planner.finish", "from . import steps")
+    ring = imports(small_package(tmp_path, "planner.finish", "from . import steps"))
     assert upward(ring) == []
     assert cycle(ring) == {"planner.finish", "planner.steps"}
-    assert cycle(small_package(tmp_path, "planner.finish", "")) == set()
+    assert cycle(imports(small_package(tmp_path, "planner.finish", ""))) == set()

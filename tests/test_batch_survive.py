@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 from batches import process, results, roll, rows, still, written
+from helpers import NIGHTLY
 
 from purcell_cli.batch.cases import find_cases
 from purcell_cli.batch.results_folder import JOURNAL, ResultsFolder, write_files
@@ -26,10 +27,10 @@ from purcell_cli.motion.options import PlanOptions
 
 resource = pytest.importorskip("resource", reason="kills and limits are those of POSIX")
 
-KILLS = 10
 SETTINGS = Settings(PlanOptions(effort="quick"))
 
-MANY = [roll(f"r{k}", k + 1) if k % 3 else still(f"s{k}", k + 1) for k in range(24)]
+MANY = [roll(f"r{k}", k + 1) if k % 3 else still(f"s{k}", k + 1) for k in range(30)]
+"""Three for each kill, of which two may be finished before it."""
 
 
 def finished(folder: Path) -> list[str]:
@@ -44,10 +45,10 @@ def stamps(folder: Path, names: list[str]) -> dict[str, int]:
     return {name: (folder / f"{name}.json").stat().st_mtime_ns for name in names}
 
 
-def kill_at_random(scenarios: Path, out: Path, seed: int, told: list[str]) -> None:
+def kill_at_random(scenarios: Path, out: Path, seed: int, kills: int, told: list[str]) -> None:
     """Kill a batch and start it again, over and over; note what was finished and done again all the same."""
     rng = random.Random(seed)
-    for k in range(KILLS):
+    for k in range(kills):
         known = finished(out)
         before = stamps(out, known)
         batch = process(str(scenarios), "--out", str(out), "--jobs", "1", "--resume", cwd=out.parent)
@@ -69,26 +70,30 @@ def kill_at_random(scenarios: Path, out: Path, seed: int, told: list[str]) -> No
 
 
 @pytest.mark.slow
-def test_a_batch_killed_at_twenty_random_moments_ends_with_the_same_bytes(tmp_path: Path) -> None:
-    scenarios = written(tmp_path / "s", MANY)
+@pytest.mark.parametrize("kills", [4, pytest.param(10, marks=NIGHTLY)])
+def test_batches_killed_at_random_moments_end_with_the_same_bytes(tmp_path: Path, kills: int) -> None:
+    """Two batches, each as often."""
+    many = MANY[: 3 * kills]
+    scenarios = written(tmp_path / "s", many)
     told: list[str] = []
     outs = [tmp_path / "one", tmp_path / "two"]
     for out in outs:
         out.mkdir()
     chains = [
-        threading.Thread(target=kill_at_random, args=(scenarios, out, seed, told)) for seed, out in enumerate(outs)
+        threading.Thread(target=kill_at_random, args=(scenarios, out, seed, kills, told))
+        for seed, out in enumerate(outs)
     ]
     for chain in chains:
         chain.start()
     for chain in chains:
         chain.join()
-    assert told == ["killed"] * (2 * KILLS)
-    assert any(0 < len(finished(out)) < len(MANY) for out in outs), "some were killed half way"
+    assert told == ["killed"] * (2 * kills)
+    assert any(0 < len(finished(out)) < len(many) for out in outs), "some were killed half way"
     paths = [*outs, tmp_path / "undisturbed"]
     runs = [process(str(scenarios), "--out", str(out), "--jobs", "1", "--resume", cwd=tmp_path) for out in paths]
     assert [run.communicate() and run.returncode for run in runs] == [0, 0, 0]
     one, two, undisturbed = (results(path) for path in paths)
-    assert len(undisturbed) == 2 * len(MANY) + 4
+    assert len(undisturbed) == 2 * len(many) + 4
     assert one == undisturbed
     assert two == undisturbed
 

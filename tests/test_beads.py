@@ -341,6 +341,7 @@ def test_links_of_their_own_sizes_have_beads_of_their_own() -> None:
     assert not is_close(seen, xi, 1e-3)
 
 
+@pytest.mark.slow
 def test_the_table_of_unequal_limbs_is_sampled_whole() -> None:
     """By the mirror of equal limbs, the foil, it would be another swimmer's."""
     unit = Swimmer(fluid="beads", slenderness=0.1, links=LinkSizes(limb2=LinkSize(0.06, 0.125))).scaled()

@@ -93,6 +93,7 @@ def test_the_largest_coordinate_says_a_quarter_of_the_tolerance() -> None:
             refuse_large(swimmer, "goal", Configuration.from_angles((0.0, 0.0, place)))
 
 
+@pytest.mark.slow
 def test_near_the_largest_coordinate_a_plan_arrives() -> None:
     start = Configuration.from_angles((1e5, -1e5, 1e5))
     goal = Configuration.from_angles((1e5 + 0.001, -1e5, 1e5 + 0.002), (5.0, 0.0, 0.0))

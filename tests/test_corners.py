@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from helpers import NIGHTLY
 
 from purcell_cli import Configuration, PlanOptions, Swimmer, load_configuration, plan
 from purcell_cli.files.builtin import find_scenario
@@ -28,7 +29,9 @@ def assert_holds(found: Solution) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", CORNERS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=NIGHTLY if n == "small bends, tight turns" else []) for n in CORNERS]
+)
 def test_what_random_attacks_found_arrives(name: str, tmp_path: Path) -> None:
     case = CORNERS[name]
     ends = []

@@ -168,6 +168,7 @@ def test_the_command_writes_a_gait_that_the_other_commands_play(
     assert file.read_text() == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "limit_rad", "along", "ratio"),
     [

@@ -114,7 +114,7 @@ def test_a_plan_document_is_json(tmp_path: Path) -> None:
     assert list(read) == list(document())
     assert list(read["blocks"][0]) == ["phase", "gait", "amplitude_rad", "cycles", "primitives"]
     assert read["schema"] == "purcell/plan-document/1"
-    known = {*read, "effort", "controls", "minimize", "workspace_m"}
+    known = {*read, "effort", "controls", "minimize", "workspace_m", "obstacles", "seed"}
     assert set(PLAN.json_schema()["properties"]) == known  # type: ignore[call-overload]
 
 

@@ -15,6 +15,7 @@ from helpers import (
     in_lengths,
     is_close,
     missed,
+    mostly_slow,
     random_sequence,
     random_shapes,
     read_table,
@@ -230,7 +231,7 @@ def test_a_gait_is_solved_anew_to_be_pure(name: str, swimmer: Swimmer) -> None:
         assert fault(realise(gait, Swimmer(), 0.6), gait.moves, swimmer) != ""
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", mostly_slow([5, 2, 0, 1, 3, 4, 6, 7], 1))
 def test_any_swimmer_reaches_its_goal(seed: int) -> None:
     rng = np.random.default_rng(200 + seed)
     swimmer = unequal_swimmer(rng)

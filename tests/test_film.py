@@ -99,6 +99,7 @@ def test_a_film_is_the_same_each_time(run: Run, tmp_path: Path) -> None:
         assert (tmp_path / f"a.{ending}").read_bytes() == (tmp_path / f"b.{ending}").read_bytes()
 
 
+@pytest.mark.slow
 def test_an_mp4_plays_the_frames_of_the_gif(run: Run, tmp_path: Path) -> None:
     av = pytest.importorskip("av", reason="no av: no MP4 is written (pip install '.[video]')")
     for ending in ("gif", "mp4"):
@@ -115,6 +116,7 @@ def test_an_mp4_plays_the_frames_of_the_gif(run: Run, tmp_path: Path) -> None:
         assert off[k] < 4.0
 
 
+@pytest.mark.slow
 def test_a_film_takes_the_motions_own_time_and_ten_seconds_at_most(run: Run, tmp_path: Path) -> None:
     for way, lasts in (([("limb1 yaw", 0.4)], 0.4), ([("limb1 roll", 30.0)], 10.0)):
         written(motion(way, Configuration(), 0.1), tmp_path)

@@ -32,8 +32,8 @@ from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian, sh
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
-from purcell_cli.motion.limits import check
-from purcell_cli.motion.options import Controls
+from purcell_cli.motion.limits_check import check
+from purcell_cli.motion.options import Controls, Effort
 from purcell_cli.motion.pace import paced
 from purcell_cli.motion.trajectory import as_table, sample
 from purcell_cli.motion.verdict import Verdict
@@ -184,10 +184,11 @@ def test_stored_swimmers_read_and_are_found_by_name(run: Run) -> None:
     assert "did you mean 'planar'?" in err
 
 
+@pytest.mark.slow
 def test_init_offers_stored_swimmers(run: Run, tmp_path: Path) -> None:
     assert run("init", "here", "--swimmer", "planar")[0] == DONE
     assert load_swimmer(tmp_path / "here" / "swimmer.yaml").joints == (YAW, YAW)
-    assert run("plan", "here/scenario.yaml")[0] == DONE
+    assert run("plan", "here/scenario.yaml", "--effort", "quick")[0] == DONE
     code, _, err = run("init", "there", "--swimmer", "plane")
     assert (code, "a stored swimmer is wanted" in err, (tmp_path / "there").exists()) == (MISUSE, True, False)
 
@@ -349,11 +350,13 @@ def _paced(swimmer: Swimmer, blocks: list[Block]) -> tuple[Swimmer, Configuratio
     return pace, Configuration(), made
 
 
+@pytest.mark.slow
 def test_plans_count_rates_and_ramps_and_read_back(tmp_path: Path) -> None:
     goal = Configuration.from_angles(position_m=(0.02, 0.01, 0), base_euler_deg=(5, 0, 0))
-    plain = plan(Configuration(), goal, swimmer=Swimmer(joints=(YAW, YAW)))
+    quick = PlanOptions(effort=Effort.QUICK)
+    plain = plan(Configuration(), goal, swimmer=Swimmer(joints=(YAW, YAW)), options=quick)
     swimmer = Swimmer(joints=(YAW, dataclasses.replace(YAW, rate_rad_s=0.25)), joint_acceleration_rad_s2=2.0)
-    slow = plan(Configuration(), goal, swimmer=swimmer)
+    slow = plan(Configuration(), goal, swimmer=swimmer, options=quick)
     assert plain.verdict == slow.verdict == Verdict.REACHED
     assert slow.joint_travel_rad == plain.joint_travel_rad
     assert slow.duration_s > 2.0 * plain.duration_s

@@ -15,9 +15,11 @@ from helpers import random_sequence, random_shapes, random_swimmer
 from reference import base_velocity, lift, lift_derivatives
 from scipy.optimize import linprog
 
-from purcell_cli.kernel import library, linear, poses, sources
+from purcell_cli.kernel import library, linear, poses, shooting, sources
+from purcell_cli.kernel.certificate import extrapolated
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
 from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_the_digits
+from purcell_cli.kernel.pairs import pair_prices
 from purcell_cli.kernel.program import penalised
 from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.mechanics.base_velocity import kernel_numbers
@@ -29,7 +31,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 
 SWIMMER = Swimmer().scaled()
 FOLDER = library.HERE
-MODULES = ("convex", "elementary", "flow", "linear", "poses", "program", "shapes")
+MODULES = ("certificate", "convex", "elementary", "flow", "linear", "pairs", "poses", "program", "shapes", "shooting")
 """The modules of the kernel that call it."""
 
 
@@ -234,7 +236,21 @@ def everything(seed: int) -> bytes:
         flow.work(*pieces, root=True),
         *flow.with_derivatives(primitives.shapes(shapes[0]), primitives.control, primitives.angle, [(2, 5, 7)]),
         *flow.with_derivatives(shapes_along(shapes[0], None, turns), None, turns, [(2, 5, 7)]),
+        *flow.equations(shapes[0], primitives.control, primitives.angle, [(2, 5, 7)], np.eye(4), [10], shapes[1:2]),
+        *extrapolated(
+            np.ones((3, 7)),
+            shapes[:6, :, 0].transpose(1, 2, 0)[:, :, None],
+            np.ones((2, 3, 6)),
+            pieces[2][:6],
+            [1],
+            [0],
+        ),
+        *shooting.bend_rows(
+            primitives.control, primitives.angle, primitives.shapes(shapes[0]), np.ones((10, 2)), np.zeros(10, int), 9.0
+        ),
+        shooting.bounded_step(rng.normal(size=(8, 30)), np.ones(8), rng.normal(size=4), rng.normal(size=(4, 30)), 0.1),
         played(with_twice_the_digits(np.eye(4)), flow.pieces(*pieces), 5),
+        pair_prices(poses.exp(pieces[1]), poses.exp(pieces[1]), pieces[2], pieces[2], np.linspace(0.1, 0.8, 8)),
         *penalised(*program(rng, 40, 6, 10)),
         random_program(seed).solved(),
         random_program(seed, curved=True).solved(),
@@ -267,6 +283,26 @@ def test_fused_sums_would_make_other_bits(tmp_path: Path, monkeypatch: pytest.Mo
     for module in MODULES:
         monkeypatch.setattr(f"purcell_cli.kernel.{module}.KERNEL", fused)
     assert everything(0) != wanted
+
+
+@pytest.mark.slow
+@pytest.mark.nightly
+def test_an_arm64_processor_makes_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The library as a wheel for it has it, in an emulator; with fused sums, which it has always, the foil, others."""
+    emulated = pytest.importorskip("emulated_kernel", reason="no unicorn here")
+    if "zig" not in compilers():
+        pytest.skip("no zig here")
+    wanted = [everything(seed) for seed in range(5)]
+    compiler = [*compilers()["zig"], "-target", "aarch64-linux-gnu.2.17", "-fno-math-errno", "-fno-trapping-math"]
+
+    def found(*flags: str, seeds: range) -> list[bytes]:
+        there = emulated.EmulatedKernel(built(tmp_path, compiler, *flags))
+        for module in MODULES:
+            monkeypatch.setattr(f"purcell_cli.kernel.{module}.KERNEL", there)
+        return [everything(seed) for seed in seeds]
+
+    assert found("-O3", seeds=range(5)) == wanted
+    assert found("-O1", "-ffp-contract=fast", seeds=range(1)) != wanted[:1]
 
 
 # --- Loading --------------------------------------------------------------------------------------------------------
@@ -331,6 +367,10 @@ GOOD = {
     "low": np.full((3, 8), -1.0),
     "high": np.ones((3, 8)),
     "rows": np.arange(6.0).reshape(2, 3) ** 2,
+    "pose": np.eye(4),
+    "ends": np.tile(np.eye(3), (1, 2, 1, 1)),
+    "arrival": np.random.default_rng(2).normal(size=(7, 9)),
+    "missing": np.full(7, 0.1),
 }
 CALLS = {
     FLOW.pieces: ("shapes", "rates", "durations"),
@@ -338,6 +378,15 @@ CALLS = {
     FLOW.runs: ("shapes", "rates", "durations", "counts", "cycles"),
     FLOW.with_derivatives: ("shapes", "controls", "angles"),
     (lambda shapes, turns: FLOW.with_derivatives(shapes, None, turns)): ("shapes", "turns"),
+    (lambda start, controls, angles, pose, ends: FLOW.equations(start, controls, angles, [], pose, [2], ends)): (
+        *("start", "controls", "angles", "pose", "ends"),
+    ),
+    (lambda controls, angles, turned: shooting.bend_rows(controls, angles, turned, np.ones((2, 2)), [0, 0], 9.0)): (
+        *("controls", "angles", "shapes"),
+    ),
+    (lambda arrival, missing: shooting.bounded_step(arrival, missing, [], np.empty((0, 9)), 1.0)): (
+        *("arrival", "missing"),
+    ),
     shapes_along: ("start", "controls", "angles"),
     (lambda start, turns: shapes_along(start, None, turns)): ("start", "turns"),
     (lambda axes, speeds: connection(FLOW.swimmer, axes, speeds)): ("axes", "speeds"),

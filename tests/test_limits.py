@@ -18,7 +18,8 @@ from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.clearance import apart_bend_rad, least_clearance
 from purcell_cli.motion.limb_circles import bends
-from purcell_cli.motion.limits import Limits, check
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.workspace import Workspace
 from purcell_cli.planner.limbs.interleaving import interleaved
 from purcell_cli.planner.limbs.shape_loops import shape_loops

@@ -115,6 +115,7 @@ def test_the_robot_has_the_joints_and_the_frames_that_move(run: Run, tmp_path: P
     assert {"base", "limb1", "limb2"} <= {link.attrib["name"] for link in robot.findall("link")}
 
 
+@pytest.mark.slow
 def test_the_file_is_the_same_whenever_it_is_written(run: Run, tmp_path: Path) -> None:
     assert run("--out", "a.mcap")[0] == 0
     assert run("--out", "b.mcap")[0] == 0

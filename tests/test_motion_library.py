@@ -127,6 +127,7 @@ def test_small_displacements_take_little_joint_travel(
     assert found.limits.largest_bend_rad[1] <= limit
 
 
+@pytest.mark.slow
 def test_other_swimmers_and_bent_limbs_use_the_library_too() -> None:
     limbs = (30.0, 10.0, 0.0), (-20.0, 0.0, 40.0)
     start = Configuration.from_angles([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], *limbs)

@@ -12,6 +12,7 @@ from helpers import (
     dop853_rates,
     in_lengths,
     is_close,
+    mostly_slow,
     random_sequence,
     random_shapes,
     random_swimmer,
@@ -37,7 +38,7 @@ def random_moves(rng: np.random.Generator, count: int, largest: float = 1.0) -> 
 # --- The flow ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", mostly_slow(range(4), 1))
 def test_the_flow_along_moves_is_the_solution_of_the_equations_of_motion(seed: int) -> None:
     rng = np.random.default_rng(seed)
     swimmer, moves, start = random_swimmer(rng), random_moves(rng, 4), random_shapes(rng)

@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import typer
 from helpers import Run, runner
 
-from purcell_cli.cli.app import app
+from purcell_cli.cli.app import built
 from purcell_cli.errors import InputError
 from purcell_cli.files import used_files
 from purcell_cli.files.atomic_file import whole_file, writable
@@ -109,8 +108,7 @@ FOLDERS = {"figures": "x-motion-stroke.svg", "batch": "a.json"}
 
 def parameters() -> Iterator[tuple[str, Any]]:
     """Yield each command's arguments and options."""
-    group: Any = typer.main.get_command(app)
-    for name, command in group.commands.items():
+    for name, command in built().commands.items():
         for parameter in command.params:
             yield name, parameter
 

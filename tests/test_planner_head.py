@@ -34,7 +34,7 @@ from purcell_cli.planner.gait_sequence import gait_sequences
 from purcell_cli.planner.incumbent import ARRIVES, Contender, Incumbent
 from purcell_cli.planner.library.recalled import library_plans
 from purcell_cli.planner.problem import Problem
-from purcell_cli.planner.refine.segments import segments_of
+from purcell_cli.planner.refine.segments import Segment, segments_of
 from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refinement import Near, Refinement, cycles_apart, played
 from purcell_cli.planner.structures import StructureRecord
@@ -329,6 +329,25 @@ def test_a_contender_arrives_exactly_and_is_judged_by_its_limits() -> None:
     assert apart.excess > 90.0, "in units of L, of 0.1 m"
 
 
+def test_a_rectangle_that_closes_only_once_it_is_on_the_clock_arrives_too() -> None:
+    """Its sides are free then, so there are more unknowns than there were before the rounding."""
+    far = Configuration(in_metres(se3.pose(np.eye(3), np.array([3.0, 0.2, 0.1]))), COLLINEAR)
+    query = problem(goal=far)
+
+    def askew(segment: Segment) -> Segment:
+        if not segment.rectangles:
+            return segment
+        angle = segment.sequence.angle.copy()
+        angle[2] = np.nextafter(angle[2], np.inf)
+        return dataclasses.replace(segment, sequence=segment.sequence.with_angles(angle))
+
+    closed = empty(query).of(segments_of(next(iter(gait_sequences(query, SMALL, ()))).make()))
+    refinement = Refinement(Swimmer(), START, Limits(), "travel")
+    near = refinement.near(closed.of([askew(s) for s in closed.segments]))
+    assert len(near.motion.angles) < len(closed.angles)
+    assert refinement.contender(near, "").good
+
+
 def in_metres(pose: Array) -> Array:
     out = pose.copy()
     out[:3, 3] *= Swimmer().length_m
@@ -391,6 +410,15 @@ def test_a_stage_refines_as_many_as_it_says_and_more_until_one_arrives(
     assert search.incumbent.good == (best != "")
 
 
+@pytest.mark.parametrize(("estimate", "best"), [(4.9, "4.9"), (5.1, "10")])
+def test_what_may_not_arrive_is_tried_where_it_promises_far_less(estimate: float, best: str) -> None:
+    search = Exploration(motion(0.0).of(()), Refiner(10.0))  # type: ignore[arg-type]
+    sure, other, astray = (Candidate.of(f"{t:g}", (rolled(0.5 * t),)) for t in (10.0, 10.5, estimate))
+    search.explore(Stage(), [sure, other, dataclasses.replace(astray, astray=True)])
+    assert search.incumbent.best is not None
+    assert search.incumbent.best.words == best
+
+
 def test_only_what_may_be_better_is_brought_exactly_to_the_goal() -> None:
     search, _ = explored([2.0, 3.0, 2.0, 1.0], Stage(candidates=4))
     assert search.refinement.finished == pytest.approx([2.0, 1.0])  # type: ignore[attr-defined]
@@ -413,6 +441,7 @@ def stop(*_: object) -> None:
     raise KeyboardInterrupt
 
 
+@pytest.mark.slow
 def test_an_interrupt_keeps_the_best_plan_only_in_a_stage_that_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     """It is given up at the first news, when one candidate has arrived."""
     for keeps in (True, False):

@@ -228,6 +228,7 @@ def test_a_picture_is_the_same_bytes_each_time_and_has_no_date(tmp_path: Path) -
     assert len(list(tmp_path.iterdir())) == 6
 
 
+@pytest.mark.slow
 def test_another_ending_is_refused(tmp_path: Path) -> None:
     figure = time_figure(planned(), "a plan")
     with pytest.raises(InputError, match=r"a\.gif: wanted a picture's ending \(png, svg, pdf\), found \.gif"):
@@ -328,6 +329,7 @@ for ending in ("svg", "png", "pdf"):
     assert foil.returncode == 1
 
 
+@pytest.mark.slow
 def test_pictures_drawn_in_a_process_with_settings_of_its_own_do_not_take_them_over(tmp_path: Path) -> None:
     def drawn(name: str) -> bytes:
         save_figure(stroke_figure(PAPER, cycle("x-rotation"), "roll"), tmp_path / name)

@@ -12,10 +12,13 @@ from purcell_cli.batch.expectations import shortfalls
 from purcell_cli.batch.solve_one import Settings, solve
 
 SCENARIOS = stored_scenarios()
-SLOW = [pytest.mark.slow]
+SLOW = {
+    *("nearby", "planar-hinges", "planar-manoeuvre", "robot-joints", "slender", "universal-joints", "yaw-and-pitch"),
+}
+"""Those that take a second or more."""
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=SLOW if n == "nearby" else []) for n in SCENARIOS])
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in SLOW else []) for n in SCENARIOS])
 def test_a_stored_scenario_comes_to_what_it_expects_within_its_limits(name: str) -> None:
     """As a batch judges it; the foil, an expectation of a little less than was found, is not held."""
     scenario = load_scenario(SCENARIOS[name])

@@ -121,7 +121,7 @@ def test_a_document_prints_itself_as_json_schema(name: str) -> None:
 
 def test_the_json_schema_of_a_swimmer_has_its_limits_and_defaults() -> None:
     properties: Any = SCHEMAS["swimmer"].json_schema()["properties"]
-    own = {"fluid", "drag", "links", "body_radius_m", "joints", "joint_acceleration_rad_s2"}
+    own = {"fluid", "wall", "drag", "links", "body_radius_m", "joints", "joint_acceleration_rad_s2"}
     assert set(properties) == {*LIMITS, *own}
     assert properties["fluid"]["enum"] == ["local", "beads"]
     for name, (low, high) in LIMITS.items():

@@ -9,12 +9,25 @@ import numpy as np
 import pytest
 from helpers import assert_close, is_close
 
-from purcell_cli import Configuration, PrimitiveSequence, Swimmer, stored_scenarios
+from purcell_cli import (
+    Configuration,
+    LinkDrag,
+    LinkDrags,
+    PlanOptions,
+    PrimitiveSequence,
+    Swimmer,
+    flow,
+    stored_scenarios,
+)
+from purcell_cli.errors import ParameterError
 from purcell_cli.files.scenario_file import load_scenario
+from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import angle_between
+from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.swimmer import LIMITS
 from purcell_cli.motion.blocks import Block
-from purcell_cli.motion.sensitivity import CHANGE, PARAMETERS, sensitivities
+from purcell_cli.motion.sensitivity import CHANGE, PARAMETERS, drag_sensitivity, sensitivities
+from purcell_cli.planner.objectives import cost
 from purcell_cli.solution import Solution, plan
 from purcell_cli.verification.replay import replay
 
@@ -90,3 +103,59 @@ def test_a_swimmer_that_cannot_be_is_left_out(swimmer: Swimmer, parameter: str, 
 def test_no_motion_is_not_sensitive() -> None:
     for s in sensitivities(Swimmer(), Configuration(), []):
         assert (s.position_m, s.angle_rad, s.by_block.shape) == (0.0, 0.0, (0, 6))
+
+
+# --- Drag that is uncertain on its own -------------------------------------------------------------------------------
+
+LOOP = PrimitiveSequence.of([("limb1 yaw", 0.8), ("limb2 yaw", -0.6), ("limb1 yaw", -0.8), ("limb2 yaw", 0.6)])
+BLOCKS = [Block(2, "loop", LOOP, 3)]
+
+
+def with_more(swimmer: Swimmer, links: tuple[str, ...], part: str, change: float) -> Swimmer:
+    """Return a swimmer, some of whose links' drag is a little more; part: along, across, turn, spin or all."""
+    drags = {}
+    for k, link in enumerate(("base", "limb1", "limb2")):
+        rod, more = swimmer.rod(k), 1.0 + change
+        own = {name: more if link in links and part in (name, "all") else 1.0 for name in ("along", "across", "turn")}
+        spin = more if link in links and part == "all" else 1.0
+        drags[link] = LinkDrag(
+            own["along"] * rod.along, own["across"] * rod.across, own["turn"] * rod.turn, spin * rod.spin
+        )
+    return dataclasses.replace(swimmer, drag=LinkDrags(**drags))
+
+
+def test_the_sensitivity_to_drag_is_that_of_other_swimmers() -> None:
+    """All drags alike move nothing, so they are not uncertain together; spin is the foil."""
+    swimmer = Swimmer(0.13, 0.1)
+    moved = {}
+    for links in (("base",), ("limb1", "limb2"), ("base", "limb1", "limb2")):
+        for part in ("along", "across", "turn", "all"):
+            ends = [flow(with_more(swimmer, links, part, sign * 1e-3), LOOP.times(3)) for sign in (1.0, -1.0)]
+            twist = se3.log(np.linalg.inv(ends[1]) @ ends[0]) / 2e-3
+            twist[:3] /= swimmer.length_m
+            moved[links[0], len(links), part] = float(np.linalg.norm(twist))
+    assert moved["base", 3, "all"] < 1e-8
+    known = [("base", 1, "along"), ("base", 1, "turn"), *(("limb1", 2, part) for part in ("along", "across", "turn"))]
+    wanted = np.sqrt(sum(moved[one] ** 2 for one in known))
+    found = drag_sensitivity(swimmer, BLOCKS, COLLINEAR)
+    assert_close(found, wanted, 2e-3, wanted)
+    assert found > 0.1
+    assert drag_sensitivity(dataclasses.replace(swimmer, viscosity_pa_s=9.0), BLOCKS, COLLINEAR) == pytest.approx(found)
+    assert drag_sensitivity(swimmer, [], COLLINEAR) == 0.0
+
+
+def test_a_plan_of_least_sensitivity_arrives_and_is_no_worse_than_that_of_least_travel() -> None:
+    goal = Configuration.from_angles((0.0, 0.0, 0.0), (0, 0, 10))
+    ways = [
+        plan(Configuration(), goal, options=PlanOptions(effort="quick", objective=o)) for o in ("travel", "sensitivity")
+    ]
+    spent = [cost("sensitivity", way.plan.swimmer, way.plan.blocks, COLLINEAR) for way in ways]
+    assert [way.verdict for way in ways] == ["reached", "reached"]
+    assert 0.0 < spent[1] <= spent[0] * (1.0 + 1e-9)
+    assert cost("sensitivity", Swimmer(), [], COLLINEAR) == 0.0
+
+
+def test_joints_that_turn_at_once_have_no_least_sensitivity() -> None:
+    options = PlanOptions(controls="simultaneous", objective="sensitivity")
+    with pytest.raises(ParameterError, match="sensitivity goes with the controls primitive"):
+        plan(Configuration(), Configuration.from_angles((0.01, 0, 0)), options=options)

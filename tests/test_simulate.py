@@ -46,6 +46,7 @@ def run(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.
     return runner(capsys, "simulate")
 
 
+@pytest.mark.slow
 def test_the_model_itself_does_what_was_planned() -> None:
     """To 1e-12 in every row; another truth, the foil, does not."""
     rows = table()
@@ -158,6 +159,7 @@ def test_the_command_says_where_it_ends_and_writes_what_happened(run: Run) -> No
     assert "What strokes lost" in out
 
 
+@pytest.mark.slow
 def test_a_plan_document_names_the_model(run: Run) -> None:
     _, out, _ = run("plan.json", "--swimmer", "truth.yaml", "--json")
     _, other, _ = run("plan.csv", "--swimmer", "truth.yaml", "--model", "model.yaml", "--json")

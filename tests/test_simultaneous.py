@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers import assert_close
+from helpers import NIGHTLY, assert_close
 
 from purcell_cli import Configuration, PlanOptions, Swimmer, plan, read_csv, write_csv
 from purcell_cli.errors import UnknownNameError
@@ -21,7 +21,8 @@ from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import starting_shapes
-from purcell_cli.motion.limits import Limits, check
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.minimum_energy import Dissipation, durations
@@ -42,11 +43,15 @@ QUERIES = {
 }
 
 
+LONG = ("small bends", "other links", "an arc")
+"""Queries whose plans take tens of seconds with the usual effort."""
+
+
 @functools.cache
-def solved(name: str, controls: str = "simultaneous") -> Solution:
+def solved(name: str, controls: str = "simultaneous", effort: str = "standard") -> Solution:
     """Return the plan of a query; planned once in a process."""
     start, goal, swimmer = QUERIES[name]
-    return plan(start, goal, swimmer=swimmer, options=PlanOptions(controls=controls))
+    return plan(start, goal, swimmer=swimmer, options=PlanOptions(controls=controls, effort=effort))
 
 
 @functools.cache
@@ -60,10 +65,16 @@ def far(bend: float) -> Solution:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", QUERIES)
-def test_quick_plans_arrive_exactly_in_less_time_within_rates_and_bends(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "effort"),
+    [
+        *((name, "quick" if name in LONG else "standard") for name in QUERIES),
+        *(pytest.param(name, "standard", marks=NIGHTLY) for name in LONG),
+    ],
+)
+def test_quick_plans_arrive_exactly_in_less_time_within_rates_and_bends(name: str, effort: str) -> None:
     """In one test, since a plan takes seconds: its parts are named below."""
-    found, plain = solved(name), solved(name, "primitive")
+    found, plain = solved(name, "simultaneous", effort), solved(name, "primitive", effort)
     arrives_in_less_time(found, plain)
     turns_no_joint_too_fast(found)
     bends_no_limb_too_far(found)
@@ -232,6 +243,7 @@ def test_moves_that_rates_hold_back_last_as_long_as_they_must() -> None:
     assert cycles @ (work / other) > cycles @ (work / found) + 1e-4
 
 
+@pytest.mark.slow
 def test_a_thorough_plan_is_never_worse_than_a_standard_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the thorough search ends worse, here since it may not make its plan quicker, the standard one stays."""
     start, goal = Configuration(), Configuration.from_angles((0.004, 0.002, 0.0))

@@ -133,7 +133,7 @@ NAMES = [
 
 
 @pytest.mark.skipif(os.name != "posix", reason="other systems do not take such names")
-@pytest.mark.parametrize("name", mostly_slow([*NAMES, "é" * 120 + ".csv", "-x.csv"], 2))
+@pytest.mark.parametrize("name", mostly_slow([*NAMES, "é" * 120 + ".csv", "-x.csv"], 1))
 def test_a_file_may_have_any_name(run: Run, tmp_path: Path, name: str) -> None:
     """It is written, read, drawn and shown under it."""
     path = tmp_path / name
@@ -213,6 +213,7 @@ def test_misspelt_words_are_met_with_the_nearest_whatever_their_case(run: Run, t
         assert hint in err
 
 
+@pytest.mark.slow
 def test_help_answers_to_h_and_shows_no_type_after_a_flag(run: Run) -> None:
     for command in (
         "plan",

@@ -83,6 +83,7 @@ def test_with_noise_it_ends_within_what_the_noise_hides() -> None:
     assert not np.array_equal(found.parts[-1].end.pose, found.parts[-1].measured.pose)
 
 
+@pytest.mark.slow
 def test_measurements_have_the_noise_that_is_asked_for() -> None:
     rng = np.random.default_rng(0)
     measuring = Measuring(2e-3, 0.5)

@@ -133,6 +133,7 @@ def document(run: Run, *arguments: str) -> tuple[int, dict[str, Any], str]:
     return code, json.loads(out), err
 
 
+@pytest.mark.slow
 def test_a_plan_document_says_who_swims_and_what_must_hold(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     made, run = solved(), runner(capsys)
     rows, saved = str(tmp_path / "swim.csv"), str(tmp_path / "plan.json")
@@ -140,7 +141,14 @@ def test_a_plan_document_says_who_swims_and_what_must_hold(tmp_path: Path, capsy
     write_plan(PlanDocument(made.plan, made.options), saved)
     code, found, _ = document(run, "verify", rows, saved)
     assert (code, found["verdict"], found["faults"]) == (0, "reached", [])
-    assert found["judged"] == {"clearance_m": 0.01, "max_bend_rad": 1.0, "workspace_m": None}
+    assert found["judged"] == {
+        "clearance_m": 0.01,
+        "max_bend_rad": 1.0,
+        "workspace_m": None,
+        "joint_rate_rad_s": [1.0, 1.0],
+        "joint_acceleration_rad_s2": None,
+        "joint_ranges": False,
+    }
     code, found, _ = document(run, "verify", rows, saved, "--clearance", "5")
     assert (code, found["verdict"]) == (1, "not reached")
     page = str(tmp_path / "page.html")
@@ -151,6 +159,7 @@ def test_a_plan_document_says_who_swims_and_what_must_hold(tmp_path: Path, capsy
     assert err == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wrong", [False, True])
 def test_long_files_are_read_in_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wrong: bool) -> None:
     made = solved()

@@ -262,6 +262,7 @@ def test_a_page_plays_another_motion_beside() -> None:
         page(table, SWIMMER, "roll", dataclasses.replace(table, time_s=2.0 * table.time_s))
 
 
+@pytest.mark.slow
 def test_the_body_is_drawn() -> None:
     swimmer = dataclasses.replace(SWIMMER, body_radius_m=0.03)
     assert told(page(motion(), swimmer, "roll"))["body_radius"] == 0.03

@@ -17,7 +17,8 @@ from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limb_circles import LimbCircles
-from purcell_cli.motion.limits import Limits, check
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.workspace import ENDS, WALLS, Workspace, end_speeds, link_ends
 from purcell_cli.solution import Solution
 

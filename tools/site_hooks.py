@@ -29,11 +29,9 @@ def _table(name: str, records: list[tuple[str, str]]) -> list[str]:
 
 def commands_page() -> str:
     """Return the page of all commands: usage, arguments, options with their defaults, and an example."""
-    import typer
+    from purcell_cli.cli.app import built
 
-    from purcell_cli.cli.app import app
-
-    group: Any = typer.main.get_command(app)
+    group = built()
     outer = group.make_context("purcell", [], resilient_parsing=True)
     lines = [_HEAD]
     for name, command in group.commands.items():

@@ -55,7 +55,7 @@ class Case:
         if scenario is not None:
             for end in (scenario.start, scenario.goal):
                 parts += [end.pose.tobytes(), end.shape.tobytes()]
-            parts += [scenario.swimmer, scenario.workspace]
+            parts += [scenario.swimmer, scenario.workspace, scenario.obstacles, scenario.mission.fingerprint()]
         return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 

@@ -17,7 +17,7 @@ from purcell_cli.files.used_files import claim_output, note_input
 SUMMARIES = ("summary.json", "summary.csv", "summary.parquet")
 """The files of a batch's summary."""
 
-_PARTS = ("start", "goal", "swimmer")
+_PARTS = (("start",), ("goal",), ("swimmer",), ("follow", "path"))
 """Keys of a scenario that may name a file."""
 
 
@@ -27,8 +27,8 @@ def note_parts(place: Place) -> None:
     Raises:
         InputError: One of them is an output, too.
     """
-    for key in _PARTS:
-        node = place.at(key).node
+    for keys in _PARTS:
+        node = place.at(*keys).node
         if node is not place.node and isinstance(node, yaml.ScalarNode) and node.value:
             note_input(place.folder / node.value)
 

@@ -22,9 +22,10 @@ from purcell_cli.files.plan_file import PlanDocument
 from purcell_cli.files.scenario_file import Scenario
 from purcell_cli.files.trajectory_csv import write_rows
 from purcell_cli.gaits.gait import Gait
+from purcell_cli.missions import plan_mission
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.verdict import Verdict
-from purcell_cli.solution import Solution, plan, stroke_cycles
+from purcell_cli.solution import Solution, stroke_cycles
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -32,7 +33,7 @@ class Settings:
     """How all scenarios of a batch are solved.
 
     Attributes:
-        options: What is asked of every plan; the workspace is the scenario's own.
+        options: What is asked of every plan; the workspace and the obstacles are the scenario's own.
         trajectories: Whether trajectories are written.
         gaits: The gaits of the user's own, which are added to those of the package; None where there are none.
     """
@@ -85,11 +86,10 @@ def solve(scenario: Scenario, settings: Settings) -> Solved:
     """
     begun = time.perf_counter()
     try:
-        solution = plan(
-            scenario.start,
-            scenario.goal,
+        solution = plan_mission(
+            scenario.mission,
             swimmer=scenario.swimmer,
-            options=dataclasses.replace(settings.options, workspace=scenario.workspace),
+            options=dataclasses.replace(settings.options, workspace=scenario.workspace, obstacles=scenario.obstacles),
             gaits=None if settings.gaits is None else {**stored_gaits(), **settings.gaits},
         )
         numbers, files = _numbers(solution), _files(solution, settings)

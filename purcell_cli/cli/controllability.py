@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from purcell_cli.cli.terminal import DONE, NOT_REACHED, Json, SwimmerFile, busy, show, swimmer_of
+from purcell_cli.cli.terminal import DONE, NOT_REACHED, Json, SwimmerFile, busy, ready, show, swimmer_of
 
 if TYPE_CHECKING:
     from purcell_cli.mechanics.swimmer import Swimmer
@@ -34,7 +34,9 @@ def controllability(
     shape: Annotated[
         Path | None,
         typer.Option(
-            "--shape", metavar="FILE", help="A YAML file with limb1 and limb2 as in a start's; default: collinear."
+            "--shape",
+            metavar="FILE",
+            help="A YAML file with limb1 and limb2 as in a start's, and beside a wall with base; default: collinear.",
         ),
     ] = None,
     swimmer: SwimmerFile = None,
@@ -69,8 +71,9 @@ def controllability(
         raise InputError("--plot: wanted with --map, found without")
     at = Configuration() if shape is None else load_configuration(shape)
     deepest = checked_depth(4 if depth is None else depth)
+    ready(body, walled=True)
     with busy("taking brackets"):
-        found = analysed(body, at.shape, deepest, planar)
+        found = analysed(body, at.shape, deepest, planar, at.pose)
         document = report.controllability_document(found, planar, deepest)
     show(document, json, report.show_controllability)
     return DONE if found.verdict in {"controllable", "weakly controllable"} else NOT_REACHED
@@ -82,6 +85,7 @@ def _map(body: Swimmer, depth: int, picture: Path | None, json: bool) -> int:
     from purcell_cli.cli.reports import controllability as report
     from purcell_cli.files.atomic_file import writable
     from purcell_cli.lie_brackets.weak_shapes import strengths
+    from purcell_cli.mechanics.bead_table import REACH_RAD
 
     if picture is not None:
         from purcell_cli.pictures.style import picture_format
@@ -89,8 +93,10 @@ def _map(body: Swimmer, depth: int, picture: Path | None, json: bool) -> int:
 
         writable(picture, "--plot")
         picture_format(picture)
+    known = body.fluid != "beads"
+    bends = [bend for b in _BENDS_DEG if (bend := math.radians(b)) <= REACH_RAD or known]
     with busy("taking brackets"):
-        found = strengths(body, [math.radians(b) for b in _BENDS_DEG], [math.radians(r) for r in _ROLLS_DEG], depth)
+        found = strengths(body, bends, [math.radians(r) for r in _ROLLS_DEG], depth)
         document = report.map_document(found, body, depth, None if picture is None else str(picture))
         if picture is not None:
             draw_map(found, depth, picture)

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from purcell_cli.cli.documents.files import FiguresDocument, FilmDocument, PlotDocument, ViewDocument
+    from purcell_cli.environment.scene import Scene
     from purcell_cli.mechanics.swimmer import Swimmer
     from purcell_cli.motion.trajectory_table import Table
     from purcell_cli.pictures.film import FilmOptions
@@ -140,6 +141,10 @@ def view(
             "--beside", metavar="FILE", help="A trajectory of the same times, played with it, such as the plan's."
         ),
     ] = None,
+    scenario: Annotated[
+        str | None,
+        typer.Option("--scenario", metavar="FILE", help="The scenario, or plan document, whose obstacles are shown."),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Make one page of HTML that plays a trajectory in any browser, without a network; or a film of it."""
@@ -158,6 +163,8 @@ def view(
             raise ParameterError(
                 f"--{name}: no such option is wanted for a page, which plays at any size, found {value!r}"
             )
+    if film is not None and scenario is not None:
+        raise ParameterError(f"--scenario: no obstacles are wanted for a film, found {scenario!r}")
     if film is not None and beside is not None:
         raise ParameterError(f"--beside: no other trajectory is wanted for a film, found {beside}")
     table = read_csv(trajectory)
@@ -167,7 +174,8 @@ def view(
         return
     with busy("drawing"):
         other = None if beside is None else read_csv(beside)
-        written = write_page(table, body, shortened(trajectory.name, _LONGEST_TITLE), file, other)
+        around = None if scenario is None else obstacles_of(scenario)
+        written = write_page(table, body, shortened(trajectory.name, _LONGEST_TITLE), file, other, around)
     document: ViewDocument = {
         "schema": "purcell/view/1",
         "verdict": "done",
@@ -178,6 +186,14 @@ def view(
         "bytes": written,
     }
     show(document, json, _show_view)
+
+
+def obstacles_of(name: str) -> Scene | None:
+    """Return the obstacles of a scenario, by file or stored name, or of a plan document."""
+    from purcell_cli.files.builtin import find_scenario
+    from purcell_cli.files.plan_file import is_plan, load_plan
+
+    return load_plan(name).options.obstacles if is_plan(name) else find_scenario(name).obstacles
 
 
 def _film_options(ending: str, fps: float | None, duration: float | None, size: str | None) -> FilmOptions:

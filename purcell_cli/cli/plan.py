@@ -86,17 +86,16 @@ def plan(
         from purcell_cli.files.plan_file import PlanDocument as Saved
         from purcell_cli.files.scenario_file import warn_if_far
         from purcell_cli.files.trajectory_formats import write_trajectory
-        from purcell_cli.solution import plan as solve
+        from purcell_cli.missions import plan_mission
 
         query = query_of(start, goal, swimmer)
         form, file = trajectory_file(out, form, "trajectory")
         if plan_out is not None:
             writable(plan_out, "--plan-out", ("json",))
-        solution = solve(
-            query.start,
-            query.goal,
+        solution = plan_mission(
+            query.mission,
             swimmer=query.swimmer,
-            options=dataclasses.replace(options, workspace=query.workspace),
+            options=dataclasses.replace(options, workspace=query.workspace, obstacles=query.obstacles),
             gaits=stored_gaits(gaits),
             progress=progress,
         )

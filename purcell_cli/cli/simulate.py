@@ -62,7 +62,7 @@ def simulate(
 
     disturbance = Noise.of(noise, seed)
     named = None if out is None else trajectory_file(out, form, "")
-    truth, (table, body) = ready(swimmer_of(swimmer)), _planned(trajectory, model)
+    truth, (table, body) = ready(swimmer_of(swimmer), walled=True), _planned(trajectory, model)
     if body is not None:
         refuse_other_joints(body, truth)
     with busy("integrating"):

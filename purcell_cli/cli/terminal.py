@@ -98,9 +98,14 @@ def bar(message: str, after_s: float = 0.0) -> Iterator[Callable[[int, int, str]
         progress.stop()
 
 
-def ready(swimmer: Swimmer) -> Swimmer:
-    """Return a swimmer; where its links feel each other and their table must be made, that is shown."""
-    if swimmer.fluid == "beads":
+def ready(swimmer: Swimmer, walled: bool = False) -> Swimmer:
+    """Return a swimmer; where its links feel each other and their table must be made, that is shown.
+
+    Args:
+        swimmer: The swimmer.
+        walled: Whether it may swim beside a wall: then it needs no table.
+    """
+    if swimmer.fluid == "beads" and not (walled and swimmer.wall is not None):
         from purcell_cli.mechanics.bead_table import bead_table
 
         with bar("table of the links' drag") as progress:

@@ -71,8 +71,10 @@ def track(
         if not 0.0 < value < most:
             raise ParameterError(f"{name}: a number above 0 and below {most:g} is wanted, found {value!r}")
     query, measuring = query_of(start, goal, swimmer), Measuring.of_text(noise, seed)
+    if not query.mission.plain:
+        raise InputError(f"{start}: wanted a start and a goal, found a mission, which is planned but not tracked")
     named = None if out is None else trajectory_file(out, form, "")
-    body = ready(swimmer_of(truth))
+    body = ready(swimmer_of(truth), walled=True)
     ready(query.swimmer)
     with bar("swimming") as progress:
 
@@ -86,7 +88,7 @@ def track(
             query.goal,
             body,
             model=query.swimmer,
-            options=PlanOptions(workspace=query.workspace),
+            options=PlanOptions(workspace=query.workspace, obstacles=query.obstacles),
             replans=replans,
             measuring=measuring,
             tolerance_l=tolerance,

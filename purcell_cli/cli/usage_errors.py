@@ -39,10 +39,9 @@ def usage_hint(error: typer.TyperException) -> str:
     return f"{context.get_usage()}\nTry '{context.command_path} --help' for help.\n"
 
 
-def with_flag(message: str, command: str, app: typer.Typer) -> str:
+def with_flag(message: str, command: str, program: Any) -> str:
     """Return a message about a value by the option that gave it: "dt: ..." is "--dt: ..." for who typed that."""
     found = re.match(r"([a-z][a-z_-]*)(?=: (?!wanted))", message)
-    group: Any = typer.main.get_command(app)
-    known = [name for param in group.commands[command].params for name in param.opts] if command else []
+    known = [name for param in program.commands[command].params for name in param.opts] if command else []
     flag = f"--{found[1].replace('_', '-')}" if found else ""
     return f"{flag}{message[found.end() :]}" if found and flag in known else message

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -40,7 +41,7 @@ def verify(
         typer.Option(
             "--clearance",
             metavar="M",
-            help="How far limbs must stay apart [m]; default: 0, or the plan document's.",
+            help="How far limbs must stay apart, and links from obstacles [m]; default: 0, or the plan document's.",
         ),
     ] = None,
     full: Annotated[
@@ -66,7 +67,7 @@ def verify(
     query, apart_m = _query(start, goal, swimmer)
     if clearance is not None:
         apart_m = OPTIONS["clearance_m"].checked(clearance, "--clearance")
-    wanted = Wanted(apart_m, query.workspace)
+    wanted = Wanted(apart_m, query.workspace, query.obstacles, query.follow, query.via, query.order)
     ready(query.swimmer)
     resistances = solved_anew if full else tabulated
     with _busy("re-integrating"):
@@ -85,5 +86,8 @@ def _query(start: str, goal: str | None, swimmer: Path | None) -> tuple[Scenario
         return query_of(start, goal, swimmer), 0.0
     saved = load_plan(start)
     body = saved.plan.swimmer if swimmer is None else swimmer_of(swimmer)
-    query = Scenario("plan", saved.plan.start, saved.plan.goal, body, workspace=saved.options.workspace)
-    return query, saved.options.clearance_m
+    plan, asked = saved.plan, saved.options
+    via = tuple(passage.waypoint for passage in plan.passages)
+    query = Scenario("plan", plan.start, plan.goal, body, workspace=asked.workspace, via=via)
+    query = dataclasses.replace(query, follow=plan.follow, obstacles=asked.obstacles)
+    return query, asked.clearance_m

@@ -1,7 +1,8 @@
 """A trajectory's controls on another swimmer: where it ends, and which stroke lost most.
 
 The controls are integrated by the flow, row by row, from the trajectory's first row; no planner has a part in it.
-A uniform stream carries the swimmer along as it is. Conventions: `rotations`.
+Joints whose acceleration is limited, and which cannot follow them in time, take the same path more slowly. A uniform
+stream carries the swimmer along as it is. Beside a wall: `beside_wall`. Conventions: `rotations`.
 """
 
 from __future__ import annotations
@@ -10,8 +11,10 @@ import dataclasses
 import itertools
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.feedback.beside_wall import poses_beside
 from purcell_cli.feedback.noise import NO_NOISE, Noise
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
@@ -25,8 +28,10 @@ from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles
+from purcell_cli.motion.pace import slowed
 from purcell_cli.motion.trajectory import Trajectory
 from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.verification.joints_kept import follow
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -58,7 +63,8 @@ class Simulation:
         swimmer: The swimmer that swims.
         noise: What disturbs it.
         planned: The trajectory's last row.
-        trajectory: What really happens, in the trajectory's rows.
+        trajectory: What really happens, in the trajectory's rows, or in rows as fine as joints' ramps need.
+        slower_s: By how much longer it takes than the trajectory says, at the pace of the swimmer's joints [s].
         losses: What each stroke does otherwise than planned; neighbouring rows of one phase and stroke are one.
     """
 
@@ -66,6 +72,7 @@ class Simulation:
     noise: Noise
     planned: Configuration
     trajectory: Trajectory
+    slower_s: float
     losses: tuple[Loss, ...]
 
     @property
@@ -89,36 +96,72 @@ _NOTHING = 1e-9
 """A loss below this (L, rad) is rounding."""
 
 
-def simulate(table: Table, swimmer: Swimmer, noise: Noise = NO_NOISE) -> Simulation:
-    """Return what a trajectory's controls make of a swimmer, from the trajectory's first row.
+def simulate(table: Table, swimmer: Swimmer, noise: Noise = NO_NOISE, begun: Array | None = None) -> Simulation:
+    """Return what a trajectory's controls make of a swimmer.
 
     Args:
         table: The trajectory.
         swimmer: The swimmer that swims.
         noise: What disturbs it.
+        begun: The base's pose where it begins, where that is not the trajectory's first row [m]. Shape (4, 4).
 
     Raises:
-        ParameterError: Controls that still act in the last row, or bends that the swimmer's model does not know.
+        ParameterError: Controls that still act in the last row, bends that the swimmer's model does not know, or a wall
+            that it touches.
     """
     if np.any(table.rate_rad_s[-1] != 0.0):
         raise ParameterError("a last row without control is wanted, found one whose joints turn")
     first, last = (_configuration(table, row) for row in (0, -1))
-    shape, rates, stream = noise.disturbed(first.shape, table.rate_rad_s)
-    seconds = np.diff(table.time_s)
+    keys, strokes = _strokes(table)
+    made = _at_the_joints_pace(table, swimmer, first, strokes)
+    shape, rates, stream = noise.disturbed(first.shape, made.rates)
+    seconds = np.diff(made.time_s)
     shapes = shapes_along(shape, None, rates[:-1] * seconds[:, None])
     pieces = Pieces(shapes[:-1], rates[:-1], seconds)
     if swimmer.fluid == "beads":
         _refuse_far_bends(pieces)
-    moves = piece_displacements(swimmer, pieces)
-    here, poses = with_twice_the_digits(first.pose), np.empty((len(table.time_s), 4, 4))
-    poses[:-1] = played(here, moves, 1)[0]
-    poses[-1] = played(here, np.eye(4)[None], 1)[0, 0]
-    if np.any(stream):
-        poses[:, :3, 3] += stream * (table.time_s - table.time_s[0])[:, None]
+    begins = first.pose if begun is None else begun
+    if swimmer.wall is None:
+        poses = _poses(swimmer, begins, pieces)
+        if np.any(stream):
+            poses[:, :3, 3] += stream * (made.time_s - made.time_s[0])[:, None]
+    else:
+        poses = poses_beside(swimmer, swimmer.wall, begins, pieces, stream)
     names, gait = np.unique(table.gait, return_inverse=True)
     phase = table.phase.astype(np.int64)
-    really = Trajectory(table.time_s.copy(), phase, gait, tuple(names.tolist()), poses, shapes, rates)
-    return Simulation(swimmer, noise, last, really, _losses(table, poses))
+    really = Trajectory(made.time_s, phase[made.row], gait[made.row], tuple(names.tolist()), poses, shapes, rates)
+    longer = float(made.time_s[-1] - table.time_s[-1])
+    return Simulation(swimmer, noise, last, really, longer, _losses(table, keys, strokes, made, poses))
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Controls:
+    """Controls in time: the file's rows that they are of, (n,), when they begin [s], (n,), and their rates, (n, 6)."""
+
+    row: NDArray[np.int64]
+    time_s: Array
+    rates: Array
+
+
+def _at_the_joints_pace(table: Table, swimmer: Swimmer, first: Configuration, strokes: NDArray[np.int64]) -> _Controls:
+    """Return a trajectory's controls as they are, or with ramps where a swimmer's joints cannot follow them."""
+    seconds = np.append(np.diff(table.time_s), 0.0)
+    shapes = shapes_along(first.shape, None, table.rate_rad_s * seconds[:, None])
+    asked = Pieces(shapes[:-1], table.rate_rad_s, seconds)
+    if swimmer.joint_acceleration_rad_s2 is None or follow(swimmer, table.time_s, asked):
+        return _Controls(np.arange(len(seconds)), table.time_s.copy(), table.rate_rad_s)
+    found = slowed(swimmer, asked, strokes)
+    time_s = table.time_s[0] + np.concatenate([[0.0], np.cumsum(found.seconds)])
+    row = np.append(found.row, len(seconds) - 1)
+    return _Controls(row, time_s, np.concatenate([found.rates, np.zeros((1, 6))]))
+
+
+def _poses(swimmer: Swimmer, begun: Array, pieces: Pieces) -> Array:
+    """Return the base's poses before, between and after pieces, by left invariance. Shape (n + 1, 4, 4)."""
+    here, out = with_twice_the_digits(begun), np.empty((len(pieces) + 1, 4, 4))
+    out[:-1] = played(here, piece_displacements(swimmer, pieces), 1)[0]
+    out[-1] = played(here, np.eye(4)[None], 1)[0, 0]
+    return out
 
 
 def _refuse_far_bends(pieces: Pieces) -> None:
@@ -157,19 +200,28 @@ def _configuration(table: Table, row: int) -> Configuration:
     return Configuration(pose, from_quaternion(table.limbs[row]))
 
 
-def _losses(table: Table, poses: Array) -> tuple[Loss, ...]:
+def _strokes(table: Table) -> tuple[list[tuple[float, str]], NDArray[np.int64]]:
+    """Return phase and name of each stroke, neighbouring rows being one, and the rows at which they begin."""
+    keys = list(zip(table.phase[:-1].tolist(), table.gait[:-1].tolist(), strict=True))
+    grouped = [(key, len(list(rows))) for key, rows in itertools.groupby(keys)]
+    return [key for key, _ in grouped], np.cumsum([0, *(count for _, count in grouped)])[:-1]
+
+
+def _losses(
+    table: Table, keys: list[tuple[float, str]], strokes: NDArray[np.int64], made: _Controls, poses: Array
+) -> tuple[Loss, ...]:
     """Return what each stroke makes otherwise, seen where the planned motion ends, to first order."""
     planned = se3.pose(from_quaternion(table.base), table.position_m)
-    keys = list(zip(table.phase[:-1].tolist(), table.gait[:-1].tolist(), strict=True))
-    out, low = [], 0
-    for (phase, gait), rows in itertools.groupby(keys):
-        high = low + len(list(rows))
-        wanted, made = (matmul(se3.inverse(g[low]), g[high]) for g in (planned, poses))
+    begins = np.append(strokes, len(table.time_s) - 1)
+    at, out = np.searchsorted(made.row, begins), []
+    for k, (phase, gait) in enumerate(keys):
+        low, high = int(begins[k]), int(begins[k + 1])
+        here, there = int(at[k]), int(at[k + 1])
+        wanted = matmul(se3.inverse(planned[low]), planned[high])
+        swum = matmul(se3.inverse(poses[here]), poses[there])
         after = matmul(se3.inverse(planned[high]), planned[-1])
-        change = matmul(matmul(matmul(se3.inverse(after), se3.inverse(wanted)), made), after)
+        change = matmul(matmul(matmul(se3.inverse(after), se3.inverse(wanted)), swum), after)
         twist = se3.log(se3.normalised(change))
-        times = float(table.time_s[low]), float(table.time_s[high])
         sizes = (float(np.sqrt(np.sum(part * part))) for part in (twist[:3], twist[3:]))
-        out.append(Loss(int(phase), str(gait), *times, *sizes))
-        low = high
+        out.append(Loss(int(phase), str(gait), float(made.time_s[here]), float(made.time_s[there]), *sizes))
     return tuple(out)

@@ -226,9 +226,7 @@ def track(
     measured = measuring.of(here, body.length_m, normal_numbers(noise, (2, 3)))
     while not tracker.arrived(measured) and len(parts) <= replans:
         solution = tracker.update(measured)
-        swum = simulate(as_table(solution.trajectory), truth).trajectory
-        really = matmul(here.pose, se3.inverse(measured.pose))
-        swum = dataclasses.replace(swum, pose=se3.normalised(matmul(really, swum.pose)))
+        swum = simulate(as_table(solution.trajectory), truth, begun=here.pose).trajectory
         here = swum.end
         measured = measuring.of(here, body.length_m, normal_numbers(noise, (2, 3)))
         parts.append(Part(solution, measured, here, swum))

@@ -71,7 +71,7 @@ def _measured(
 _ANGLE = Number(at_least=-_LARGEST_ANGLE, at_most=_LARGEST_ANGLE)
 
 
-_ORIENTATION: Element[Array] = Made(
+ORIENTATION: Element[Array] = Made(
     Record(
         {
             "euler_deg": Field(_rotation(3, _ANGLE, lambda e: from_euler(np.radians(e))), "[psi, theta, phi] [deg]"),
@@ -90,12 +90,12 @@ _ORIENTATION: Element[Array] = Made(
     only_value,
 )
 
-_COORDINATE = Number(at_least=-_FARTHEST_M, at_most=_FARTHEST_M)
+COORDINATE = Number(at_least=-_FARTHEST_M, at_most=_FARTHEST_M)
 
 _BASE = Record(
     {
-        "position_m": Field(ListOf(_COORDINATE, 3), "position in the world [m]", default=[0.0, 0.0, 0.0]),
-        "orientation": Field(_ORIENTATION, "orientation in the world; left out, the world's"),
+        "position_m": Field(ListOf(COORDINATE, 3), "position in the world [m]", default=[0.0, 0.0, 0.0]),
+        "orientation": Field(ORIENTATION, "orientation in the world; left out, the world's"),
     }
 )
 
@@ -109,15 +109,15 @@ def _configuration(value: dict[str, Any], _: Place) -> Configuration:
 
 CONFIGURATION_FIELDS = {
     "base": Field(_BASE, "the base link"),
-    "limb1": Field(_ORIENTATION, "limb 1 in the base; left out, collinear"),
-    "limb2": Field(_ORIENTATION, "limb 2 in the base; left out, collinear"),
+    "limb1": Field(ORIENTATION, "limb 1 in the base; left out, collinear"),
+    "limb2": Field(ORIENTATION, "limb 2 in the base; left out, collinear"),
 }
 
 CONFIGURATION = Document(
     "A configuration of the swimmer (start.yaml)", Made(Record(CONFIGURATION_FIELDS), _configuration)
 )
 
-_CORNER = ListOf(OrNull(_COORDINATE), 3)
+_CORNER = ListOf(OrNull(COORDINATE), 3)
 """A corner of a box: x, y and z [m]."""
 
 WORKSPACE: Element[Workspace] = Made(

@@ -111,10 +111,12 @@ class Record(Element[dict[str, Any]]):
     Attributes:
         fields: The keys.
         exactly_one: Whether exactly one of them must be there.
+        one_at_least: Keys of which one at least must be there.
     """
 
     fields: Mapping[str, Field]
     exactly_one: bool = False
+    one_at_least: tuple[str, ...] = ()
 
     @property
     def wanted(self) -> str:
@@ -131,6 +133,9 @@ class Record(Element[dict[str, Any]]):
         for name, field in self.fields.items():
             if field.required and name not in places:
                 raise place.below(name).error(field.element.wanted, "no such key")
+        if self.one_at_least and not places.keys() & set(self.one_at_least):
+            first = self.one_at_least[0]
+            raise place.below(first).error(self.fields[first].element.wanted, "no such key")
         return {name: self.fields[name].element.read(entry) for name, entry in places.items()}
 
     def _known(self, place: Place) -> Iterator[tuple[str, Place]]:
@@ -149,6 +154,7 @@ class Record(Element[dict[str, Any]]):
         }
         required = [name for name, field in self.fields.items() if field.required]
         out |= {"required": required} if required else {}
+        out |= {"anyOf": [{"required": [name]} for name in self.one_at_least]} if self.one_at_least else {}
         return {**out, "minProperties": 1, "maxProperties": 1} if self.exactly_one else out
 
 

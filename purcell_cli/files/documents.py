@@ -51,7 +51,8 @@ def placed(error: ParameterError, place: Place) -> InputError:
     if parts is None:
         return place.error("a value that can be", str(error))
     name, wanted, found = parts.groups()
-    return (place.at(*name.split(".")) if name else place).error(wanted, found)
+    steps = [int(step) if step.isdigit() else step for step in name.split(".")] if name else []
+    return place.at(*steps).error(wanted, found)
 
 
 @dataclasses.dataclass(frozen=True)

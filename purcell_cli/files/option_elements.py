@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from enum import StrEnum
 from typing import Any
 
@@ -11,12 +11,15 @@ from purcell_cli.files.configuration_file import WORKSPACE
 from purcell_cli.files.containers import Field
 from purcell_cli.files.documents import Made
 from purcell_cli.files.elements import Element
-from purcell_cli.files.scalars import Choice, Number
-from purcell_cli.motion.options import OPTIONS, E, Option, PlanOptions
-from purcell_cli.motion.workspace import Workspace
+from purcell_cli.files.obstacle_elements import OBSTACLES, obstacles_written
+from purcell_cli.files.scalars import Choice, Number, Whole
+from purcell_cli.motion.options import MOST_SEED, OPTIONS, E, Option, PlanOptions
 
-_ELEMENTS: Mapping[str, Element[Any]] = {"workspace": WORKSPACE}
+_ELEMENTS: Mapping[str, Element[Any]] = {"workspace": WORKSPACE, "obstacles": OBSTACLES}
 """The elements of options that are neither a name nor a number."""
+
+_WRITTEN: Mapping[str, Callable[[Any], Any]] = {"workspace": dataclasses.asdict, "obstacles": obstacles_written}
+"""What makes their values those of a document."""
 
 
 def choice(choices: type[E]) -> Element[E]:
@@ -29,6 +32,8 @@ def _element(name: str, option: Option) -> Element[Any]:
         return _ELEMENTS[name]
     if issubclass(option.kind, StrEnum):
         return choice(option.kind)
+    if option.kind is int:
+        return Whole(0, MOST_SEED)
     return Number(above=option.above, at_least=option.at_least)
 
 
@@ -55,5 +60,5 @@ def options_written(options: PlanOptions) -> dict[str, Any]:
     for name, option in _SAVED.items():
         value = getattr(options, name)
         if option.always or value != options.left_out(name):
-            out[option.key] = dataclasses.asdict(value) if isinstance(value, Workspace) else value
+            out[option.key] = _WRITTEN[name](value) if name in _WRITTEN else value
     return out

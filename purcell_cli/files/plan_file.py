@@ -22,6 +22,7 @@ from purcell_cli.files.containers import Field, ListOf, Pair, Record
 from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.option_elements import OPTION_FIELDS, options_read, options_written
 from purcell_cli.files.place import Place
+from purcell_cli.files.plan_way import WAY_FIELDS, way_written
 from purcell_cli.files.scalars import Choice, Number, Text, Whole
 from purcell_cli.files.scenario_file import SCHEMAS
 from purcell_cli.files.swimmer_file import swimmer_written
@@ -32,6 +33,7 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.moves import ControlSequence, MoveSequence
 from purcell_cli.mechanics.primitives import PRIMITIVE_NAMES, PrimitiveSequence
 from purcell_cli.motion.blocks import Block
+from purcell_cli.motion.mission import Passage
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import MOST_ROWS
@@ -75,6 +77,7 @@ class PlanDocument:
             "start": _configuration(plan.start),
             "goal": _configuration(plan.goal),
             **options_written(self.options),
+            **way_written(plan.passages, plan.follow),
         }
         lines = [f"  {_json(key)}: {_json(value)}" for key, value in head.items()]
         blocks = ",\n".join(f"    {_json(_block(block))}" for block in plan.blocks)
@@ -133,11 +136,19 @@ def _block_read(value: dict[str, Any], place: Place) -> Block:
 
 def _plan_read(value: dict[str, Any], place: Place) -> PlanDocument:
     blocks: list[Block] = value["blocks"]
+    passages: list[Passage] = value.get("via", [])
+    begun = {passage.block for passage in passages}
     for k, (before, after) in enumerate(itertools.pairwise(blocks), start=1):
-        if after.phase < before.phase:
+        if after.phase < before.phase and k not in begun:
             wanted = f"a phase of at least {before.phase}, that of the stroke before"
             raise place.at("blocks", k, "phase").error(wanted, str(after.phase))
-    plan = Plan(value["swimmer"], value["start"], value["goal"], tuple(blocks))
+    for k, passage in enumerate(passages):
+        fewest = passages[k - 1].block if k else 0
+        if not fewest <= passage.block <= len(blocks):
+            wanted = f"a number of blocks from {fewest} to {len(blocks)}"
+            raise place.at("via", k, "block").error(wanted, str(passage.block))
+    ends = value["swimmer"], value["start"], value["goal"]
+    plan = Plan(*ends, tuple(blocks), passages=tuple(passages), follow=value.get("follow"))
     if plan.primitives > MOST_ROWS:
         raise place.at("blocks").error(f"at most {MOST_ROWS:.0e} primitives", f"{plan.primitives}")
     options = options_read(value)
@@ -184,6 +195,7 @@ PLAN = Document(
                 "start": Field(SCHEMAS["start"], "where it starts", required=True),
                 "goal": Field(SCHEMAS["start"], "where it is to end", required=True),
                 **OPTION_FIELDS,
+                **WAY_FIELDS,
                 "blocks": Field(ListOf(Made(_BLOCK, _block_read)), "the strokes, in order", required=True),
             }
         ),

@@ -11,12 +11,15 @@ from typing import Any
 
 import numpy as np
 
+from purcell_cli.environment.scene import Scene
 from purcell_cli.errors import PurcellWarning
 from purcell_cli.files.configuration_file import CONFIGURATION, GOAL, WORKSPACE_FIELD, Goal
 from purcell_cli.files.containers import Either, Field, Record
 from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.elements import Element, ValueT
 from purcell_cli.files.gait_file import GAIT
+from purcell_cli.files.mission_elements import MISSION_FIELDS
+from purcell_cli.files.obstacle_elements import OBSTACLES
 from purcell_cli.files.option_elements import choice
 from purcell_cli.files.paths import UnreadableError
 from purcell_cli.files.place import Place, shortened
@@ -26,6 +29,7 @@ from purcell_cli.files.swimmer_file import SWIMMER
 from purcell_cli.files.yaml_source import file_bytes, load, read_document
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.mission import Follow, Mission, Order, Waypoint
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.motion.workspace import Workspace
 
@@ -83,6 +87,10 @@ class Scenario:
         swimmer: Who swims.
         expect: What it must come to.
         workspace: The box to stay in, if there is one.
+        obstacles: What no link may touch, if there is anything.
+        via: The waypoints to pass.
+        order: In which order.
+        follow: The curve to follow, if there is one.
     """
 
     name: str
@@ -91,6 +99,15 @@ class Scenario:
     swimmer: Swimmer = dataclasses.field(default_factory=Swimmer)
     expect: Expect = dataclasses.field(default_factory=Expect)
     workspace: Workspace | None = None
+    obstacles: Scene | None = None
+    via: tuple[Waypoint, ...] = ()
+    order: Order = Order.GIVEN
+    follow: Follow | None = None
+
+    @property
+    def mission(self) -> Mission:
+        """What is to be done."""
+        return Mission(self.start, self.goal, self.via, self.order, self.follow)
 
 
 def _expect(value: dict[str, Any], place: Place) -> Expect:
@@ -136,11 +153,18 @@ def warn_if_far(scenario: Scenario, label: str = "") -> None:
 def _scenario(value: dict[str, Any], place: Place) -> Scenario:
     if "sweep" in value:
         raise place.at("sweep").error("a scenario without a sweep here (purcell batch expands it)", "one")
-    goal: Goal = value.pop("goal")
+    follow: Follow | None = value.get("follow")
+    goal: Goal | None = value.pop("goal", None)
+    if goal is None:
+        assert follow is not None  # noqa: S101  # one of the two is there
+        goal = Goal(follow.goal(value["start"]))
     workspace = value.pop("workspace_m", None)
     if workspace is not None and goal.workspace is not None:
         raise place.at("workspace_m").error("one workspace, the scenario's or its goal's", "both")
-    return Scenario(goal=goal.configuration, workspace=workspace or goal.workspace, **value)
+    value["via"] = tuple(value.get("via", ()))
+    scenario = Scenario(goal=goal.configuration, workspace=workspace or goal.workspace, **value)
+    _ = scenario.mission  # refused here, where the line is known
+    return scenario
 
 
 _SCENARIO = Document(
@@ -150,12 +174,15 @@ _SCENARIO = Document(
             {
                 "name": Field(NAME, "its name", required=True),
                 "start": Field(_inline_or_path(CONFIGURATION), "where it starts", required=True),
-                "goal": Field(_inline_or_path(GOAL), "where it is to end", required=True),
+                "goal": Field(_inline_or_path(GOAL), "where it is to end; with follow, left out, the curve's end"),
                 "swimmer": Field(_inline_or_path(SWIMMER), "who swims; left out, the paper's swimmer"),
                 "expect": Field(EXPECT, "what it must come to"),
                 **WORKSPACE_FIELD,
+                "obstacles": Field(OBSTACLES, "what no link may touch; left out, there is nothing"),
+                **MISSION_FIELDS,
                 "sweep": Field(SWEEP, "values for keys; purcell batch makes a scenario of each combination"),
-            }
+            },
+            one_at_least=("goal", "follow"),
         ),
         _scenario,
     ),

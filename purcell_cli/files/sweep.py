@@ -31,7 +31,7 @@ _STR, _FLOAT, _MAP = (TAG + name for name in ("str", "float", "map"))
 
 _KEY = r"[a-z][a-z0-9_]*"
 _PATH = Text(
-    rf"(start|goal|swimmer|workspace_m|expect)(\.{_KEY}|\[[0-9]{{1,4}}\])*",
+    rf"(start|goal|swimmer|workspace_m|obstacles|via|order|follow|expect)(\.{_KEY}|\[[0-9]{{1,4}}\])*",
     "a key path of the scenario, such as swimmer.slenderness or goal.base.position_m[0]",
 )
 

@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 
 from purcell_cli.files.atomic_file import whole_file
-from purcell_cli.files.containers import Either, Field, Record
+from purcell_cli.files.containers import Either, Field, ListOf, Record
 from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.elements import Element
 from purcell_cli.files.joint_elements import JOINT_FIELDS, joints_written
@@ -18,7 +18,9 @@ from purcell_cli.files.place import Place
 from purcell_cli.files.scalars import Choice, Number
 from purcell_cli.files.yaml_source import load
 from purcell_cli.mechanics.drag import COX, LAWS, LINKS, LinkDrag, LinkDrags, LinkSize, LinkSizes
-from purcell_cli.mechanics.swimmer import FLUIDS, LARGEST_BODY_RADIUS_M, LIMITS, Swimmer
+from purcell_cli.mechanics.fluid import FLUIDS
+from purcell_cli.mechanics.swimmer import LARGEST_BODY_RADIUS_M, LIMITS, Swimmer
+from purcell_cli.mechanics.wall import FARTHEST_M, Wall
 
 
 def _swimmer(value: dict[str, Any], _: Place) -> Swimmer:
@@ -55,8 +57,23 @@ _SIZES = _each_link(
     LinkSizes,
 )
 
+_VECTOR = ListOf(Number(at_least=-FARTHEST_M, at_most=FARTHEST_M), 3)
+
+_WALL = Made(
+    Record(
+        {
+            "point_m": Field(_VECTOR, "a point of it in the world [m]", required=True),
+            "normal": Field(_VECTOR, "its normal, into the fluid, of any length", required=True),
+        }
+    ),
+    lambda value, _: Wall(**value),
+)
+
 _OWN = {
     "fluid": Field(Choice(FLUIDS), "each link alone, or links that feel each other's flow", default="local"),
+    "wall": Field(
+        _WALL, "a plane wall without slip, with fluid: beads; simulate, track --truth and controllability know it"
+    ),
     "drag": Field(
         Either(Choice(LAWS), _DRAGS),
         "the law of a link's drag, or the whole drag of links in numbers; what is left out of them is as cox",
@@ -97,6 +114,7 @@ def swimmer_written(swimmer: Swimmer) -> dict[str, Any]:
     drag = swimmer.drag if isinstance(swimmer.drag, str) else _given(dataclasses.asdict(swimmer.drag))
     own = {
         "fluid": swimmer.fluid,
+        "wall": None if swimmer.wall is None else {k: list(v) for k, v in dataclasses.asdict(swimmer.wall).items()},
         "drag": drag,
         "links": _given(dataclasses.asdict(swimmer.links)),
         "body_radius_m": swimmer.body_radius_m,

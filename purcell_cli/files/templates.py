@@ -46,6 +46,7 @@ links: {}                            # a link's own size, where it differs:
 #   limb2: {half_length_m: 0.08, slenderness: 0.02}
 body_radius_m: 0.0                   # a sphere at the middle of the base that drags too
 fluid: local                         # each link alone in the fluid; or beads: links that feel each other's flow
+# wall: {point_m: [0, 0, -0.2], normal: [0, 0, 1]}   # with beads: a plane wall; simulate, track --truth know it
 # joints:                            # left out, ball joints; else universal, hinge or fixed:
 #   limb1: universal                 # yaw (psi) and pitch (theta), no roll
 #   limb2: {kind: hinge, axis: yaw, range_deg: [-90, 60], rate_rad_s: 0.5}
@@ -61,6 +62,11 @@ name: first                          # letters, digits, '-', '_' and '.'; its re
 start: start.yaml                    # a path from this file's folder, or the mapping itself
 goal: goal.yaml
 swimmer: swimmer.yaml
+# via:                               # configurations to pass exactly; a key left out is free there
+#   - base: {position_m: [0.001, 0.0, 0.0]}
+#   - limb1: {euler_deg: [10, 0, 0]}
+# order: given                       # or free: the planner chooses the order of the waypoints
+# follow: {path: curve.csv, tolerance_m: 0.07}   # instead: a curve for the base's middle; columns x_m,y_m,z_m
 expect:
   verdict: reached                   # or: not reached, not found within limits, error
   position_tolerance: 1.0e-9         # in units of L

@@ -37,6 +37,13 @@ MOST_NODES = 20_000
 """Values of a document at most, aliases expanded: the stored ones have up to 200, and a curve of
 1500 way points as many as this. They are composed in 0.15 s; ten times as many take ten times as long."""
 
+_LONG_PLAN = 8
+"""How many times as many bytes and values a plan document may have: the plan of a long mission has hundreds of strokes.
+It is then composed in some 1.5 s."""
+
+_PLAN_BEGINS, _PLAN_FORM = 256, b'"purcell/plan-document/'
+"""Bytes at a plan document's beginning in which the name of its form stands, and how that begins."""
+
 _CORE = {
     yaml.ScalarEvent: {TAG + name for name in ("str", "int", "float", "bool", "null")},
     yaml.SequenceStartEvent: {TAG + "seq"},
@@ -58,16 +65,22 @@ def file_bytes(path: Path) -> bytes:
         with os.fdopen(descriptor, "rb") as stream:
             if not stat.S_ISREG(os.fstat(descriptor).st_mode):
                 raise UnreadableError("something that is no regular file")
-            return stream.read(MOST_BYTES + 1) or b""
+            return stream.read(_LONG_PLAN * MOST_BYTES + 1) or b""
     except OSError as error:
         raise UnreadableError(f"none ({error.strerror or error})") from error
+
+
+def _room(data: bytes) -> int:
+    """Return how many times as large as others the document in some bytes may be."""
+    begun = data[:_PLAN_BEGINS]
+    return _LONG_PLAN if begun.lstrip().startswith(b"{") and _PLAN_FORM in begun else 1
 
 
 def _standard_input() -> bytes:
     """Return what standard input holds, at most one byte more than is allowed."""
     note_input(0)
     try:
-        return sys.stdin.buffer.read(MOST_BYTES + 1)
+        return sys.stdin.buffer.read(_LONG_PLAN * MOST_BYTES + 1)
     except (OSError, ValueError, AttributeError) as error:
         raise UnreadableError(f"standard input that cannot be read ({error})") from error
 
@@ -78,8 +91,9 @@ def _decoded(data: bytes, file: str) -> str:
     Raises:
         InputError: Too many bytes, not UTF-8, or control characters.
     """
-    if len(data) > MOST_BYTES:
-        raise input_error(file, 1, "", f"at most {MOST_BYTES} bytes", "more")
+    most = _room(data) * MOST_BYTES
+    if len(data) > most:
+        raise input_error(file, 1, "", f"at most {most} bytes", "more")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -100,12 +114,14 @@ class _GuardedComposer(Composer):
         keys: The key path of the node at hand, below those of its parents.
         count: Nodes so far, aliases expanded.
         sizes: How many nodes each finished node expands to.
+        most: How many nodes there may be.
     """
 
     peek_event: Callable[[], Any]
 
-    def __init__(self, file: str) -> None:
+    def __init__(self, file: str, most: int) -> None:
         Composer.__init__(self)
+        self.most = most
         self.file = file
         self.keys: list[str] = [""]
         self.count = 0
@@ -129,8 +145,8 @@ class _GuardedComposer(Composer):
 
     def _admit(self, event: Any) -> None:
         self.count += self._alias_size(event) if isinstance(event, yaml.AliasEvent) else 1
-        if self.count > MOST_NODES:
-            raise self._error(event, f"at most {MOST_NODES} values, aliases expanded", "more")
+        if self.count > self.most:
+            raise self._error(event, f"at most {self.most} values, aliases expanded", "more")
         if len(self.keys) - 1 > MOST_LEVELS:
             raise self._error(event, f"at most {MOST_LEVELS} levels of nesting", "more")
         tag = getattr(event, "tag", None)
@@ -153,11 +169,12 @@ class _GuardedLoader(_GuardedComposer, _Loader):  # type: ignore[misc]  # the ba
     Args:
         text: The document.
         file: Its name, as messages show it.
+        most: How many nodes it may have.
     """
 
-    def __init__(self, text: str, file: str) -> None:
+    def __init__(self, text: str, file: str, most: int) -> None:
         _Loader.__init__(self, text)
-        _GuardedComposer.__init__(self, file)
+        _GuardedComposer.__init__(self, file, most)
 
     def resolve(self, kind: type[yaml.Node], value: Any, implicit: Any) -> str:
         """Return the tag of a node that has none of its own."""
@@ -175,15 +192,15 @@ def _at_tab(text: str, mark: Any) -> bool:
     return at == "\t" or any("\t" in line[: len(line) - len(line.lstrip())] for line in lines)
 
 
-def _composed(text: str, file: str) -> yaml.Node | None:
-    """Return the one document of a text, None if it is empty.
+def _composed(text: str, file: str, most: int) -> yaml.Node | None:
+    """Return the one document of a text, of so many nodes at most, None if it is empty.
 
     Raises:
         InputError: The text is malformed, or more than one document, or breaks a limit.
     """
     keys = [""]
     try:
-        nodes = _GuardedLoader(text, file)
+        nodes = _GuardedLoader(text, file, most)
         keys = nodes.keys
         root = nodes.get_single_node()
     except InputError:
@@ -210,7 +227,7 @@ def read_document(document: Document[ValueT], data: bytes, name: str, folder: Pa
 def _composed_place(data: bytes, name: str, folder: Path, wanted: str) -> Place:
     """Return the place of the whole document in the bytes of a file."""
     file = shortened(name, 1000)
-    root = _composed(_decoded(data, file), file)
+    root = _composed(_decoded(data, file), file, _room(data) * MOST_NODES)
     if root is None:
         raise input_error(file, 1, "", wanted, "an empty file")
     return Place(file, root, "", folder)

@@ -1,4 +1,4 @@
-"""A stroke sampled as a trajectory, for plots and files."""
+"""A stroke as it is played: at the pace of the joints, and sampled as a trajectory for plots and files."""
 
 from __future__ import annotations
 
@@ -6,10 +6,24 @@ import dataclasses
 
 from purcell_cli.gaits.gait import Stroke
 from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.clock import clock_step, on_the_clock
+from purcell_cli.motion.pace import paced
 from purcell_cli.motion.trajectory import Trajectory, sample
+
+
+def paced_stroke(swimmer: Swimmer, stroke: Stroke, cycles: int) -> tuple[Swimmer, tuple[Block, ...]]:
+    """Return a stroke played a number of times at the joints' pace, and the swimmer whose joint rate it is for.
+
+    Args:
+        swimmer: The swimmer.
+        stroke: The stroke, from the collinear shape.
+        cycles: How often it is played.
+    """
+    parts = [Block(2, stroke.gait, s, n, stroke.amplitude_rad) for s, n in stroke.parts(cycles) if len(s)]
+    return paced(swimmer, COLLINEAR, parts)
 
 
 def sample_stroke(
@@ -24,7 +38,7 @@ def sample_stroke(
         cycles: How often it is played.
         dt_s: Longest time between rows [s].
     """
-    parts = [Block(2, stroke.gait, s, n, stroke.amplitude_rad) for s, n in stroke.parts(cycles) if len(s)]
-    step = clock_step(sum(b.duration for b in parts) / swimmer.joint_rate_rad_s)
-    blocks = [dataclasses.replace(b, sequence=on_the_clock(b.sequence, swimmer, step)) for b in parts]
-    return sample(swimmer, start, blocks, dt_s)
+    pace, parts = paced_stroke(swimmer, stroke, cycles)
+    step = clock_step(sum(b.duration for b in parts) / pace.joint_rate_rad_s)
+    blocks = [dataclasses.replace(b, sequence=on_the_clock(b.sequence, pace, step)) for b in parts]
+    return sample(pace, start, blocks, dt_s)

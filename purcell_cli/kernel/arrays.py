@@ -30,6 +30,8 @@ def doubles(value: ArrayLike, what: str, shape: tuple[int, ...] | None = None) -
         TypeError: Something that is no real number, or has more digits than a double.
         ValueError: Another shape.
     """
+    if type(value) is np.ndarray and value.dtype is _DOUBLE and value.flags.c_contiguous:
+        return value if shape is None or value.shape == shape else _of_shape(value, what, shape)
     found = np.asarray(value)
     if found.dtype is not _DOUBLE and (found.dtype.kind not in "fiu" or found.dtype.itemsize > _DOUBLE.itemsize):
         raise TypeError(f"{what}: real numbers no wider than doubles are wanted, found {found.dtype}")

@@ -33,7 +33,9 @@ def swimmer_numbers(swimmer: ArrayLike) -> Array:
     return found
 
 
-def bead_resistance(place: ArrayLike, arm: ArrayLike, radius: ArrayLike, link: ArrayLike) -> Array:
+def bead_resistance(
+    place: ArrayLike, arm: ArrayLike, radius: ArrayLike, link: ArrayLike, wall: ArrayLike | None = None
+) -> Array:
     """Return the resistance K^T M^-1 K of beads in a fluid of unit viscosity.
 
     Args:
@@ -41,12 +43,14 @@ def bead_resistance(place: ArrayLike, arm: ArrayLike, radius: ArrayLike, link: A
         arm: The same from their limb's joint. Shape (n, 3).
         radius: Their radii. Shape (n,).
         link: Which link each is of: 0 the base, 1 or 2 a limb. Shape (n,).
+        wall: Of a plane wall without slip the unit normal, into the fluid, and how high above it the origin of places
+            is; None where there is no wall. Shape (4,).
 
     Returns:
         On (v, omega, u_1, u_2), the limbs' rates u in base coordinates. Shape (78,).
 
     Raises:
-        ValueError: Their mobility is not positive definite, as it is for beads of some radius.
+        ValueError: Their mobility is not positive definite, as it is for beads of some radius that are clear of a wall.
     """
     centre = doubles(place, "place", (-1, 3))
     n = len(centre)
@@ -55,7 +59,9 @@ def bead_resistance(place: ArrayLike, arm: ArrayLike, radius: ArrayLike, link: A
     if n and not (limb.min() >= 0 and limb.max() <= 2 and size.min() > 0.0):
         raise ValueError("link and radius: 0, 1 or 2, and positive numbers are wanted")
     out, room = np.empty(RESISTANCE), np.empty(3 * n * (3 * n + 12))
-    places = address(centre), address(lever), address(size), address(limb), address(room), address(out)
+    plane = None if wall is None else doubles(wall, "wall", (4,))
+    beside = None if plane is None else address(plane)
+    places = address(centre), address(lever), address(size), address(limb), beside, address(room), address(out)
     if not KERNEL.purcell_bead_resistance(n, *places):
         raise ValueError("the mobility of the beads is not positive definite")
     return out

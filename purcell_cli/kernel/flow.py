@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from purcell_cli.kernel.arrays import Array, address, doubles, wholes
+from purcell_cli.kernel.arrays import Array, Whole, address, doubles, wholes
 from purcell_cli.kernel.beads import swimmer_numbers
 from purcell_cli.kernel.library import KERNEL
 from purcell_cli.kernel.shapes import control_numbers
@@ -153,17 +153,67 @@ class Flow:
         n = len(amount)
         shape = doubles(shapes, "shapes", (n + 1, 2, 3, 3))
         control = control_numbers(controls, n)
-        parts = wholes(repeats, "repeats").reshape(-1, 3)
-        edges = parts[:, :2].ravel()
-        within = np.all(parts[:, 2] >= 1) and np.all(parts[:, 0] < parts[:, 1]) and np.all(np.diff(edges) >= 0)
-        if len(edges) and not (within and edges[0] >= 0 and edges[-1] <= n):
-            raise ValueError(f"repeats: parts in order, within {n} pieces, and at least one cycle are wanted")
+        parts = _repeats(repeats, n)
         pose, derivative = np.empty((4, 4)), np.empty((6, n) if control is not None else (6, n, 6))
         room = np.empty(94 * n + 36 * len(parts))
         places = address(shape), None if control is None else address(control), address(amount), len(parts)
         rest = address(parts), address(room), address(pose), address(derivative)
         _refuse(KERNEL.purcell_flow_and_derivatives(*self._head, n, *places, *rest), 0)
         return pose, derivative
+
+    def equations(
+        self,
+        start: ArrayLike,
+        controls: ArrayLike,
+        angles: ArrayLike,
+        repeats: ArrayLike,
+        wanted_inverse: ArrayLike,
+        stops: ArrayLike,
+        ends: ArrayLike,
+    ) -> tuple[Array, Array, Array]:
+        """Return the shapes along primitives, what is missing of a displacement and of shapes, and its derivative.
+
+        Args:
+            start: Shape before the first primitive. Shape (2, 3, 3).
+            controls: Which control each turns, 6 and 7 about the base's z. Shape (n,).
+            angles: By how much [rad]. Shape (n,).
+            repeats: Parts played more than once; see `with_derivatives`. Shape (k, 3).
+            wanted_inverse: The inverse of the displacement. Shape (4, 4).
+            stops: The primitives before which shapes are wanted, n for the end. Shape (t,).
+            ends: Those shapes. Shape (t, 2, 3, 3).
+
+        Returns:
+            Shapes before, between and after the primitives, shape (n + 1, 2, 3, 3); a twist and rotation vectors in
+            base coordinates [L, rad], shape (6 + 6 t,); and the derivative, shape (6 + 6 t, n).
+
+        Raises:
+            ValueError: A piece is so long that it has more than two million steps.
+        """
+        angle = doubles(angles, "angles", (-1,))
+        n = len(angle)
+        control, parts, stop = control_numbers(controls, n), _repeats(repeats, n), wholes(stops, "stops", (-1,))
+        t = len(stop)
+        begun, wanted = doubles(start, "start", (2, 3, 3)), doubles(wanted_inverse, "wanted_inverse", (4, 4))
+        end = doubles(ends, "ends", (t, 2, 3, 3))
+        if t and not 0 <= int(stop.min()) <= int(stop.max()) <= n:
+            raise ValueError(f"stops: numbers from 0 to {n} are wanted")
+        shapes, residual, derivative = np.empty((n + 1, 2, 3, 3)), np.empty(6 + 6 * t), np.empty((6 + 6 * t, n))
+        room = np.empty(94 * n + 36 * len(parts))
+        places = address(begun), address(control), address(angle), len(parts), address(parts), address(wanted), t
+        rest = (address(part) for part in (stop, end, room, shapes, residual, derivative))
+        _refuse(KERNEL.purcell_equations(*self._head, n, *places, *rest), 0)
+        return shapes, residual, derivative
+
+
+def _repeats(repeats: ArrayLike, n: int) -> Whole:
+    """Return the parts of n pieces that are played more than once. Shape (k, 3)."""
+    parts = wholes(repeats, "repeats").reshape(-1, 3)
+    if len(parts):
+        edges = parts[:, :2].ravel()
+        within = np.all(parts[:, 2] >= 1) and np.all(parts[:, 0] < parts[:, 1]) and np.all(np.diff(edges) >= 0)
+        if not (within and edges[0] >= 0 and edges[-1] <= n):
+            raise ValueError(f"repeats: parts in order, within {n} pieces, and at least one cycle are wanted")
+    return parts
 
 
 def _refuse(number: int, before: int) -> None:

@@ -48,8 +48,17 @@ void purcell_orthonormalise_of(double rotation[9]);
 #define BASE_YAW 6
 #define LIMB_OF(control) ((int)((control) < BASE_YAW ? (control) / 3 : (control) - BASE_YAW))
 
-/* linear.c: see there. */
+/* linear.c, poses.c, shapes.c, derivatives.c: see there. */
 API void purcell_solve(SIZE count, SIZE k, SIZE m, double *a, double *x);
+API SIZE purcell_orthogonal_rows(SIZE k, SIZE n, double *rows, double weakest, double *basis, double *made);
+API void purcell_quaternions(SIZE n, const double *rotations, double *out);
+API void purcell_log(SIZE n, const double *poses, double *out);
+API void purcell_orthonormalise(SIZE n, SIZE d, double *matrices);
+API void purcell_shapes(SIZE n, const double *start, const SIZE *control, const double *amount, double *out);
+API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const double *nodes, const double *weights,
+                                      const double *to_node, double step, double settled, SIZE n, const double *shapes,
+                                      const SIZE *control, const double *amount, SIZE k, const SIZE *repeats,
+                                      double *room, double *pose, double *derivative);
 
 /* The swimmer's numbers, scaled to a length of 1 and a lateral drag per length of 1. */
 struct limb {

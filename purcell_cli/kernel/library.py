@@ -31,7 +31,7 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "inner": (None, [_SIZE, _SIZE, *[_ARRAY] * 3]),
     "cross": (None, [_SIZE, *[_ARRAY] * 3]),
     "least_steps": (None, [_SIZE, _SIZE, *[_ARRAY] * 8]),
-    "bead_resistance": (_SIZE, [_SIZE, *[_ARRAY] * 6]),
+    "bead_resistance": (_SIZE, [_SIZE, *[_ARRAY] * 7]),
     "looked_up": (None, [_ARRAY, _SIZE, *[_ARRAY] * 2]),
     "segments": (None, [_SIZE, *[_ARRAY] * 4]),
     "program": (_SIZE, [*[_SIZE] * 3, _NUMBER, *[_ARRAY] * 8]),
@@ -48,6 +48,11 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "work_on_pieces": (_SIZE, [*_RULE, *[_ARRAY] * 3, _SIZE, _ARRAY]),
     "runs": (None, [_ARRAY, _SIZE, *[_ARRAY] * 3]),
     "played": (None, [_ARRAY, _SIZE, _ARRAY, _SIZE, _ARRAY]),
+    "extrapolated": (None, [_ARRAY, *[_SIZE] * 2, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 4]),
+    "pair_prices": (None, [*[_SIZE] * 2, *[_ARRAY] * 5, _SIZE, _ARRAY]),
+    "equations": (_SIZE, [*_RULE, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 6]),
+    "bend_rows": (_SIZE, [_SIZE, *[_ARRAY] * 5, _NUMBER, *[_ARRAY] * 3]),
+    "bounded_step": (None, [*[_SIZE] * 3, *[_ARRAY] * 4, _NUMBER, *[_ARRAY] * 2]),
     "flow_and_derivatives": (_SIZE, [*_RULE, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 4]),
 }
 """What each function returns and takes."""

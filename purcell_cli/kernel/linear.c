@@ -4,16 +4,6 @@
 #include "kernel.h"
 #include "small.h"
 
-/* An inner product in four sums side by side, which the processor makes at once. */
-static double inner(SIZE n, const double *a, const double *b) {
-    double s[4] = {0.0, 0.0, 0.0, 0.0};
-    SIZE k = 0;
-    for (; k + 4 <= n; k += 4)
-        for (int i = 0; i < 4; i++) s[i] += a[k + i] * b[k + i];
-    for (int i = 0; k + i < n; i++) s[i] += a[k + i] * b[k + i];
-    return (s[0] + s[1]) + (s[2] + s[3]);
-}
-
 /* Products of `count` pairs of matrices (n, k) and (k, m), each sum from the first term on; the next matrices are
  * a_step and b_step numbers on. */
 API void purcell_products(SIZE count, SIZE n, SIZE k, SIZE m, const double *a, SIZE a_step, const double *b,
@@ -74,7 +64,7 @@ API SIZE purcell_orthogonal_rows(SIZE k, SIZE n, double *rows, double weakest, d
         SIZE best = 0;
         double size = -1.0;
         for (SIZE i = 0; i < k; i++) {
-            const double square = inner(n, rows + i * n, rows + i * n);
+            const double square = inner_product(n, rows + i * n, rows + i * n);
             if (square > size) {
                 size = square;
                 best = i;
@@ -86,14 +76,14 @@ API SIZE purcell_orthogonal_rows(SIZE k, SIZE n, double *rows, double weakest, d
         double *vector = basis + j * n;
         for (SIZE i = 0; i < n; i++) vector[i] = rows[best * n + i] / size;
         for (SIZE l = 0; l < j; l++) { /* cleared of the earlier ones once more, which rounding has left in it */
-            const double part = inner(n, basis + l * n, vector);
+            const double part = inner_product(n, basis + l * n, vector);
             for (SIZE i = 0; i < n; i++) vector[i] -= part * basis[l * n + i];
         }
-        const double length = sqrt(inner(n, vector, vector));
+        const double length = sqrt(inner_product(n, vector, vector));
         for (SIZE i = 0; i < n; i++) vector[i] /= length;
         for (SIZE i = 0; i < k; i++) {
             double *row = rows + i * n;
-            const double part = made[j * k + i] = inner(n, row, vector);
+            const double part = made[j * k + i] = inner_product(n, row, vector);
             for (SIZE l = 0; l < n; l++) row[l] = i == best ? 0.0 : row[l] - part * vector[l];
         }
     }
@@ -112,7 +102,7 @@ API void purcell_orthogonal_by_rotations(SIZE k, SIZE n, double *both) {
         for (SIZE i = 0; i < k; i++)
             for (SIZE j = i + 1; j < k; j++) {
                 double *left = both + i * width, *right = both + j * width;
-                const double p = inner(n, left, left), q = inner(n, right, right), cross = inner(n, left, right);
+                const double p = inner_product(n, left, left), q = inner_product(n, right, right), cross = inner_product(n, left, right);
                 if (!(fabs(cross) > SKEW * sqrt(p * q))) continue;
                 const double slope = (q - p) / (2.0 * cross), size = fabs(slope) + sqrt(1.0 + slope * slope);
                 const double tangent = slope < 0.0 ? -1.0 / size : 1.0 / size;
@@ -129,7 +119,7 @@ API void purcell_orthogonal_by_rotations(SIZE k, SIZE n, double *both) {
 
 /* Inner products of n pairs of vectors (n, k). */
 API void purcell_inner(SIZE n, SIZE k, const double *a, const double *b, double *out) {
-    for (SIZE i = 0; i < n; i++) out[i] = inner(k, a + i * k, b + i * k);
+    for (SIZE i = 0; i < n; i++) out[i] = inner_product(k, a + i * k, b + i * k);
 }
 
 /* Cross products of n pairs of vectors (n, 3). */
@@ -159,7 +149,7 @@ API void purcell_least_steps(SIZE n, SIZE k, const double *columns, const double
         for (int round = 0; round < ROUNDS; round++) {
             double missing[EQUATIONS], system[EQUATIONS * EQUATIONS], size = 0.0, trace = 0.0;
             for (int i = 0; i < EQUATIONS; i++) {
-                missing[i] = wanted[i] - inner(k, columns + i * k, step);
+                missing[i] = wanted[i] - inner_product(k, columns + i * k, step);
                 size = fabs(missing[i]) > size ? fabs(missing[i]) : size;
             }
             if (round == 0 || size < least) {
@@ -170,7 +160,7 @@ API void purcell_least_steps(SIZE n, SIZE k, const double *columns, const double
             for (int i = 0; i < EQUATIONS; i++) {
                 for (SIZE j = 0; j < k; j++)
                     free[j] = step[j] > low[j] && step[j] < high[j] ? loose[j] * columns[i * k + j] : 0.0;
-                for (int l = 0; l < EQUATIONS; l++) system[EQUATIONS * i + l] = inner(k, free, columns + l * k);
+                for (int l = 0; l < EQUATIONS; l++) system[EQUATIONS * i + l] = inner_product(k, free, columns + l * k);
                 trace += system[(EQUATIONS + 1) * i];
             }
             /* Damped slightly, since the free unknowns may be too few for all equations. */

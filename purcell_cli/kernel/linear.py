@@ -27,7 +27,7 @@ def products(first: ArrayLike, second: ArrayLike) -> Array:
     (n, k), m = a.shape[-2:], b.shape[-1]
     batch, other = a.shape[:-2], b.shape[:-2]
     if batch != other:
-        whole = np.broadcast_shapes(batch, other)
+        whole = np.broadcast_shapes(batch, other) if batch and other else batch or other
         one, two = math.prod(batch) == 1, math.prod(other) == 1
         if not (one or batch == whole):
             a = np.ascontiguousarray(np.broadcast_to(a, (*whole, n, k)))

@@ -12,9 +12,11 @@ import dataclasses
 import numpy as np
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import arccos
 from purcell_cli.geometry.rotations import Array, as_euler
 from purcell_cli.lie_brackets.control_fields import Word
 from purcell_cli.lie_brackets.controllability import Bracket
+from purcell_cli.mechanics.bead_table import REACH_RAD
 from purcell_cli.mechanics.lift import run_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
@@ -41,12 +43,12 @@ class Prediction:
         rate: Motion in the direction over amplitude^depth [L or rad per rad^depth].
         depth: The power of the amplitude.
         trusted_rad: The largest amplitude up to which the exact lift agrees within `TRUST` [rad]; 0 where it is below
-            all that are tried.
+            all that are tried, None beside a wall, where there is no lift.
     """
 
     rate: float
     depth: int
-    trusted_rad: float
+    trusted_rad: float | None
 
 
 def _commutator(word: Word, amplitude_rad: float) -> PrimitiveSequence:
@@ -96,9 +98,15 @@ def prediction(swimmer: Swimmer, shape: Array, bracket: Bracket, direction: int)
     The amplitudes are powers of 2^(1/4) from 0.001 to 1 rad; the smallest are left out where the lift's rounding shows.
     """
     depth, rate = len(bracket.word), float(bracket.twist[direction])
+    if swimmer.wall is not None:
+        return Prediction(rate, depth, None)
     steps = np.arange(round(np.log2(_SMALLEST_RAD)) * _PER_FACTOR_TWO, 1)
     amplitudes = _LARGEST_RAD * 2.0 ** (steps / _PER_FACTOR_TWO)
     amplitudes = amplitudes[np.abs(rate) * amplitudes**depth > 1e-11]
+    if swimmer.fluid == "beads":  # nor those that may bend a limb further than their table reaches
+        limbs = [sum(control // 3 == limb for control in bracket.word) for limb in (0, 1)]
+        room = REACH_RAD - arccos(np.clip(shape[:, 0, 0], -1.0, 1.0))
+        amplitudes = amplitudes[amplitudes * max(limbs) <= np.min(room)]
     if not len(amplitudes):
         return Prediction(rate, depth, 0.0)
     exact = gait_twist(swimmer, bracket.word, amplitudes, shape)[:, direction]

@@ -10,6 +10,9 @@ All of these are left invariant in the base too, so that a bracket of fields (u,
 A_i exp(t hat(u_i)). Around the shape A_i(x) = A_i exp(hat(x_i)), and every xi is a Taylor polynomial in x:
 brackets of depth k need A(r) to degree k - 1, and no difference is ever taken.
 
+Beside a wall the fields depend on where the base is too, and three more variables say so: with V_c the derivative along
+the base's own motion c, a bracket's twist has xi_c V_c eta - eta_c V_c xi besides.
+
 Twists are in units of L: the swimmer is scaled. Conventions: `rotations`.
 """
 
@@ -21,9 +24,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, cross, hat
+from purcell_cli.lie_brackets.bead_polynomials import left_of_zero, resistance_polynomial, wall_steps
+from purcell_cli.lie_brackets.ranks import ROUNDING
 from purcell_cli.lie_brackets.taylor import Taylor, taylor
 from purcell_cli.mechanics.connection import rate_to_limb
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -75,6 +79,8 @@ class Frame:
         steps: How the coordinates move along E_j: column j. Shape (monomials, c, c).
         fields: The control fields, depth 1.
         angular: Limbs, 0 or 1, whose coordinates are joint angles: their fields commute.
+        base_steps: Beside a wall, how its coordinates move along the base's own motions. Shape (monomials, 6, 3).
+        rounding: What is left of a twist that is zero, per largest one.
     """
 
     controls: tuple[int, ...]
@@ -82,10 +88,12 @@ class Frame:
     steps: Array
     fields: Fields
     angular: tuple[int, ...] = ()
+    base_steps: Array | None = None
+    rounding: float = ROUNDING
 
     def ring(self, degree: int) -> Taylor:
-        """Return the polynomials of a degree in the controls' coordinates."""
-        return taylor(len(self.controls), degree)
+        """Return the polynomials of a degree in the coordinates."""
+        return taylor(len(self.controls) + (0 if self.base_steps is None else 3), degree)
 
     def along(self, twist: Array, degree: int) -> Array:
         """Return the derivatives of twists along all E_j, to one degree less.
@@ -97,12 +105,26 @@ class Frame:
         Returns:
             Polynomials. Shape (fewer monomials, c, n, 6).
         """
+        return self._stepped(twist, degree, self.steps, 0)
+
+    def _stepped(self, twist: Array, degree: int, steps: Array, first: int) -> Array:
+        """Return derivatives along fields that move the coordinates from some variable on by these steps."""
         high, low = self.ring(degree), self.ring(degree - 1)
-        count = len(self.controls)
-        partial = np.stack([high.derivative(twist, k)[: len(low)] for k in range(count)], axis=1)
-        flat = partial.reshape(len(low), count, -1)
-        turned = np.swapaxes(self.steps[: len(low)], 1, 2)
-        return low.product(turned, flat, np.matmul).reshape(partial.shape)
+        partial = np.stack([high.derivative(twist, first + k)[: len(low)] for k in range(steps.shape[1])], axis=1)
+        flat = partial.reshape(len(low), steps.shape[1], -1)
+        turned = np.swapaxes(steps[: len(low)], 1, 2)
+        return low.product(turned, flat, np.matmul).reshape(len(low), -1, *partial.shape[2:])
+
+    def _carried(self, own: Array, twist: Array, degree: int) -> Array:
+        """Return xi_c V_c eta - eta_c V_c xi of the controls' twists xi and others eta. Shape (monomials, c, n, 6)."""
+        if self.base_steps is None:
+            return np.zeros(())
+        low, steps = self.ring(degree - 1), np.swapaxes(self.base_steps, 1, 2)
+        first = len(self.controls)
+        by_own, by_other = (self._stepped(x, degree, steps, first) for x in (own, twist))
+        short = own[: len(low)], twist[: len(low)]
+        out = low.product(short[0], by_other, lambda a, b: np.einsum("mjc,mcnt->mjnt", a, b))
+        return out - low.product(short[1], by_own, lambda a, b: np.einsum("mnc,mcjt->mjnt", a, b))
 
     def brackets(self, fields: Fields, degree: int) -> Fields:
         """Return all brackets [X_j, F] of the controls with fields, to one degree less.
@@ -117,7 +139,7 @@ class Frame:
         chosen = fields.limbs[:, self.controls]
         change = change - np.einsum("nk,mkjt->mjnt", chosen, self.along(own, degree))
         pairs = (own[: len(low), :, None], fields.twist[: len(low), None])
-        change = change + low.product(*pairs, se3.bracket)
+        change = change + low.product(*pairs, se3.bracket) + self._carried(own, fields.twist, degree)
         limbs = np.concatenate(
             [
                 cross(self.fields.limbs[:, None, part], fields.limbs[None, :, part])
@@ -170,7 +192,11 @@ def coordinates(ring: Taylor, controls: tuple[int, ...]) -> Array:
 
 
 def connection_polynomial(
-    swimmer: Swimmer, shape: Array, degree: int, controls: tuple[int, ...] = ALL_CONTROLS
+    swimmer: Swimmer,
+    shape: Array,
+    degree: int,
+    controls: tuple[int, ...] = ALL_CONTROLS,
+    beside: Array | None = None,
 ) -> Array:
     """Return A(r) of the scaled swimmer around a shape, from P A = Q of section III-C as polynomials.
 
@@ -179,36 +205,34 @@ def connection_polynomial(
         shape: The shape (A_1, A_2). Shape (2, 3, 3).
         degree: The degree.
         controls: The coordinates of A_i exp(hat(x_i)) that are varied; x is (x_1, x_2).
+        beside: How the scaled swimmer sees its wall; three more variables then vary that. Shape (4,).
 
     Returns:
         Polynomials on (omega_1, omega_2). Shape (monomials, 6, 6).
-
-    Raises:
-        ParameterError: Links that feel each other's flow: there is no closed form for them.
     """
-    ring = taylor(len(controls), degree)
+    ring = taylor(len(controls) + (0 if beside is None else 3), degree)
     x = coordinates(ring, controls)
     limbs = [shape[k] @ exponential(ring, x[:, 3 * k : 3 * k + 3], EXPONENTIAL) for k in (0, 1)]
-    return connection_of_limbs(swimmer, ring, limbs)
+    return connection_of_limbs(swimmer, ring, limbs, beside)
 
 
-def connection_of_limbs(swimmer: Swimmer, ring: Taylor, limbs: Sequence[Array]) -> Array:
+def connection_of_limbs(swimmer: Swimmer, ring: Taylor, limbs: Sequence[Array], beside: Array | None = None) -> Array:
     """Return A(r) of the scaled swimmer from the limbs' orientations as polynomials.
 
     Args:
         swimmer: The swimmer.
         ring: The polynomials.
         limbs: The orientations A_1 and A_2. Shapes (monomials, 3, 3).
+        beside: How the scaled swimmer sees its wall. Shape (4,).
 
     Returns:
         Polynomials on (omega_1, omega_2). Shape (monomials, 6, 6).
-
-    Raises:
-        ParameterError: Links that feel each other's flow: there is no closed form for them.
     """
-    if swimmer.fluid != "local":
-        raise ParameterError(f"fluid: 'local', for brackets of control fields, is wanted, found {swimmer.fluid!r}")
     unit = swimmer.scaled()
+    if swimmer.fluid == "beads":
+        full = resistance_polynomial(unit, ring, (limbs[0], limbs[1]), beside)
+        turned = [ring.product(full[:, :6, 6 + 3 * k : 9 + 3 * k], limbs[k], np.matmul) for k in (0, 1)]
+        return ring.solved(full[:, :6, :6], np.concatenate(turned, axis=-1))
     p, q = ring.constant(unit.drag_matrix(0)), np.zeros((len(ring), 6, 6))
     for limb, side in ((1, 1.0), (2, -1.0)):
         part = slice(3 * limb - 3, 3 * limb)
@@ -224,7 +248,13 @@ def connection_of_limbs(swimmer: Swimmer, ring: Taylor, limbs: Sequence[Array]) 
     return ring.solved(p, q)
 
 
-def frame(swimmer: Swimmer, shape: Array, degree: int, controls: tuple[int, ...] = ALL_CONTROLS) -> Frame:
+def frame(
+    swimmer: Swimmer,
+    shape: Array,
+    degree: int,
+    controls: tuple[int, ...] = ALL_CONTROLS,
+    beside: Array | None = None,
+) -> Frame:
     """Return the control fields around a shape.
 
     Args:
@@ -232,16 +262,24 @@ def frame(swimmer: Swimmer, shape: Array, degree: int, controls: tuple[int, ...]
         shape: The shape (A_1, A_2). Shape (2, 3, 3).
         degree: The degree; brackets of depth k need k - 1.
         controls: The controls that act, closed under brackets.
+        beside: How the scaled swimmer sees its wall. Shape (4,).
     """
-    ring = taylor(len(controls), degree)
+    ring = taylor(len(controls) + (0 if beside is None else 3), degree)
     x = coordinates(ring, controls)
     steps = np.zeros((len(ring), 6, 6))
     for part in (slice(0, 3), slice(3, 6)):
         steps[:, part, part] = exponential(ring, x[:, part], BERNOULLI)
-    xi = -np.swapaxes(connection_polynomial(swimmer, shape, degree, controls), 1, 2)
+    xi = -np.swapaxes(connection_polynomial(swimmer, shape, degree, controls, beside), 1, 2)
     words = tuple((j,) for j in controls)
     own = Fields(words, np.eye(6)[list(controls)], xi[:, controls])
-    return Frame(controls, degree, steps[np.ix_(range(len(ring)), controls, controls)], own)
+    moved = steps[np.ix_(range(len(ring)), controls, controls)]
+    base = None if beside is None else wall_steps(ring, beside)
+    return Frame(controls, degree, moved, own, base_steps=base, rounding=rounding_of(swimmer, shape, beside))
+
+
+def rounding_of(swimmer: Swimmer, shape: Array, beside: Array | None) -> float:
+    """Return what is left of a twist that is zero, per largest one; see `frame`."""
+    return left_of_zero(swimmer.scaled(), shape, beside) if swimmer.fluid == "beads" else ROUNDING
 
 
 @functools.cache

@@ -8,7 +8,9 @@ taken away, a bracket leaves a twist in se(3) (`fields.Frame.vertical`). Two que
 - The appendix's: h_1 = span A(r), h_2 = span DA(r), h_3, ... add up to se(3) or not: every pose nearby can
   be reached, the shape left free (weak controllability).
 
-Derivatives are exact; what is left is rounding. Singular values are in units of L and rad per rad^depth.
+Derivatives are exact; what is left is rounding. Those of links that feel each other's flow are by interpolation
+(`bead_polynomials`), and beside a wall the second question is not asked: it rests on left invariance. Singular values
+are in units of L and rad per rad^depth.
 """
 
 from __future__ import annotations
@@ -97,8 +99,10 @@ class Controllability:
         direct: Rank of A(r): what the controls do directly, h_1.
         null: Limb rates that leave the base still, in their simplest form: a row each. Shape (n, controls).
         depths: The brackets by depth from 2, until full with nothing weak, or to the depth asked for.
-        levels: The spaces h_1 + ... + h_k, until full with nothing weak, or to the depth asked for; at most four.
+        levels: The spaces h_1 + ... + h_k, until full with nothing weak, or to the depth asked for; at most four, and
+            none beside a wall.
         brackets: All brackets that were made, by depth.
+        beside: How the swimmer sees its wall, the normal in base coordinates and its middle's height [m]. Shape (4,).
     """
 
     swimmer: Swimmer
@@ -110,6 +114,7 @@ class Controllability:
     depths: tuple[Level, ...]
     levels: tuple[Level, ...]
     brackets: tuple[Bracket, ...]
+    beside: Array | None = None
 
     def __repr__(self) -> str:
         return f"<Controllability: {self.verdict}, growth vector {self.growth}>"
@@ -147,10 +152,10 @@ class Controllability:
         return full[0] if full else None
 
 
-def _level(number: int, below: Array, vectors: Array, basis: Array) -> tuple[Level, Array]:
+def _level(number: int, below: Array, vectors: Array, basis: Array, rounding: float) -> tuple[Level, Array]:
     """Return the level that twists make with those below it, and all of them."""
     every = np.concatenate([below, vectors])
-    rank = rank_of(every)
+    rank = rank_of(every, rounding)
     rest = rank.basis - basis @ (basis.T @ rank.basis)
     new = max(rank.dimension - basis.shape[1], 0)
     left = np.linalg.svd(rest)[0][:, :new]
@@ -163,7 +168,7 @@ def _depths(around: Frame, rows: tuple[int, ...]) -> tuple[list[Level], list[Bra
     every, basis = np.empty((0, len(rows))), np.empty((len(rows), 0))
     for fields in brackets_by_depth(around):
         vertical = around.vertical(fields)[0]
-        level, every = _level(len(levels) + 2, every, vertical[:, rows], basis)
+        level, every = _level(len(levels) + 2, every, vertical[:, rows], basis, around.rounding)
         basis = level.rank.basis
         levels.append(level)
         parts = zip(fields.words, vertical, fields.limbs, strict=True)
@@ -180,7 +185,9 @@ def _filtration(around: Frame, rows: tuple[int, ...], depth: int) -> list[Level]
     fields by values of DA itself: the sums are the same.
     """
     own = around.fields.twist
-    level, every = _level(1, np.empty((0, len(rows))), own[0][:, rows], np.empty((len(rows), 0)))
+    if around.base_steps is not None:
+        return []
+    level, every = _level(1, np.empty((0, len(rows))), own[0][:, rows], np.empty((len(rows), 0)), around.rounding)
     levels, earlier, last = [level], own[:, :0], own
     for number in range(2, min(depth, _MOST_LEVELS) + 1):
         if level.rank.clear_dimension == len(rows):
@@ -197,7 +204,7 @@ def _filtration(around: Frame, rows: tuple[int, ...], depth: int) -> list[Level]
             both = ring.product(*pairs, se3.bracket)
             last = np.concatenate([x.reshape(len(ring), -1, 6) for x in (change, both)], axis=1)
         earlier = np.concatenate([earlier[: len(ring)], last], axis=1)
-        level, every = _level(number, every, last[0][:, rows], level.rank.basis)
+        level, every = _level(number, every, last[0][:, rows], level.rank.basis, around.rounding)
         levels.append(level)
     return levels
 
@@ -214,7 +221,7 @@ def checked_depth(depth: int) -> int:
 
 
 def controllability(
-    swimmer: Swimmer, shape: ArrayLike = COLLINEAR, depth: int = 4, planar: bool = False
+    swimmer: Swimmer, shape: ArrayLike = COLLINEAR, depth: int = 4, planar: bool = False, pose: ArrayLike | None = None
 ) -> Controllability:
     """Return what the swimmer can reach near a shape, by brackets of its control fields.
 
@@ -223,9 +230,11 @@ def controllability(
         shape: The shape (A_1, A_2). Shape (2, 3, 3).
         depth: The deepest brackets to look at, 2 to 6.
         planar: Whether only the yaw joints turn, which keeps a planar shape in its plane.
+        pose: The base's pose, which counts beside a wall alone [m]; the world's frame if there is none. Shape (4, 4).
 
     Raises:
-        ParameterError: A depth that there are no coefficients for, or a planar swimmer out of its plane.
+        ParameterError: A depth that there are no coefficients for, a planar swimmer out of its plane or beside a wall,
+            or one that touches its wall.
     """
     r = checked_shape(shape)
     checked_depth(depth)
@@ -233,16 +242,22 @@ def controllability(
         raise ParameterError("one shape of finite numbers is wanted")
     if planar and not np.all(np.abs(r[:, 2, 2]) >= 1.0 - 1e-12):
         raise ParameterError("a planar shape is wanted, its limbs bent by yaw alone")
+    axis = plane_axis(swimmer)
+    if swimmer.wall is not None and (planar or axis is not None):
+        raise ParameterError(
+            "wall: none is wanted for a planar swimmer, which a wall turns out of its plane, found one"
+        )
+    beside = None if swimmer.wall is None else swimmer.wall.beside(np.eye(4) if pose is None else np.asarray(pose))
+    near = None if beside is None else beside / np.append(np.ones(3), swimmer.length_m)
     if planar or swimmer.ball_joints:
         controls, rows = (YAW_CONTROLS, PLANAR_ROWS) if planar else (ALL_CONTROLS, tuple(range(6)))
-        around = frame(swimmer, r, depth - 1, controls)
+        around = frame(swimmer, r, depth - 1, controls, near)
     else:
         refuse_shape(swimmer, "shape", Configuration(shape=r))
         if not swimmer.controls:
             raise ParameterError("swimmer: a joint that turns is wanted, found two fixed joints")
-        axis = plane_axis(swimmer)
         rows = tuple(range(6)) if axis is None else in_plane(axis)
-        around = joint_frame(swimmer, r, depth - 1)
+        around = joint_frame(swimmer, r, depth - 1, near)
         controls = around.controls
     depths, brackets = _depths(around, rows)
     direct = around.fields.twist[0][:, rows]
@@ -251,11 +266,12 @@ def controllability(
         r,
         controls,
         rows,
-        rank_of(direct),
-        null_space(direct),
+        rank_of(direct, around.rounding),
+        null_space(direct, around.rounding),
         tuple(depths),
         tuple(_filtration(around, rows, depth)),
         tuple(brackets),
+        beside,
     )
 
 

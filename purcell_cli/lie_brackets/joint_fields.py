@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.lie_brackets.bead_polynomials import wall_steps
 from purcell_cli.lie_brackets.control_fields import (
     BERNOULLI,
     EXPONENTIAL,
@@ -17,6 +18,7 @@ from purcell_cli.lie_brackets.control_fields import (
     connection_of_limbs,
     coordinates,
     exponential,
+    rounding_of,
 )
 from purcell_cli.lie_brackets.taylor import taylor
 from purcell_cli.mechanics.joints import limb_at
@@ -28,16 +30,17 @@ def controls_of(swimmer: Swimmer) -> tuple[int, ...]:
     return tuple(sorted(c if c < 6 else 3 * (c - 6) + 2 for c in swimmer.controls))
 
 
-def joint_frame(swimmer: Swimmer, shape: Array, degree: int) -> Frame:
+def joint_frame(swimmer: Swimmer, shape: Array, degree: int, beside: Array | None = None) -> Frame:
     """Return the control fields by the joints around a shape; see `control_fields.frame`.
 
     Args:
         swimmer: The swimmer.
         shape: The shape, which its joints can make. Shape (2, 3, 3).
         degree: The degree; brackets of depth k need k - 1.
+        beside: How the scaled swimmer sees its wall. Shape (4,).
     """
     controls = controls_of(swimmer)
-    ring = taylor(len(controls), degree)
+    ring = taylor(len(controls) + (0 if beside is None else 3), degree)
     x = coordinates(ring, controls)
     steps, limbs, rates, angular = np.zeros((len(ring), 6, 6)), [], np.zeros((len(ring), 6, 6)), []
     for limb, joint in enumerate(swimmer.joints):
@@ -61,8 +64,10 @@ def joint_frame(swimmer: Swimmer, shape: Array, degree: int) -> Frame:
         a = ring.product(turned[0], limb_at(0.0, theta) @ turned[1], np.matmul)
         limbs.append(a)
         rates[:, part, 3 * limb + 2] = a[:, 2]  # the base's z in the limb's frame
-    connection = connection_of_limbs(swimmer, ring, limbs)
+    connection = connection_of_limbs(swimmer, ring, limbs, beside)
     xi = -np.swapaxes(ring.product(connection, rates, np.matmul), 1, 2)
     words = tuple((j,) for j in controls)
     fields = Fields(words, np.eye(6)[list(controls)], xi[:, controls])
-    return Frame(controls, degree, steps[np.ix_(range(len(ring)), controls, controls)], fields, tuple(angular))
+    moved = steps[np.ix_(range(len(ring)), controls, controls)]
+    base = None if beside is None else wall_steps(ring, beside)
+    return Frame(controls, degree, moved, fields, tuple(angular), base, rounding_of(swimmer, shape, beside))

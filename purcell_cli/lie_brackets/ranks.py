@@ -12,7 +12,7 @@ from purcell_cli.geometry.rotations import Array
 WEAK = 1e-2
 """A singular value below this [L, rad per rad^depth] is weak: the direction is there, but hardly of use."""
 
-_ROUNDING = 1e3 * float(np.finfo(np.float64).eps)
+ROUNDING = 1e3 * float(np.finfo(np.float64).eps)
 """What rounding can leave of a singular value that is zero, per largest one; tests compare with 60 digits."""
 
 _DOUBT = 100.0
@@ -61,19 +61,23 @@ class Rank:
         return "clear" if self.clear_dimension == self.dimension else "weak"
 
 
-def rank_of(vectors: Array) -> Rank:
+def rank_of(vectors: Array, rounding: float = ROUNDING) -> Rank:
     """Return the rank of twists. Shape (n, directions).
 
     Spin drag makes the roll of a thin swimmer's brackets many times larger than all else, and rounding comes with
     it. Each direction is therefore scaled by its largest entry before the rank is counted.
+
+    Args:
+        vectors: The twists.
+        rounding: What is left of a twist that is zero, per largest one.
     """
     left, values = _svd(vectors.T)
-    floor = _ROUNDING * float(values.max(initial=0.0))
+    floor = rounding * float(values.max(initial=0.0))
     size = np.max(np.abs(vectors), axis=0, initial=0.0)
-    size[size < _ROUNDING] = 0.0
+    size[size < rounding] = 0.0
     scaled = np.divide(vectors, size, out=np.zeros_like(vectors), where=size > 0.0)
     directions, shares = _svd(scaled.T)
-    dimension = int(np.sum(shares > _ROUNDING * shares.max(initial=0.0)))
+    dimension = int(np.sum(shares > rounding * shares.max(initial=0.0)))
     basis = np.linalg.qr(size[:, None] * directions[:, :dimension])[0]
     values.setflags(write=False)
     least = values <= max(floor, (1.0 + 1e-6) * float(values[-1]))
@@ -109,12 +113,13 @@ def simplest(basis: Array) -> Array:
     return np.where(np.abs(rows) < 1e-9, 0.0, rows)
 
 
-def null_space(direct: Array) -> Array:
+def null_space(direct: Array, rounding: float = ROUNDING) -> Array:
     """Return the limb rates that leave the base still, in their simplest form: a row each.
 
     Args:
         direct: The twists per rate. Shape (controls, directions).
+        rounding: What is left of a twist that is zero, per largest one.
     """
     left, values, _ = np.linalg.svd(direct)
-    kept = int(np.sum(values > _ROUNDING * float(values.max(initial=0.0))))
+    kept = int(np.sum(values > rounding * float(values.max(initial=0.0))))
     return simplest(left[:, kept:])

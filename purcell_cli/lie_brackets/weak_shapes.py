@@ -16,6 +16,7 @@ from purcell_cli.lie_brackets.control_fields import brackets_by_depth, frame
 from purcell_cli.lie_brackets.controllability import DIRECTIONS
 from purcell_cli.lie_brackets.ranks import Rank, rank_of
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.mechanics.wall import refuse_wall
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -57,16 +58,20 @@ def strength(swimmer: Swimmer, bend_rad: float, roll_rad: float, depth: int) -> 
         bend_rad: The bend of both limbs [rad].
         roll_rad: The roll of limb 2's bend [rad].
         depth: The deepest brackets, from 2.
+
+    Raises:
+        ParameterError: A swimmer beside a wall, for which a shape says too little.
     """
+    refuse_wall(swimmer)
     around = frame(swimmer, bent_alike(bend_rad, roll_rad), depth - 1)
     direct = around.fields.twist[0]
     vertical = [around.vertical(fields)[0] for fields in brackets_by_depth(around)]
     return ShapeStrength(
         bend_rad,
         roll_rad,
-        rank_of(direct),
-        rank_of(np.concatenate([direct, vertical[0]])),
-        rank_of(np.concatenate(vertical)),
+        rank_of(direct, around.rounding),
+        rank_of(np.concatenate([direct, vertical[0]]), around.rounding),
+        rank_of(np.concatenate(vertical), around.rounding),
     )
 
 

@@ -28,6 +28,9 @@ def kernel_numbers(swimmer: Swimmer) -> Array:
         the spread of the links per squared bend, how fast the distance can change; and of each limb its side, half
         its length, its drag across, the part by which that along is less, its drags of turning and of spinning.
         Shape (25,), with the table of links that feel each other after that.
+
+    Raises:
+        ParameterError: A swimmer beside a wall.
     """
     unit = swimmer.scaled()
     # The kernel's distance counts all lengths alike, so that it is at most what it is by their drags.

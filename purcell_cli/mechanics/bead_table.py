@@ -20,7 +20,9 @@ from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.kernel.beads import NUMBERS, looked_up
 from purcell_cli.kernel.library import DIGEST
 from purcell_cli.mechanics.beads import LOWER, grand_resistance
-from purcell_cli.mechanics.swimmer import BEADS, Swimmer
+from purcell_cli.mechanics.fluid import BEADS
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.mechanics.wall import refuse_wall
 from purcell_cli.user_cache import kept
 
 REACH_RAD = BEADS["max_bend_rad"][1]
@@ -123,7 +125,11 @@ def bead_table(swimmer: Swimmer, progress: Progress = lambda _done, _of: None) -
     Args:
         swimmer: The swimmer.
         progress: Is told how far it is, where it must be made.
+
+    Raises:
+        ParameterError: A swimmer beside a wall.
     """
+    refuse_wall(swimmer)
     unit = swimmer.scaled()
     sizes = *unit.halves_m, *unit.radii_m
     key = f"{DIGEST} {REACH_RAD!r} {_BENDS} {_ANGLES} {sizes!r}"

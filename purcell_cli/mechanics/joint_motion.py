@@ -109,6 +109,27 @@ def angle_rates(swimmer: Swimmer, shapes: Array, rates: Array) -> tuple[Array, A
     return out, rest
 
 
+def joint_rates(swimmer: Swimmer, shapes: Array, rates: Array) -> Array:
+    """Return how fast joints turn: a ball joint about its limb's axes, others by (psi, theta) and 0.
+
+    Args:
+        swimmer: The swimmer.
+        shapes: Shapes. Shape (n, 2, 3, 3).
+        rates: Limb rates in the limbs' frames [rad/s]. Shape (n, 6).
+
+    Returns:
+        Rates [rad/s]. Shape (n, 6).
+    """
+    if swimmer.ball_joints:
+        return rates
+    out, of_angles = rates.copy(), angle_rates(swimmer, shapes, rates)[0]
+    for limb, joint in enumerate(swimmer.joints):
+        if not joint.ball:
+            out[:, 3 * limb : 3 * limb + 2] = of_angles[:, limb]
+            out[:, 3 * limb + 2] = 0.0
+    return out
+
+
 def angles_along(swimmer: Swimmer, start: Array, changes: Array) -> Array:
     """Return psi and theta of both limbs along a path, nan for limbs on ball joints and fixed ones.
 

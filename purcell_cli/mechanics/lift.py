@@ -27,6 +27,8 @@ from purcell_cli.mechanics.swimmer import Swimmer
 SEARCHING = Accuracy(stages=5, step=0.8, settled=1e-9)
 """Errors of about 1e-7 (L, rad): enough to choose by, and three times quicker."""
 
+ROUGH = Accuracy(stages=3, step=1.2, settled=1e-7)
+"""Errors of 1e-4 (L, rad), which the exact arrival removes: enough to compare ways and to shorten motions."""
 EXACT = Accuracy()
 """Errors below 1e-12 (L, rad) a primitive, most far below: all that is reported or written uses it."""
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from numbers import Real
 from types import MappingProxyType
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +27,9 @@ from purcell_cli.mechanics.drag import (
     refuse_odd,
     sphere,
 )
+from purcell_cli.mechanics.fluid import Fluid, refuse_unfit
 from purcell_cli.mechanics.joints import ACCELERATION_LIMITS, BALL, Joints
+from purcell_cli.mechanics.wall import Wall
 
 LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
     {
@@ -44,17 +46,6 @@ LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
 
 LARGEST_BODY_RADIUS_M = 1e6
 """The largest radius of a body [m], that of the longest base."""
-
-
-BEADS: Mapping[str, tuple[float, float]] = MappingProxyType(
-    {"slenderness": (1.0 / 300.0, 0.2), "max_bend_rad": (0.0, 1.6), "drag_ratio": (2.0, 2.0)}
-)
-"""What parameters of links that feel each other are between: 450 beads at most, and a table of bends that ends there;
-how they drag follows from their beads."""
-
-Fluid = Literal["local", "beads"]
-FLUIDS: tuple[Fluid, ...] = get_args(Fluid)
-"""The models of the fluid: each link alone, or links that feel each other's flow."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -74,6 +65,7 @@ class Swimmer:
             `base_half_length_m`, and what does not differ is left out.
         body_radius_m: Radius of a sphere at the base's middle that drags too; 0 for none [m].
         fluid: "local", each link alone in the fluid, or "beads", links that feel each other's flow (`beads`).
+        wall: A plane wall that it swims beside, of links that feel each other's flow; None for none.
         joints: The joints of limb 1 and limb 2.
         joint_acceleration_rad_s2: How fast joints' rates change; None where rates may jump [rad/s^2].
 
@@ -92,6 +84,7 @@ class Swimmer:
     links: LinkSizes = LinkSizes()
     body_radius_m: float = 0.0
     fluid: Fluid = "local"
+    wall: Wall | None = None
     joints: Joints = (BALL, BALL)
     joint_acceleration_rad_s2: float | None = None
 
@@ -107,34 +100,13 @@ class Swimmer:
                 raise ParameterError(f"{name}: 0.01 to 100 times base_half_length_m is wanted, found {ratio:g} times")
         self._known_drag()
         self._slim_body()
-        self._of_beads()
+        refuse_unfit(self)
         low, high = ACCELERATION_LIMITS
         found = self.joint_acceleration_rad_s2
         if found is not None and (isinstance(found, bool) or not low < found <= high):
             raise ParameterError(
                 f"joint_acceleration_rad_s2: a number above {low:g} and at most {high:g} is wanted, found {found!r}"
             )
-
-    def _of_beads(self) -> None:
-        """Refuse a fluid that is unknown, and what links that feel each other cannot have."""
-        if self.fluid not in FLUIDS:
-            raise ParameterError(f"fluid: one of {', '.join(FLUIDS)} is wanted, found {self.fluid!r}")
-        if self.fluid != "beads":
-            return
-        for name, (low, high) in BEADS.items():
-            if not low <= getattr(self, name) <= high:
-                wanted = f"{low:g} to {high:g} for links that feel each other"
-                raise ParameterError(f"{name}: {wanted} is wanted, found {getattr(self, name):g}")
-        low, high = BEADS["slenderness"]
-        for k, link in enumerate(LINKS):
-            if not low <= (own := self._slenderness(k)) <= high:
-                wanted = f"{low:g} to {high:g} for links that feel each other"
-                raise ParameterError(f"links.{link}.slenderness: {wanted} is wanted, found {own:g}")
-        for name, plain in (("drag", COX), ("body_radius_m", 0.0)):
-            if getattr(self, name) != plain:
-                raise ParameterError(
-                    f"{name}: {plain}, as links that feel each other have it, is wanted, found another"
-                )
 
     def __repr__(self) -> str:
         fields = dataclasses.fields(self)
@@ -194,10 +166,11 @@ class Swimmer:
     @property
     def radii_m(self) -> tuple[float, float, float]:
         """Radii of base, limb 1 and limb 2: slenderness times full length [m]."""
-        base, one, two = (self._slenderness(k) * 2.0 * half for k, half in enumerate(self.halves_m))
+        base, one, two = (self.slenderness_of(k) * 2.0 * half for k, half in enumerate(self.halves_m))
         return base, one, two
 
-    def _slenderness(self, link: int) -> float:
+    def slenderness_of(self, link: int) -> float:
+        """Return a link's radius over its full length."""
         own: float | None = getattr(self.links, LINKS[link]).slenderness
         return self.slenderness if own is None else own
 
@@ -221,6 +194,7 @@ class Swimmer:
         out: dict[str, Any] = {
             "base_half_length_m": self.base_half_length_m / size,
             "limb_half_length_m": self.limb_half_length_m / size,
+            "wall": None if self.wall is None else self.wall.scaled(size),
             "viscosity_pa_s": log(1.0 / self.slenderness) / (4.0 * math.pi),
             "joint_rate_rad_s": 1.0,
             "joints": (self.joints[0].at_rate(None), self.joints[1].at_rate(None)),
@@ -263,7 +237,7 @@ class Swimmer:
             link: 0 for the base, 1 or 2 for a limb.
             lateral: `lateral_drag`, where it is known better than by its formula.
         """
-        half, radius, slenderness = self.halves_m[link], self.radii_m[link], self._slenderness(link)
+        half, radius, slenderness = self.halves_m[link], self.radii_m[link], self.slenderness_of(link)
         if isinstance(self.drag, str) and self.drag != COX:
             return FINITE_RODS[self.drag](half, radius, self.viscosity_pa_s)
         k = self.lateral_drag() if lateral is None else lateral

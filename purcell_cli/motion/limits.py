@@ -1,38 +1,29 @@
 """The limits that a plan keeps over its whole path, and the check that it does.
 
 Limbs keep clear of each other, no limb bends too far or leaves its joint's ranges, and all links stay in
-their workspace. All hold at every instant, not only where moves begin and end. In phase 2 the bend limit is the
-swimmer's; in phases 1 and 3 a limb may also bend as far as it does at the start, or at the goal.
+their workspace and touch no obstacle. All hold at every instant, not only where moves begin and end. In
+phase 2 the bend limit is the swimmer's; in phases 1 and 3 a limb may also bend as far as it does at the start, or at
+the goal.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 
-import numpy as np
-
+from purcell_cli.environment.scene import Scene
 from purcell_cli.errors import ParameterError
-from purcell_cli.geometry import se3
-from purcell_cli.geometry.reproducible import matmul
-from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.configuration import Configuration
-from purcell_cli.mechanics.joint_motion import angle_rates, angles_along, bend_limits, excess_of_ranges, refuse_shape
-from purcell_cli.mechanics.joints import ANGLES, MISFIT_RAD, RANGE_SLACK_RAD
-from purcell_cli.mechanics.lift import piece_displacements
-from purcell_cli.mechanics.pieces import Pieces
+from purcell_cli.mechanics.joint_motion import refuse_shape
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.blocks import Block, BlockPieces
-from purcell_cli.motion.clearance import LIMBS, Clearance, body_distance, least_clearance, limb_distance
+from purcell_cli.motion.clearance import LIMBS, Clearance, body_distance, limb_distance
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
-from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
+from purcell_cli.motion.limb_circles import bends
+from purcell_cli.motion.mission import Follow
+from purcell_cli.motion.obstacle_distance import Encounter, refuse_touching
+from purcell_cli.motion.off_curve import OffCurve
 from purcell_cli.motion.options import OPTIONS, PlanOptions
-from purcell_cli.motion.workspace import ENDS, WALLS, Excess, Workspace, excess_of, largest_excess
+from purcell_cli.motion.workspace import ENDS, WALLS, Excess, Workspace, excess_of
 from purcell_cli.motion.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
-
-_FINE = Accuracy(stages=4, step=0.4)
-"""How the base's motion within a piece is computed: to some 1e-8 L, a thousandth of what workspaces are held to."""
 
 BEND_MARGIN_RAD = 2e-4
 """Loops are planned to bend this much less than the limit, which is left to the exact arrival [rad].
@@ -47,6 +38,8 @@ class Limits:
     Attributes:
         clearance_m: How far the surfaces of limb 1, limb 2 and the body stay apart, at least [m].
         workspace: The box that all links stay in, if there is one.
+        obstacles: What no link may touch, if there is anything; the clearance counts for it too.
+        follow: The curve that the base's middle stays near, if there is one.
 
     Raises:
         ParameterError: A clearance that is negative or not finite.
@@ -54,14 +47,16 @@ class Limits:
 
     clearance_m: float = 0.0
     workspace: Workspace | None = None
+    obstacles: Scene | None = None
+    follow: Follow | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "clearance_m", OPTIONS["clearance_m"].checked(self.clearance_m, "clearance_m"))
 
     @classmethod
-    def of(cls, options: PlanOptions) -> Limits:
-        """Return the limits that options ask for."""
-        return cls(options.clearance_m, options.workspace)
+    def of(cls, options: PlanOptions, follow: Follow | None = None) -> Limits:
+        """Return the limits that options ask for, and a curve to follow."""
+        return cls(options.clearance_m, options.workspace, options.obstacles, follow)
 
     def refuse(self, swimmer: Swimmer, name: str, configuration: Configuration) -> None:
         """Refuse a start or goal at which the limbs are too near each other, or a link is outside the workspace.
@@ -73,6 +68,7 @@ class Limits:
 
         Raises:
             ParameterError: The limbs are nearer than they may be, or a link stands out of the workspace.
+            ParameterError: A link touches an obstacle, or is nearer to one than the clearance.
             ParameterError: A shape that the joints cannot make.
         """
         refuse_shape(swimmer, name, configuration)
@@ -88,6 +84,8 @@ class Limits:
                     f"{name}: a clearance of at least {self.clearance_m:g} m between {between} is wanted, "
                     f"found {found:.6g} m{' (they overlap)' if found < 0.0 else ''}"
                 )
+        if self.obstacles is not None:
+            refuse_touching(swimmer, self.obstacles, self.clearance_m, name, configuration)
         if self.workspace is None:
             return
         out = excess_of(swimmer, self.workspace, configuration.pose, configuration.shape)
@@ -103,7 +101,7 @@ class Violation:
     """A limit that a motion breaks, where it breaks it most.
 
     Attributes:
-        limit: "clearance", "bend", "joint", "range" or "workspace".
+        limit: "clearance", "bend", "joint", "range", "workspace", "obstacle" or "follow".
         excess: By how much, in `unit`.
         unit: "m" or "rad".
         time_s: When [s].
@@ -129,6 +127,8 @@ class LimitsReport:
         largest_bend_rad: The largest bend of a limb in phases 1, 2 and 3; None where nothing moves [rad].
         workspace: How far links leave their workspace, if there is one.
         violations: The limits that are broken.
+        obstacle: How near links come to obstacles, if there are any.
+        off_curve: How far the base's middle is from the curve that it follows, if there is one.
     """
 
     limits: Limits
@@ -136,153 +136,10 @@ class LimitsReport:
     largest_bend_rad: tuple[float | None, float | None, float | None]
     workspace: Excess | None
     violations: tuple[Violation, ...]
+    obstacle: Encounter | None = None
+    off_curve: OffCurve | None = None
 
     @property
     def kept(self) -> bool:
         """Whether every limit is kept over the whole path."""
         return not self.violations
-
-
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class _Path:
-    """The pieces of a motion, each cycle of a repeated block once, and last a piece of no duration at its end.
-
-    Attributes:
-        pieces: The pieces. There are n of them.
-        begun: When each begins for the last time [s]. Shape (n,).
-        phase: In which phase each is. Shape (n,).
-    """
-
-    pieces: Pieces
-    begun: Array
-    phase: Array
-
-    @classmethod
-    def of(cls, swimmer: Swimmer, start: Array, blocks: Sequence[Block]) -> _Path:
-        rate = swimmer.joint_rate_rad_s
-        once = BlockPieces.of(blocks, start)
-        duration = once.sequence.duration / rate
-        ends = np.concatenate([[0.0], np.cumsum(duration)])
-        edges = ends[np.cumsum([0, *once.counts])]
-        again = np.concatenate([[0.0], np.cumsum((once.cycles - 1) * np.diff(edges))])
-        block = once.block
-        phase = np.array([b.phase for b in blocks], dtype=np.int64)
-        return cls(
-            Pieces(
-                once.shapes,
-                np.concatenate([once.sequence.rates(once.shapes[:-1]) * rate, np.zeros((1, 6))]),
-                np.concatenate([duration, [0.0]]),
-            ),
-            np.concatenate([ends[:-1] + again[block], [ends[-1] + again[-1]]]),
-            np.concatenate([phase[block], [blocks[-1].phase if blocks else 3]]),
-        )
-
-
-def check(
-    swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], limits: Limits | None = None
-) -> LimitsReport:
-    """Return how near a motion comes to its limits, and which it breaks.
-
-    Args:
-        swimmer: The swimmer.
-        start: The configuration before the motion.
-        blocks: The motion; its end is taken for the goal.
-        limits: The limits; where none are given, the limbs may come as near as to touch.
-    """
-    wanted = limits or Limits()
-    path = _Path.of(swimmer, start.shape, blocks)
-    clearance = least_clearance(swimmer, path.pieces)
-    violations: list[Violation] = []
-    if clearance.distance_m < wanted.clearance_m - CLEARANCE_SLACK_L * swimmer.length_m:
-        k, short = clearance.piece, wanted.clearance_m - clearance.distance_m
-        time = float(path.begun[k]) + clearance.time_s
-        violations.append(Violation("clearance", short, "m", time, int(path.phase[k]), clearance.between))
-    largest, broken = _bends(swimmer, path)
-    violations += broken
-    if not swimmer.ball_joints:
-        violations += _joints(swimmer, path)
-    excess = None
-    if wanted.workspace is not None:
-        excess, broken = _workspace(swimmer, wanted.workspace, start, blocks, path)
-        violations += broken
-    return LimitsReport(wanted, clearance, largest, excess, tuple(violations))
-
-
-def _bends(swimmer: Swimmer, path: _Path) -> tuple[tuple[float | None, float | None, float | None], list[Violation]]:
-    """Return the largest bend in each phase, and the greatest excess in each."""
-    pieces = path.pieces
-    bend, time = LimbCircles.of(pieces).largest_bends()
-    largest: list[float | None] = [None, None, None]
-    broken: list[Violation] = []
-    for phase, own in ((1, pieces.shapes[0]), (2, None), (3, pieces.shapes[-1])):
-        mine = np.flatnonzero((path.phase == phase) & (pieces.durations > 0.0))
-        if not len(mine):
-            continue
-        largest[phase - 1] = float(np.max(bend[mine]))
-        limit = bend_limits(swimmer, pieces.shapes[0])
-        if own is not None:
-            limit = np.maximum(limit, bends(own[..., 0]))
-        over = bend[mine] - limit
-        k, limb = np.unravel_index(int(np.argmax(over)), over.shape)
-        if over[k, limb] > BEND_SLACK_RAD:
-            when = float(path.begun[mine[k]] + time[mine[k], limb])
-            broken.append(Violation("bend", float(over[k, limb]), "rad", when, phase, f"limb {limb + 1}"))
-    return (largest[0], largest[1], largest[2]), broken
-
-
-def _joints(swimmer: Swimmer, path: _Path) -> list[Violation]:
-    """Return the greatest turn about an axis that a joint has not, and the greatest excess of a range.
-
-    An angle changes one way on a piece, so it is farthest at one of the ends.
-    """
-    pieces, broken = path.pieces, []
-    rates, stray = angle_rates(swimmer, pieces.shapes, pieces.rates)
-    turned = stray * pieces.durations[:, None]
-    k, limb = np.unravel_index(int(np.argmax(turned)), turned.shape)
-    if turned[k, limb] > MISFIT_RAD:
-        what = f"limb {limb + 1} on its {swimmer.joints[limb].name}"
-        broken.append(Violation("joint", float(turned[k, limb]), "rad", float(path.begun[k]), int(path.phase[k]), what))
-    angles = angles_along(swimmer, pieces.shapes[0], rates * pieces.durations[:, None, None])
-    over = excess_of_ranges(swimmer, angles)
-    k, limb, angle = np.unravel_index(int(np.argmax(over)), over.shape)
-    if over[k, limb, angle] > RANGE_SLACK_RAD:
-        piece = max(int(k) - 1, 0)
-        when = float(path.begun[piece] + pieces.durations[piece])
-        what = f"limb {limb + 1}'s {ANGLES[angle]}"
-        broken.append(Violation("range", float(over[k, limb, angle]), "rad", when, int(path.phase[piece]), what))
-    return broken
-
-
-def _displacements(swimmer: Swimmer, pieces: Pieces) -> Array:
-    return piece_displacements(swimmer, pieces, _FINE)
-
-
-def _workspace(
-    swimmer: Swimmer, workspace: Workspace, start: Configuration, blocks: Sequence[Block], path: _Path
-) -> tuple[Excess, list[Violation]]:
-    """Return how far links leave the workspace; every cycle of a repeated block is at a place of its own."""
-    pieces = path.pieces
-    moves = piece_displacements(swimmer, pieces)
-    index, poses, begun = [], [], []
-    here, first, total = start.pose, 0, 0.0
-    for block in blocks:
-        n = len(block.sequence)
-        mine = np.arange(first, first + n)
-        along = se3.prefix_products(moves[mine])
-        counts = np.arange(block.cycles)
-        origins = here[None] if block.cycles == 1 else se3.normalised(matmul(here, se3.power(along[-1], counts)))
-        poses.append((matmul(origins[:, None], along[:-1])).reshape(-1, 4, 4))
-        index.append(np.tile(mine, block.cycles))
-        once = float(np.sum(pieces.durations[mine]))
-        begun.append((counts[:, None] * once + path.begun[mine]).ravel())
-        here = se3.normalised(matmul(here, se3.power(along[-1], block.cycles)))
-        first, total = first + n, total + block.cycles * once
-    which = np.concatenate([*index, [first]]).astype(np.int64)
-    every = np.concatenate([*poses, here[None]])
-    found = largest_excess(swimmer, workspace, every, which, pieces, _displacements)
-    if found.distance_m <= WORKSPACE_SLACK_L * swimmer.length_m:
-        return found, []
-    time = float(np.concatenate([*begun, [total]])[found.place]) + found.time_s
-    what = f"{ENDS[found.end]} beyond the {WALLS[found.wall]}"
-    phase = int(path.phase[which[found.place]])
-    return found, [Violation("workspace", found.distance_m, "m", time, phase, what)]

@@ -11,7 +11,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from enum import StrEnum
-from numbers import Real
+from numbers import Integral, Real
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -20,9 +20,13 @@ from purcell_cli.motion.memory import DEFAULT_GB
 from purcell_cli.wording import nearest_hint
 
 if TYPE_CHECKING:
+    from purcell_cli.environment.scene import Scene
     from purcell_cli.motion.workspace import Workspace
 
 E = TypeVar("E", bound=StrEnum)
+
+MOST_SEED = 2**32 - 1
+"""The largest seed: any number of 32 bits."""
 
 
 class Effort(StrEnum):
@@ -41,12 +45,13 @@ class Controls(StrEnum):
 
 
 class Objective(StrEnum):
-    """What a plan is to spend least of: joint travel, time, energy, or switches of control."""
+    """What a plan is to spend least of: joint travel, time, energy, switches of control, or what drag may upset."""
 
     TRAVEL = "travel"
     TIME = "time"
     ENERGY = "energy"
     SWITCHES = "switches"
+    SENSITIVITY = "sensitivity"
 
 
 def member(choices: type[E], name: str, place: str) -> E:
@@ -72,7 +77,7 @@ class Option:
     """How one option is named, what it is for and which values it may have.
 
     Attributes:
-        kind: Its type: an enumeration, `float`, or None for one that neither flag nor number gives.
+        kind: Its type: an enumeration, `float`, `int`, or None for one that neither flag nor number gives.
         default: Its value where none is given; None also for one whose default depends on others.
         meaning: What it is for, in words that begin small and end without a full stop.
         flag: Its flag on the command line; None for what is asked for by a file.
@@ -86,7 +91,7 @@ class Option:
         saved: Whether a plan document has it at all.
     """
 
-    kind: type[StrEnum] | type[float] | None
+    kind: type[StrEnum] | type[float] | type[int] | None
     default: Any
     meaning: str
     flag: str | None
@@ -114,6 +119,10 @@ class Option:
             return value
         if issubclass(self.kind, StrEnum):
             return member(self.kind, value, place)
+        if self.kind is int:
+            if isinstance(value, bool) or not isinstance(value, Integral) or not 0 <= int(value) <= MOST_SEED:
+                raise ParameterError(f"{(self.flag or place).lstrip('-')}: {self.wanted} is wanted, found {value!r}")
+            return int(value)
         if isinstance(value, bool) or not isinstance(value, Real) or not self._allows(float(value)):
             raise ParameterError(f"{(self.flag or place).lstrip('-')}: {self.wanted} is wanted, found {value!r}")
         return float(value)
@@ -141,10 +150,13 @@ class PlanOptions:
         controls: Whether joints turn one after the other or at once.
         objective: What the plan is to spend least of; left out: joint travel with primitives, time where all joints
             turn at once.
-        clearance_m: How far the surfaces of limb 1 and limb 2 stay apart over the whole path, at least [m].
+        clearance_m: How far the surfaces of limb 1 and limb 2 stay apart over the whole path, and those of all links
+            from obstacles, at least [m].
         max_memory_gb: The memory that the motion and its trajectory may take; where it is the default, 4, no more
             than half of what is free [GB].
         workspace: A box that all three links stay in over the whole path, if there is one.
+        obstacles: What no link touches over the whole path, if there is anything; the clearance counts for it too.
+        seed: Seed of the search for ways round obstacles.
 
     Raises:
         UnknownNameError: No effort, controls or objective have this name; the message proposes the nearest.
@@ -183,7 +195,7 @@ class PlanOptions:
     )
     clearance_m: float = _option(
         0.0,
-        "how far the two limbs stay apart over the whole path, from 0 (may touch)",
+        "how far the two limbs stay apart, and all links from obstacles, over the whole path, from 0 (may touch)",
         flag="--clearance",
         key="clearance_m",
         unit="m",
@@ -205,6 +217,18 @@ class PlanOptions:
     )
     workspace: Workspace | None = _option(
         None, "a box that all three links stay in; left out, there is none", flag=None, key="workspace_m"
+    )
+    obstacles: Scene | None = _option(
+        None, "what no link may touch; left out, there is nothing", flag=None, key="obstacles"
+    )
+
+    seed: int = _option(
+        0,
+        "seed of the search for ways round obstacles",
+        flag="--seed",
+        key="seed",
+        metavar="N",
+        wanted=f"a whole number from 0 to {MOST_SEED}",
     )
 
     def __post_init__(self) -> None:

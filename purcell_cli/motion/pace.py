@@ -12,9 +12,12 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.joint_motion import joint_rates
 from purcell_cli.mechanics.moves import ControlSequence, MoveSequence
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, starting_shapes
@@ -41,14 +44,19 @@ def paced(swimmer: Swimmer, start: Array, blocks: Sequence[Block]) -> tuple[Swim
     shapes = starting_shapes(blocks, start)
     laws = [_laws(swimmer, block.sequence, shape) for block, shape in zip(blocks, shapes[:-1], strict=True)]
     total = sum(b.cycles * float(np.sum(law.seconds)) for b, law in zip(blocks, laws, strict=True))
-    step = clock_step(1.01 * total) if total > 0.0 else 1.0
     out = []
     for block, law in zip(blocks, laws, strict=True):
-        seconds = np.maximum(np.ceil(law.seconds / step), 1.0) * step
+        seconds = _on_the_clock(law.seconds, total)
         rate = law.turn / (seconds * max(rates))[:, None]
         sequence = MoveSequence(np.clip(rate, -1.0, 1.0), seconds * max(rates))
         out.append(dataclasses.replace(block, sequence=sequence))
     return reference, tuple(out)
+
+
+def _on_the_clock(seconds: Array, total_s: float) -> Array:
+    """Return times that are whole numbers of clock steps, none shorter, for a motion that takes a time [s]."""
+    step = clock_step(1.01 * total_s) if total_s > 0.0 else 1.0
+    return np.asarray(np.maximum(np.ceil(seconds / step), 1.0) * step)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -75,12 +83,56 @@ def _laws(swimmer: Swimmer, sequence: ControlSequence, start: Array) -> _Laws:
 
 def _fastest(swimmer: Swimmer, sequence: ControlSequence, units: Array, k: int) -> tuple[float, float]:
     """Return the greatest rate and acceleration of a piece's duration as it is run: no joint is faster then."""
-    acceleration = swimmer.joint_acceleration_rad_s2 or math.inf
     if isinstance(sequence, PrimitiveSequence):
-        return swimmer.rate_of(int(sequence.limb[k])), acceleration
-    sizes = np.max(np.abs(units[k]).reshape(2, 3), axis=1)
+        return swimmer.rate_of(int(sequence.limb[k])), swimmer.joint_acceleration_rad_s2 or math.inf
+    return _factors(swimmer, units[k])
+
+
+def _factors(swimmer: Swimmer, rates: Array) -> tuple[float, float]:
+    """Return by which factor joints may be faster than at some rates, not all 0, and how fast it may change [1/s]."""
+    sizes = np.max(np.abs(rates).reshape(2, 3), axis=1)
     rate = min(swimmer.rate_of(limb) / float(sizes[limb]) for limb in (0, 1) if sizes[limb] > 0.0)
-    return rate, acceleration / float(np.max(sizes))
+    return rate, (swimmer.joint_acceleration_rad_s2 or math.inf) / float(np.max(sizes))
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Slowed:
+    """Controls at the pace of joints that cannot follow them as they are.
+
+    Attributes:
+        row: The row that each piece begins in. Shape (m,).
+        rates: The pieces' controls [rad/s]. Shape (m, 6).
+        seconds: How long they last [s]. Shape (m,).
+    """
+
+    row: NDArray[np.int64]
+    rates: Array
+    seconds: Array
+
+
+def slowed(swimmer: Swimmer, pieces: Pieces, stops: NDArray[np.int64]) -> Slowed:
+    """Return controls as fast as joints can follow them, from rest to rest at every change, on the same path.
+
+    Args:
+        swimmer: The swimmer.
+        pieces: The motion, row by row. There are n.
+        stops: Rows at which joints rest, whether or not the controls change there.
+    """
+    changes = np.append(True, np.any(pieces.rates[1:] != pieces.rates[:-1], axis=1))
+    changes[stops] = True
+    begins = np.flatnonzero(changes)
+    sizes = joint_rates(swimmer, pieces.shapes[begins], pieces.rates[begins])
+    row, rates, seconds = list[int](), [np.empty((0, 6))], [np.empty(0)]
+    for k, size, way in zip(begins.tolist(), sizes, np.add.reduceat(pieces.durations, begins).tolist(), strict=True):
+        if way == 0.0:
+            continue
+        parts, times = _ramped(way, *(_factors(swimmer, size) if np.any(size) else (1.0, math.inf)))
+        row += [k] * len(parts)
+        rates.append((parts / times)[:, None] * pieces.rates[k])
+        seconds.append(times)
+    lasts = np.concatenate(seconds)
+    on_clock = _on_the_clock(lasts, float(np.sum(lasts)))
+    return Slowed(np.array(row, dtype=np.int64), np.concatenate(rates) * (lasts / on_clock)[:, None], on_clock)
 
 
 def _ramped(way: float, rate: float, acceleration: float) -> tuple[Array, Array]:

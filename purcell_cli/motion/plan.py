@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Mapping
 
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import LimitsReport
+from purcell_cli.motion.mission import Follow, Passage
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -38,6 +40,8 @@ class Plan:
         structures: The structures that were weighed, best first; the first one was taken.
         limits: How near it comes to its limits, where the planner looked.
         left_out: Gaits of the user's own that could not be planned with, and why.
+        passages: The waypoints that it passes, in order; each begins a leg, with phases of its own.
+        follow: The curve that it follows, if there is one.
     """
 
     swimmer: Swimmer
@@ -47,6 +51,8 @@ class Plan:
     structures: tuple[Structure, ...] = ()
     limits: LimitsReport | None = None
     left_out: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    passages: tuple[Passage, ...] = ()
+    follow: Follow | None = None
 
     def __repr__(self) -> str:
         return (
@@ -63,6 +69,12 @@ class Plan:
     def duration_s(self) -> float:
         """How long the motion takes at the swimmer's joint rate [s]."""
         return sum(b.duration for b in self.blocks) / self.swimmer.joint_rate_rad_s
+
+    @property
+    def legs(self) -> tuple[tuple[Block, ...], ...]:
+        """The blocks from the start to the first waypoint, between waypoints, and to the goal."""
+        edges = [0, *(p.block for p in self.passages), len(self.blocks)]
+        return tuple(self.blocks[a:b] for a, b in itertools.pairwise(edges))
 
     @property
     def primitives(self) -> int:

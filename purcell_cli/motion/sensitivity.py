@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import functools
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 
@@ -19,11 +20,11 @@ import numpy as np
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.reproducible import matmul, norm
+from purcell_cli.geometry.reproducible import inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, angle_between
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.configuration import Configuration
-from purcell_cli.mechanics.drag import FINITE_RODS, LINKS
+from purcell_cli.mechanics.drag import FINITE_RODS, LINKS, LinkDrag, LinkDrags
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements
 
@@ -47,6 +48,18 @@ _DRAGS = {"along_n_s_per_m": "along", "across_n_s_per_m": "across", "turn_n_m_s"
 
 CHANGE = 0.01
 """How much a parameter is off, as a fraction of it."""
+
+_BASE, _LIMBS = LINKS[:1], LINKS[1:]
+_KINDS = (
+    (_BASE, "along_n_s_per_m"),
+    (_BASE, "turn_n_m_s"),
+    (_LIMBS, "along_n_s_per_m"),
+    (_LIMBS, "across_n_s_per_m"),
+    (_LIMBS, "turn_n_m_s"),
+)
+"""Which drags are uncertain on their own: shielding changes those of one kind of link alike."""
+_STEP = 1e-3
+"""The relative change that derivatives by the logarithm of a drag are taken with: less than a rod's ratio allows."""
 
 _ENOUGH = Accuracy(stages=5, step=0.4)
 """Errors of 1e-8 (L, rad) in a whole plan, in half the time."""
@@ -104,6 +117,46 @@ def sensitivities(
             by_block = se3.log(steps) if len(steps) else np.empty((0, 6))
             found.append(Sensitivity(parameter, fraction, position, angle, by_block))
         out.append(max(found, key=lambda s: s.position_m / swimmer.length_m + s.angle_rad))
+    return tuple(out)
+
+
+def drag_sensitivity(swimmer: Swimmer, blocks: Sequence[Block], start: Array) -> float:
+    """Return how far a motion's end moves when the drag of each kind of link is uncertain, on its own.
+
+    The drag of the base along its axis and in turning, and that of the limbs along, across and in turning: the root of
+    the sum of the squares of the end's derivatives by their logarithms. All drags together move nothing, so the base's
+    across is left out.
+
+    Args:
+        swimmer: The swimmer.
+        blocks: The motion.
+        start: Shape before it. Shape (2, 3, 3).
+
+    Returns:
+        Distances in units of L and angles together [L, rad per relative change].
+    """
+    total = 0.0
+    planned, *others = (_after(block_displacements(one, blocks, start, _ENOUGH))[0] for one in _uncertain(swimmer))
+    for end in others:
+        twist = se3.log(se3.normalised(matmul(se3.inverse(planned), end))) / _STEP
+        twist[:3] /= swimmer.length_m
+        total += float(inner(twist, twist))
+    return float(np.sqrt(total))
+
+
+@functools.lru_cache(maxsize=16)
+def _uncertain(swimmer: Swimmer) -> tuple[Swimmer, ...]:
+    """Return a swimmer in a fluid of links alone, and with each of the `_KINDS` of drag a little more."""
+    alone = dataclasses.replace(swimmer, fluid="local")
+    out = [alone]
+    for links, name in _KINDS:
+        drags = {}
+        for k, link in enumerate(LINKS):
+            rod = alone.rod(k)
+            drag = LinkDrag(rod.along, rod.across, rod.turn, rod.spin)
+            more = {name: getattr(drag, name) * (1.0 + _STEP)} if link in links else {}
+            drags[link] = dataclasses.replace(drag, **more)
+        out.append(dataclasses.replace(alone, drag=LinkDrags(**drags)))
     return tuple(out)
 
 

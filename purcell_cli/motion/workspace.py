@@ -21,12 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
-from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import LimbCircles
+from purcell_cli.motion.path_parts import PathParts
 
 Rows = NDArray[np.int64]
 
@@ -127,6 +127,20 @@ def link_ends(swimmer: Swimmer, poses: Array, axes: Array) -> Array:
 
 def end_speeds(swimmer: Swimmer, circles: LimbCircles) -> Array:
     """Return what the speeds of the `ENDS` in the world cannot exceed [m/s]. Shape (n, k)."""
+    power, (base, one, two) = _power_and_drags(swimmer, circles)
+    ends = [max(base, one), max(base, two), one, two, *([base] if swimmer.body_radius_m else [])]
+    return np.asarray(np.sqrt(power[:, None] / np.array(ends)))
+
+
+def middle_speed(swimmer: Swimmer, circles: LimbCircles) -> Array:
+    """Return what the speed of the base's middle in the world cannot exceed [m/s]. Shape (n,)."""
+    power, _ = _power_and_drags(swimmer, circles)
+    base = swimmer.rod(0)
+    return np.asarray(np.sqrt(power * swimmer.lateral_drag() / min(base.along, base.across)))
+
+
+def _power_and_drags(swimmer: Swimmer, circles: LimbCircles) -> tuple[Array, list[float]]:
+    """Return what power the motion cannot exceed, shape (n,), and each link's least drag, over the lateral drag."""
     halves, k = swimmer.halves_m, swimmer.lateral_drag()
     spin = circles.turn * np.sqrt(inner(circles.centre, circles.centre))
     power, least = np.zeros(len(circles)), []
@@ -138,9 +152,7 @@ def end_speeds(swimmer: Swimmer, circles: LimbCircles) -> Array:
             power += held + rod.spin / k * spin[:, link - 1] ** 2
     if swimmer.fluid == "beads":
         power *= _TOGETHER
-    base, one, two = least
-    ends = [max(base, one), max(base, two), one, two, *([base] if swimmer.body_radius_m else [])]
-    return np.asarray(np.sqrt(power[:, None] / np.array(ends)))
+    return power, least
 
 
 def largest_excess(
@@ -163,7 +175,7 @@ def largest_excess(
         pieces: The pieces.
         displacements: Returns the base's displacements on pieces [m], to some 1e-8 L. Shape (n, 4, 4).
     """
-    path = _Path(swimmer, pieces, displacements)
+    path = PathParts(swimmer, pieces, displacements)
     box = _Box(swimmer, workspace)
     speeds = end_speeds(swimmer, path.circles)[..., None]
     most = np.max(speeds, axis=(1, 2), initial=0.0)
@@ -201,38 +213,6 @@ def excess_of(swimmer: Swimmer, workspace: Workspace, pose: Array, shape: Array)
     box = _Box(swimmer, workspace)
     box.beyond(np.zeros(1, dtype=np.int64), np.zeros(1), pose[None], shape[None, ..., 0])
     return box.best
-
-
-class _Path:
-    """The pieces of a path, cut into 1, 2, 4, ... equal parts.
-
-    Args:
-        swimmer: The swimmer.
-        pieces: The pieces.
-        displacements: Returns the base's displacements on pieces [m]. Shape (n, 4, 4).
-    """
-
-    def __init__(self, swimmer: Swimmer, pieces: Pieces, displacements: Callable[[Swimmer, Pieces], Array]) -> None:
-        self.swimmer, self.pieces, self.circles = swimmer, pieces, LimbCircles.of(pieces)
-        self.displacements = displacements
-
-    def ahead(self, piece: Rows, part: Rows, depth: int, share: float) -> tuple[Array, Array]:
-        """Return the displacement from the beginning of parts, and the limbs' axes there.
-
-        Args:
-            piece: The pieces. Shape (m,).
-            part: Which of their parts. Shape (m,).
-            depth: Each piece has 2^depth parts.
-            share: How far ahead, as a share of the part.
-        """
-        key, which = np.unique(piece << depth | part, return_inverse=True)
-        one, length = key >> depth, self.pieces.durations[key >> depth] / 2**depth
-        begun = (key - (one << depth)) * length
-        twist = np.zeros((len(key), 2, 6))
-        twist[..., 3:] = self.pieces.rates[one].reshape(-1, 2, 3) * begun[:, None, None]
-        shapes = matmul(self.pieces.shapes[one], se3.exp(twist)[..., :3, :3])
-        moves = self.displacements(self.swimmer, Pieces(shapes, self.pieces.rates[one], share * length))
-        return moves[which], self.circles.at(one, begun + share * length)[which]
 
 
 class _Box:

@@ -15,13 +15,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.environment.mesh import Mesh
+from purcell_cli.environment.scene import Scene
+from purcell_cli.environment.solids import HalfSpace
+from purcell_cli.environment.tube import Tube
 from purcell_cli.errors import ParameterError
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import PHASES
 from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.pictures.surfaces import surface
 from purcell_cli.wording import length_unit
+
+_TRANSLUCENT, _SOLID = 0.12, 0.3
+"""How much of a triangle's colour covers what is behind it: the swimmer is seen inside tubes, and behind solids."""
 
 MOST_FRAMES = 12000
 """How many rows of a motion a page shows; the times between are interpolated."""
@@ -50,7 +58,9 @@ def shown_rows(table: Table, most: int = MOST_FRAMES) -> NDArray[np.int64]:
     return np.union1d(kept, np.searchsorted(table.time_s, times))
 
 
-def page(table: Table, swimmer: Swimmer, title: str, beside: Table | None = None) -> str:
+def page(
+    table: Table, swimmer: Swimmer, title: str, beside: Table | None = None, obstacles: Scene | None = None
+) -> str:
     """Return the page of a motion.
 
     Args:
@@ -58,6 +68,7 @@ def page(table: Table, swimmer: Swimmer, title: str, beside: Table | None = None
         swimmer: The swimmer, for the lengths and the thickness of its links.
         title: What it is.
         beside: Another motion of the same times that is played with it, if there is one.
+        obstacles: What stands in the water, if anything does.
 
     Raises:
         ParameterError: The other motion has other times.
@@ -82,12 +93,26 @@ def page(table: Table, swimmer: Swimmer, title: str, beside: Table | None = None
         "radii": swimmer.radii_m,
         "body_radius": swimmer.body_radius_m,
         "beside": None if beside is None else _packed(_frames(beside, table.origin_m)[rows], "<f4"),
+        "obstacles": [] if obstacles is None else _obstacles(obstacles, table),
         "unit": unit,
         "unit_name": unit_name,
     }
     text = json.dumps(data, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
     template = (resources.files("purcell_cli.pictures") / "view.html").read_text(encoding="utf-8")
     return template.replace("@DATA@", text)
+
+
+def _obstacles(scene: Scene, table: Table) -> list[dict[str, Any]]:
+    """Return what is drawn of obstacles: their triangles, and how much of what is behind shines through."""
+    low, high = table.position_m.min(axis=0), table.position_m.max(axis=0)
+    middle, reach = 0.5 * (low + high), 0.75 * float(np.max(high - low)) + 1e-9
+    return [
+        {
+            "triangles": _packed(surface(one, middle, reach) - table.origin_m, "<f4"),
+            "alpha": _TRANSLUCENT if isinstance(one, Tube | Mesh | HalfSpace) else _SOLID,
+        }
+        for one in scene.obstacles
+    ]
 
 
 def _frames(table: Table, origin_m: Array) -> Array:
@@ -101,13 +126,20 @@ def origin_told(table: Table) -> str:
     return f", from ({x:.12g}, {y:.12g}, {z:.12g}) m" if np.any(table.origin_m) else ""
 
 
-def write_page(table: Table, swimmer: Swimmer, title: str, path: Path, beside: Table | None = None) -> int:
+def write_page(
+    table: Table,
+    swimmer: Swimmer,
+    title: str,
+    path: Path,
+    beside: Table | None = None,
+    obstacles: Scene | None = None,
+) -> int:
     """Write the page of a motion, see `page`, and return how many bytes it has.
 
     Raises:
         InputError: The file cannot be written.
     """
-    text = page(table, swimmer, title, beside).encode()
+    text = page(table, swimmer, title, beside, obstacles).encode()
     with whole_file(path) as stream:
         stream.write(text)
     return len(text)

@@ -25,7 +25,7 @@ from purcell_cli.planner.problem import Problem
 Generator = Callable[[Problem, Breadth, Sequence[Candidate]], Iterable[Candidate]]
 """Makes candidates for a problem, as widely as asked; it is told those that are known already."""
 
-GENERATORS: tuple[Generator, ...] = (library_plans, gait_sequences, steered_arcs)
+GENERATORS: tuple[Generator, ...] = (library_plans, steered_arcs, gait_sequences)
 """The generators, in the order in which they are asked: the later ones leave to be made what does not promise more."""
 
 

@@ -21,6 +21,10 @@ _RANDOM_PLAN_RAD = 25.0
 """Random plans are tried where phase 2 takes less joint travel than this [rad]."""
 _RIVAL = 1.35
 """Candidates estimated at less than so many times the joint travel of the best plan rival it."""
+_SHORTER = 0.99
+"""Candidates estimated at less than so many times the joint travel of the best plan are refined, however long."""
+_FAR_LESS = 0.5
+"""A candidate estimated at less than this part of the best plan's joint travel is tried though it may not arrive."""
 _ARRIVED = 1e-3
 """Random plans that miss the goal by less than this are optimised [L, rad]."""
 _PROMISING = 1.2
@@ -51,7 +55,7 @@ class Exploration:
         done = 0
         for candidate in candidates:
             if done >= stage.candidates and self.incumbent.good and not self._rivals(stage, candidate, done):
-                break
+                continue
             blocks = candidate.make()
             if not blocks:
                 continue
@@ -77,9 +81,12 @@ class Exploration:
         self._random_plans(stage)
 
     def _rivals(self, stage: Stage, candidate: Candidate, done: int) -> bool:
-        """Return whether a candidate is refined too, since it is short and seems hardly longer than the best plan."""
-        most = min(_RIVAL * self.incumbent.joint_travel_rad, stage.longest_rad)
-        return done < stage.candidates + stage.rivals and candidate.estimate_rad < most
+        """Return whether a candidate is refined too: short and hardly longer than the best plan, or shorter than it."""
+        best, estimate = self.incumbent.joint_travel_rad, candidate.estimate_rad
+        enough = stage.candidates + stage.rivals
+        if done < enough and estimate < max(min(_RIVAL * best, stage.longest_rad), _SHORTER * best):
+            return True
+        return done <= enough and candidate.astray and estimate < _FAR_LESS * best
 
     def consider(self, motion: Equations, words: str) -> Equations:
         """Bring a motion to the goal, let it contend for the plan, and return it nearly there.

@@ -46,8 +46,9 @@ _PAIRS = 2
 """How many of the most promising pairs of limbs' ways get a sequence of gaits."""
 _WORDS = "stored gaits one after the other"
 """What such candidates are made of."""
-_DEAR = 1.2
-"""Sequences priced at more than so many times the best that is known are made only when they are asked for."""
+_DEAR = 1.06
+"""Sequences priced at more than so many times the best that is known are made only when they are asked for: of 70
+queries prices were at most 4 % above what the strokes took."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -107,7 +108,7 @@ class StrokeBook:
             return []
         gait = min(self.gaits[motion.along], key=lambda g: self._cost(g, motion))
         _, reach = self.largest[gait.name]
-        fewest = math.ceil(abs(motion.amount) / abs(reach) - 1e-12)
+        fewest = max(math.ceil(abs(motion.amount) / abs(reach) - 1e-12), 1)
         tries = ((n, self._of(gait, math.copysign(motion.amount / n, reach))) for n in range(fewest, fewest + _TRIES))
         cycles, stroke = next(((n, s) for n, s in tries if s is not None), (0, None))
         if stroke is None:
@@ -289,6 +290,8 @@ def gait_sequences(problem: Problem, breadth: Breadth, known: Sequence[Candidate
     least = min((c.estimate_rad for c in known if not c.astray), default=math.inf)
     found: list[Candidate] = []
     for k, displacement in enumerate(pairs.missing[:_PAIRS]):
+        if found and found[0].estimate_rad > _DEAR * _DEAR * least:
+            break
         motions = split(book, displacement)
         price = float(pairs.joint_travel_rad[k]) + sum(book.cost(m) for m in motions)
         later = functools.cache(functools.partial(_made, book, motions, pairs, k))

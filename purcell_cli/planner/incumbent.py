@@ -17,6 +17,7 @@ _FAULTS = {
     "range": "leaves a joint's range",
     "clearance": "brings the limbs too near each other",
     "workspace": "leaves the workspace",
+    "obstacle": "touches an obstacle",
 }
 """What a motion that breaks a limit does, in words."""
 

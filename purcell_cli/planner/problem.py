@@ -69,7 +69,7 @@ class Problem:
         return float(np.min(ArcPrice(tightest(self.fans)).of(pairs.missing) + pairs.joint_travel_rad))
 
     def _steered_pairs(self, breadth: Breadth) -> LimbPairs:
-        price, shapes = ArcPrice(tightest(self.fans)), (self.start, self.goal)
+        price, shapes = ArcPrice(tightest(self.fans)).numbers, (self.start, self.goal)
         few = self.one_by_one.best(self.wanted, price, INTERLEAVED_FROM)
         ways = interleaved(self.swimmer, shapes, (few.first, few.last), breadth.orders, self.clearance)
         loops = shape_loops(self.swimmer, shapes, self.clearance)

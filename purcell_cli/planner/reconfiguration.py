@@ -12,7 +12,7 @@ is taken into account.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -32,7 +32,7 @@ from purcell_cli.planner.effort import EFFORTS
 from purcell_cli.planner.exploration import Exploration
 from purcell_cli.planner.joints.candidates import joint_candidates
 from purcell_cli.planner.joints.effort import JOINT_EFFORTS
-from purcell_cli.planner.objectives import known_measure
+from purcell_cli.planner.objectives import generated_for, known_measure
 from purcell_cli.planner.problem import Problem
 from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.refine.shooting import Equations
@@ -44,7 +44,7 @@ _THERE = 1e-14
 _DIGITS = 10
 """Digits of the displacement that candidates are made for [L]; the refinement makes it exactly."""
 
-_SMALLER_BENDS = (0.6, 0.35, 0.2, 0.1)
+SMALLER_BENDS = (0.6, 0.35, 0.2, 0.1)
 """Shares of the bend limit that are tried where no plan stays in the workspace; each takes some half of the room."""
 
 _LEAST_BEND_RAD = 0.1
@@ -60,6 +60,7 @@ def reconfigure(
     minimize: str = "travel",
     limits: Limits | None = None,
     progress: Progress = silent,
+    smaller_bends: Sequence[float] = SMALLER_BENDS,
 ) -> Plan:
     """Return a plan from a start to a goal configuration.
 
@@ -72,6 +73,7 @@ def reconfigure(
         minimize: One of `objectives.MEASURES`: what to spend least of.
         limits: What the plan must keep besides the bend limit; where none is found that does, the nearest to it.
         progress: Is told how far the search is.
+        smaller_bends: Shares of the bend limit that are tried where no plan stays in the workspace.
 
     Raises:
         GaitError: No stored gait for a motion that is needed.
@@ -92,7 +94,7 @@ def reconfigure(
         return _searched(careful, start, goal, gaits, effort, minimize, kept_to, progress)
 
     search, found = searched(bend_rad)
-    for share in _SMALLER_BENDS:
+    for share in smaller_bends:
         if not search.incumbent.leaves_workspace or share * bend_rad < _LEAST_BEND_RAD:
             break
         other, others = searched(share * bend_rad)
@@ -121,7 +123,7 @@ def _searched(
     sought = se3.normalised(np.round(wanted, _DIGITS))
     problem = Problem(unit, start.shape, goal.shape, sought, gaits, minimize, clearance)
     # What travels least often spends least of anything else.
-    problems = [problem.minimizing(objective) for objective in dict.fromkeys(("travel", minimize))]
+    problems = [problem.minimizing(objective) for objective in dict.fromkeys(("travel", generated_for(minimize)))]
     search = Exploration(query, Refinement(careful, start, kept_to, minimize), progress=progress)
     found: list[Candidate] = []
     wide = JOINT_EFFORTS[effort]

@@ -8,11 +8,12 @@ import numpy as np
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
-from purcell_cli.mechanics.lift import EXACT
+from purcell_cli.mechanics.lift import EXACT, SEARCHING
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.clock import clock_step, rounded
-from purcell_cli.motion.limits import Limits, LimitsReport, check
+from purcell_cli.motion.limits import Limits, LimitsReport
+from purcell_cli.motion.limits_check import check
 from purcell_cli.planner.incumbent import Contender
 from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach, arrive, bent_less
@@ -98,7 +99,10 @@ class Refinement:
             for s in near.motion.segments
         ]
         begun = near.motion.at_accuracy(EXACT).of(timed)
-        motion, off = arrive(begun, near.values, self.swimmer.max_bend_rad, on_the_clock)
+        # Rounded, a rectangle may close that did not, and then has fewer angles to change.
+        rough = begun.at_accuracy(SEARCHING)
+        values = near.values if len(begun.angles) == len(near.motion.angles) else rough.at(rough.angles)
+        motion, off = arrive(begun, values, self.swimmer.max_bend_rad, on_the_clock)
         report = check(self.swimmer, self.start, played(motion), self.limits)
         for _ in range(_TRIES):
             if not 0.0 < self._excess(report) < _SLIGHT or {v.limit for v in report.violations} != {"bend"}:

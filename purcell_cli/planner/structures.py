@@ -12,6 +12,7 @@ _DEARER = {
     "travel": "takes more once it arrives exactly",
     "energy": "dissipates more energy",
     "switches": "has more primitives",
+    "sensitivity": "is moved further by uncertain drag, for its joint travel",
 }
 """Why a motion of less joint travel near the goal, and within limits, may be no better, by objective."""
 

@@ -10,6 +10,7 @@ import dataclasses
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.mission import Waypoint
 from purcell_cli.verification.replay import TOLERANCE_L, TOLERANCE_RAD, Replay, replay
 
 
@@ -72,8 +73,12 @@ def certify(
     return judged(found, goal, tolerance_l * swimmer.length_m, tolerance_rad)
 
 
-def judged(found: Replay, goal: Configuration, tolerance_m: float, tolerance_rad: float) -> Certificate:
-    """Return whether a replayed motion ends at a goal, within tolerances [m] and [rad] less the replay's bound."""
-    deviation = Deviation.between(found.end, goal)
+def judged(found: Replay, goal: Configuration | Waypoint, tolerance_m: float, tolerance_rad: float) -> Certificate:
+    """Return whether a replayed motion ends at a goal, within tolerances [m] and [rad] less the replay's bound.
+
+    Of a waypoint only what it names counts.
+    """
+    end = found.end
+    deviation = goal.deviation(end) if isinstance(goal, Waypoint) else Deviation.between(end, goal)
     counts = len(found.which), len(found.moves.fine)
     return Certificate(deviation, found.bound, tolerance_m, tolerance_rad, *counts)

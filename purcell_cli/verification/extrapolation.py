@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.rotations import Array, hat
+from purcell_cli.kernel import certificate
 from purcell_cli.mechanics.bead_table import tabulated
 from purcell_cli.mechanics.connection import base_twist_rows, resistance
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -92,10 +93,22 @@ class Turning:
         return np.asarray(self._shapes + turned @ self._shapes)
 
 
+def _places() -> tuple[int, ...]:
+    """Return at which of the times each step of each number of steps begins."""
+    place = {time: k for k, time in enumerate(_times())}
+    return tuple(place[m // math.gcd(m, n), n // math.gcd(m, n)] for n in _STEPS for m in range(n))
+
+
+@functools.lru_cache(maxsize=64)
+def _links(unit: Swimmer) -> Array:
+    """Return of the base and the limbs half the length and the drag on (v, omega). Shape (3, 7)."""
+    return np.array([[unit.halves_m[link], *np.diag(unit.drag_matrix(link))] for link in (0, 1, 2)])
+
+
 def _extrapolated(unit: Swimmer, turning: Turning, length: Real, resistances: Resistances) -> tuple[Real, Real]:
     """Return by how much the base's displacements on pieces differ from none.
 
-    They are so small that they lose nothing, and are put together by the caller.
+    They are so small that they lose nothing, and are put together by the caller. The kernel does the same for doubles.
 
     Args:
         unit: The swimmer, scaled to L = 1.
@@ -108,6 +121,10 @@ def _extrapolated(unit: Swimmer, turning: Turning, length: Real, resistances: Re
         last extrapolation, which is some hundred times less exact. Both of shape (n, 3, 4).
     """
     dtype = turning.rate.dtype
+    if dtype == np.float64 and unit.fluid != "beads":
+        times = np.array([a / b for a, b in _times()])
+        axes = turning.axes(times[:, None] * length)
+        return certificate.extrapolated(_links(unit), axes, turning.rate, length, _STEPS, _places())
     parts = np.array([np.asarray(a, dtype) / np.asarray(b, dtype) for a, b in _times()])
     place = {time: k for k, time in enumerate(_times())}
     n, k = len(length), len(parts)

@@ -1,4 +1,4 @@
-"""What a trajectory's controls ask of the joints, row by row: their axes, their ranges and their rates."""
+"""What a trajectory's controls ask of the joints, row by row: their axes, ranges, rates and accelerations."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ import numpy as np
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
-from purcell_cli.mechanics.joint_motion import angle_rates, angles_along, excess_of_ranges
+from purcell_cli.mechanics.joint_motion import angle_rates, angles_along, excess_of_ranges, joint_rates
 from purcell_cli.mechanics.joints import ANGLES
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.verification.time_law import TimeLaw
 
 _STRAY_RAD = 1e-9
 """A row may turn a limb by less than this about an axis that its joint has not, and leave a range by less [rad]."""
@@ -29,11 +30,7 @@ def too_fast(swimmer: Swimmer, shapes: Array, rates: Array) -> tuple[int, float,
         rates: Their controls [rad/s]. Shape (n, 6).
     """
     most = np.array([swimmer.rate_of(0), swimmer.rate_of(1)])
-    found = np.max(np.abs(rates).reshape(-1, 2, 3), axis=2)
-    if not swimmer.ball_joints:
-        of_angles = np.max(np.abs(angle_rates(swimmer, shapes, rates)[0]), axis=2)
-        balls = np.array([joint.ball for joint in swimmer.joints])
-        found = np.where(balls, found, of_angles)
+    found = np.max(np.abs(joint_rates(swimmer, shapes, rates)).reshape(-1, 2, 3), axis=2)
     over = found > most * (1.0 + RATE_SLACK)
     if not np.any(over):
         return None
@@ -41,8 +38,20 @@ def too_fast(swimmer: Swimmer, shapes: Array, rates: Array) -> tuple[int, float,
     return int(n), float(found[n, limb]), float(most[limb])
 
 
+def follow(swimmer: Swimmer, time_s: Array, pieces: Pieces) -> bool:
+    """Return whether joints can turn at some controls, from rest to rest, by their rates and their acceleration.
+
+    Args:
+        swimmer: The swimmer.
+        time_s: Times at which the controls begin [s]. Shape (n,).
+        pieces: The motion from each to the next. There are n.
+    """
+    too_late = TimeLaw(swimmer).fault(0, time_s, pieces) is not None
+    return not too_late and too_fast(swimmer, pieces.shapes, pieces.rates) is None
+
+
 class JointsKept:
-    """The joints' angles along a trajectory, from its controls.
+    """The joints' angles and rates along a trajectory, from its controls.
 
     Args:
         swimmer: The swimmer.
@@ -52,6 +61,7 @@ class JointsKept:
     def __init__(self, swimmer: Swimmer, start: Configuration) -> None:
         self._swimmer = swimmer
         self._angles = angles_along(swimmer, start.shape, np.empty((0, 2, 2)))[0]
+        self._time_law = TimeLaw(swimmer)
 
     def faults(self, row: int, time_s: Array, pieces: Pieces) -> dict[str, str]:
         """Return what some more rows ask of the joints that they cannot do, in words, by kind.
@@ -62,6 +72,9 @@ class JointsKept:
             pieces: The motion from each to the next; the last may last no time. There are n.
         """
         swimmer, out = self._swimmer, dict[str, str]()
+        late = self._time_law.fault(row, time_s, pieces)
+        if late is not None:
+            out["acceleration"] = late
         if swimmer.ball_joints:
             return out
         rates, stray = angle_rates(swimmer, pieces.shapes, pieces.rates)

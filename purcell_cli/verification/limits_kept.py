@@ -1,4 +1,4 @@
-"""The limits that a trajectory keeps, row by row and at every instant between: clearance, bends, workspace."""
+"""The limits that a trajectory keeps at every instant: clearance, bends, workspace, obstacles."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 
+from purcell_cli.environment.scene import Scene
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.joint_motion import bend_limits
@@ -14,6 +15,9 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
 from purcell_cli.motion.clearance import Clearance, least_clearance
 from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
+from purcell_cli.motion.mission import Follow, Order, Waypoint
+from purcell_cli.motion.obstacle_distance import LINKS, nearest_obstacle
+from purcell_cli.motion.off_curve import farthest
 from purcell_cli.motion.workspace import ENDS, WALLS, Workspace, largest_excess
 from purcell_cli.motion.workspace import TOLERANCE_L as WORKSPACE_SLACK_L
 from purcell_cli.verification.extrapolation import Rows, segment_displacements
@@ -27,14 +31,22 @@ class Wanted:
     Attributes:
         clearance_m: How far the surfaces of limb 1 and limb 2 stay apart, at least [m].
         workspace: The box that all links stay in, where one is known.
+        obstacles: What no link may touch, where anything is known.
+        follow: The curve that the base's middle stays near, where one is known.
+        via: The waypoints that it must pass.
+        order: In which order.
     """
 
     clearance_m: float = 0.0
     workspace: Workspace | None = None
+    obstacles: Scene | None = None
+    follow: Follow | None = None
+    via: tuple[Waypoint, ...] = ()
+    order: Order = Order.GIVEN
 
 
 NOTHING_MORE = Wanted()
-"""Limbs may come as near as to touch, and there is no workspace."""
+"""Limbs may come as near as to touch, and there is neither workspace nor obstacle."""
 
 
 class LimitsKept:
@@ -45,6 +57,8 @@ class LimitsKept:
         clearance: The least distance of the limbs, the row before it and when.
         largest_bend_rad: The largest bend in phase 2; None where nothing moves in it [rad].
         workspace_violation_m: How far a link leaves the workspace; None without one [m].
+        obstacle_distance_m: The least distance of a link from an obstacle; None without one [m].
+        off_curve_m: How far the base's middle is from its curve at most; None without one [m].
         faults: The limits that are broken, in words; at most one of each kind.
 
     Args:
@@ -59,9 +73,12 @@ class LimitsKept:
         self.clearance = Clearance(np.inf, 0, 0.0, 0.0)
         self.largest_bend_rad: float | None = None
         self.workspace_violation_m = None if wanted.workspace is None else 0.0
+        self.obstacle_distance_m = None if wanted.obstacles is None else np.inf
+        self.off_curve_m = None if wanted.follow is None else 0.0
         self.faults: dict[str, str] = {}
         self._swimmer = swimmer
-        own = {1: bends(start.shape[..., 0]), 3: bends(goal.shape[..., 0])}
+        named = [one.filled(start).shape for one in wanted.via]
+        own = {k: np.max([bends(s[..., 0]) for s in (end.shape, *named)], axis=0) for k, end in ((1, start), (3, goal))}
         limit = bend_limits(swimmer, start.shape)
         self._most_rad = {k: np.maximum(limit, own.get(k, np.zeros(2))) for k in (1, 2, 3)}
         self._joints = JointsKept(swimmer, start)
@@ -90,6 +107,10 @@ class LimitsKept:
             self.faults.setdefault(kind, text)
         if self.wanted.workspace is not None:
             self._workspace(self.wanted.workspace, row, time_s, poses, pieces)
+        if self.wanted.obstacles is not None:
+            self._obstacles(self.wanted.obstacles, row, time_s, poses, pieces)
+        if self.wanted.follow is not None:
+            self._follow(self.wanted.follow, row, time_s, poses, pieces)
 
     def _bends(self, row: int, time_s: Array, phase: Rows, pieces: Pieces) -> None:
         bend, when = LimbCircles.of(pieces).largest_bends()
@@ -113,6 +134,27 @@ class LimitsKept:
             when = f"{_line(row + found.place)} (t = {time_s[found.place] + found.time_s:.6g} s)"
             what = f"{ENDS[found.end]} is {1e3 * found.distance_m:.4g} mm beyond the workspace's {WALLS[found.wall]}"
             self.faults.setdefault("workspace", f"{when}: {what}")
+
+    def _obstacles(self, scene: Scene, row: int, time_s: Array, poses: Array, pieces: Pieces) -> None:
+        every, least = np.arange(len(poses)), self.wanted.clearance_m
+        found = nearest_obstacle(self._swimmer, scene, poses, every, pieces, _displacements, least)
+        known = np.inf if self.obstacle_distance_m is None else self.obstacle_distance_m
+        self.obstacle_distance_m = min(known, found.distance_m)
+        if found.distance_m < least:
+            when = f"{_line(row + found.place)} (t = {time_s[found.place] + found.time_s:.6g} s)"
+            touch = " (they touch)" if found.distance_m < 0.0 else ""
+            apart = f"{1e3 * found.distance_m:.4g} mm apart{touch}, less than {1e3 * least:g} mm"
+            between = f"{LINKS[found.link]} and {scene.name(found.obstacle)}"
+            self.faults.setdefault("obstacle", f"{when}: {between} are {apart}")
+
+    def _follow(self, follow: Follow, row: int, time_s: Array, poses: Array, pieces: Pieces) -> None:
+        index, most = np.arange(len(poses)), follow.tolerance_m
+        found = farthest(self._swimmer, follow.curve, poses, index, pieces, _displacements, most)
+        self.off_curve_m = max(self.off_curve_m or 0.0, found.most_m)
+        if found.most_m > most:
+            when = f"{_line(row + found.place)} (t = {time_s[found.place] + found.time_s:.6g} s)"
+            what = f"the base's middle is {1e3 * found.most_m:.4g} mm from its curve, more than {1e3 * most:.4g} mm"
+            self.faults.setdefault("follow", f"{when}: {what}")
 
 
 def _line(row: int) -> str:

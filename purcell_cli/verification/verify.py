@@ -24,6 +24,7 @@ from purcell_cli.verification.extrapolation import Resistances, segment_displace
 from purcell_cli.verification.joints_kept import too_fast
 from purcell_cli.verification.limits_kept import NOTHING_MORE, LimitsKept, Wanted
 from purcell_cli.verification.replay import Replay, replay
+from purcell_cli.verification.waypoints_passed import Passing, WaypointsPassed
 
 _PART = 0.1
 """Each part of a trajectory is replayed so well that its bound is small against this part of the tolerance."""
@@ -46,12 +47,14 @@ class Verification:
         start: How far the first row is from the start configuration.
         certificate: What the re-integration of its controls found.
         limits: How near it comes to its limits.
+        waypoints: Where it passes its waypoints.
         faults: What is wrong, in words; nothing where all holds.
     """
 
     start: Deviation
     certificate: Certificate
     limits: LimitsKept
+    waypoints: tuple[Passing, ...]
     faults: tuple[str, ...]
 
     @property
@@ -97,7 +100,8 @@ def verify(
     faults: dict[str, list[str]] = {}
     found: Replay | Configuration = start
     ends: list[tuple[Array, Deviation]] = []
-    first, row, segments, integrated = start, 0, 0, 0
+    passed = WaypointsPassed(wanted.via, wanted.order, limit, tolerance_rad)
+    first, row, segments, integrated, again = start, 0, 0, 0, len(wanted.via)
     for table in parts:
         poses, shapes = se3.pose(from_quaternion(table.base), table.position_m), from_quaternion(table.limbs)
         if not ends:
@@ -110,12 +114,14 @@ def verify(
         segments, integrated = segments + len(found.which), integrated + len(found.moves.fine)
         for kind, new in (
             ("rows", _rows(table, poses, shapes, found, row, limit, tolerance_rad)),
-            ("phases", _phases(table, row)),
+            ("phases", _phases(table, row, again)),
             ("controls", _controls(table, shapes, swimmer, row)),
             ("angles", _angles(table, poses, shapes, tolerance_rad, row)),
         ):
             faults[kind] = faults.get(kind) or new
         pieces = Pieces(shapes, table.rate_rad_s, np.append(np.diff(table.time_s), 0.0))
+        again -= int(np.count_nonzero(np.diff(table.phase) < 0))
+        passed.look(row, table.time_s[found.row], found.pose, found.shape, found.bound)
         kept.look(row, table.time_s, table.phase.astype(np.int64), poses, pieces)
         last, rest = Configuration(poses[-1], shapes[-1]), table.rate_rad_s[-1]
         row += len(table.time_s) - 1
@@ -128,9 +134,10 @@ def verify(
     faults["goal"] = _off("last row against the goal", last, goal, limit, tolerance_rad)
     if np.any(rest != 0.0):
         faults["rest"] = [f"line {row + 2}: the controls of the last row must be 0"]
-    order = ("swimmer", "start", "end", "goal", "rows", "phases", "controls", "rest", "angles")
+    faults["waypoints"] = passed.faults()
+    order = ("swimmer", "start", "end", "goal", "waypoints", "rows", "phases", "controls", "rest", "angles")
     told = [text for kind in order for text in faults.get(kind, [])] + list(kept.faults.values())
-    return Verification(Deviation.between(first, start), certificate, kept, tuple(told))
+    return Verification(Deviation.between(first, start), certificate, kept, passed.passings, tuple(told))
 
 
 def _certificate(
@@ -214,9 +221,10 @@ def _rows(
     return _off(label, Configuration(poses[n], shapes[n]), Configuration(pose[k], shape[k]), limit_m, limit_rad)
 
 
-def _phases(table: Table, row: int) -> list[str]:
+def _phases(table: Table, row: int, again: int) -> list[str]:
+    """Return the first row whose phase is none, or comes before the last row's; that may be at so many waypoints."""
     wrong = ~np.isin(table.phase, (1, 2, 3))
-    wrong[1:] |= np.diff(table.phase) < 0
+    wrong[np.flatnonzero(np.diff(table.phase) < 0)[max(again, 0) :] + 1] = True
     if not np.any(wrong):
         return []
     n = int(np.flatnonzero(wrong)[0])

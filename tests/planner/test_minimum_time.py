@@ -15,7 +15,7 @@ from purcell_cli.mechanics.lift import SEARCHING, flow
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
-from purcell_cli.motion.limits import check
+from purcell_cli.motion.limits_check import check
 from purcell_cli.planner.refine.minimum_time import QUICKEST, minimised, newton_step, settled
 from purcell_cli.planner.refine.move_program import MoveProgram
 from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting

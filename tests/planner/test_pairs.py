@@ -5,11 +5,13 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from helpers import missed, random_shapes
+import pytest
+from helpers import assert_close, missed, random_shapes
 
 from purcell_cli import Swimmer
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, from_euler
+from purcell_cli.kernel.pairs import PriceNumbers, pair_prices
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
 from purcell_cli.planner.limbs.pairs import LimbPairs, OuterPhases, best_pairs
@@ -26,7 +28,7 @@ FOLDED = np.stack([from_euler((0.0, 0.0, np.pi)), from_euler((np.pi - np.radians
 
 def pairs_of(swimmer: Swimmer, start: Array, goal: Array) -> LimbPairs:
     outer = OuterPhases(*straightenings(swimmer, (start, goal)))
-    return best_pairs(outer, WANTED, lambda heading, distance, _aside: heading + distance, 12)
+    return best_pairs(outer, WANTED, PriceNumbers(turn2=1.0, way=1.0), 12)
 
 
 def off(swimmer: Swimmer, pairs: LimbPairs, start: Array) -> float:
@@ -51,3 +53,25 @@ def test_ways_that_are_right_stay_as_they_are() -> None:
     found = pairs_of(body, start, goal)
     assert np.array_equal(found.checked(body, (start, goal), WANTED).missing, found.missing)
     assert off(body, found, start) < 1e-2
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_prices_of_pairs_are_those_of_numpy_and_the_least_are_found(seed: int) -> None:
+    """Of displacements one after the other; the least skip most pairs by a bound, a wrong one would miss some."""
+    rng = np.random.default_rng(seed)
+    twists = rng.normal(size=(2, 30, 6)) * rng.uniform(0.0, 2.0, (2, 30, 1))
+    first, second = se3.exp(twists)
+    spent = rng.uniform(0.0, 3.0, (2, 30))
+    price = PriceNumbers(*rng.uniform(0.1, 2.0, 8))
+    whole = first[:, None] @ second[None]
+    turn, way = np.arccos(np.clip(whole[..., 0, 0], -1.0, 1.0)), np.linalg.norm(whole[..., :3, 3], axis=-1)
+    aside = np.minimum(np.linalg.norm(whole[..., 1:3, 3], axis=-1) * price.scale, price.most)
+    under = price.turn2 * turn**2 + price.turn1 * turn + price.aside * aside + price.way1 * way
+    wanted = np.sqrt(under) * price.root + price.way * way + spent[0][:, None] + spent[1]
+    assert_close(pair_prices(first, second, *spent, price), wanted, 1e-9)
+    assert_close(pair_prices(first, second, *spent, price, 1), wanted.min(axis=1), 1e-9)
+    assert_close(pair_prices(first, second, *spent, price, 2), wanted.min(axis=0), 1e-9)
+    with pytest.raises(ValueError, match="an array of shape"):
+        pair_prices(first, second[:-1], *spent, price)
+    with pytest.raises(ValueError, match="least_of"):
+        pair_prices(first, second, *spent, price, 3)

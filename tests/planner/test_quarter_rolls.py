@@ -64,6 +64,7 @@ def test_a_roll_that_start_and_goal_share_is_not_undone(start: Configuration, go
     assert found.joint_travel_rad < most
 
 
+@pytest.mark.slow
 def test_simultaneous_controls_arrive_with_rolled_limbs_too() -> None:
     found = plan(limbs(179.0), limbs(-179.0), options=PlanOptions(controls=Controls.SIMULTANEOUS))
     assert found.verdict == "reached"

@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+from helpers import NIGHTLY, mostly_slow
 
 from purcell_cli import Configuration, PlanOptions, plan
 from purcell_cli.geometry import se3
@@ -30,7 +31,7 @@ def growths(twist: tuple[float, ...], nearest: float, farthest: float, every: in
     return [b / a for a, b in itertools.pairwise(found)]
 
 
-@pytest.mark.parametrize("twist", [(0, 1, 0, 0, 0, 0), (0, 0, 1, 0, 0, 0), (1, 1, 0, 0, 0, 0)])
+@pytest.mark.parametrize("twist", mostly_slow([(1, 1, 0, 0, 0, 0), (0, 1, 0, 0, 0, 0), (0, 0, 1, 0, 0, 0)], 1))
 def test_a_way_aside_takes_no_jump(twist: tuple[float, ...]) -> None:
     """From 0.1 to 0.15 L, where arcs after a few strokes aside would take 4.4 times as much."""
     (growth,) = growths(twist, 0.1, 0.16, 3)
@@ -42,17 +43,34 @@ def test_a_way_aside_takes_no_more_than_the_stored_motion() -> None:
     assert travel((0, 1, 0, 0, 0, 0), 0.2) < 0.2 * 134.0
 
 
+NEAR, FAR = (0.5, 11), (2.5, 17)
+"""To which distance a scan goes from 0.02 [L or rad], and how many steps of two ratios it takes."""
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "twist", [(1, 0, 0, 0, 0, 0), (0, 1, 0, 0, 0, 0), (1, 1, 1, 0, 0, 0), (0, 0, 0, 0, 0, 1), (0, 0, 0, 1, 1, 1)]
+    ("twist", "range_"),
+    [
+        ((1, 0, 0, 0, 0, 0), NEAR),
+        ((0, 0, 0, 1, 1, 1), NEAR),
+        *(
+            pytest.param(twist, FAR, marks=NIGHTLY)
+            for twist in [
+                *((1, 0, 0, 0, 0, 0), (0, 1, 0, 0, 0, 0), (1, 1, 1, 0, 0, 0)),
+                *((0, 0, 0, 0, 0, 1), (0, 0, 0, 1, 1, 1)),
+            ]
+        ),
+    ],
 )
-def test_joint_travel_grows_smoothly(twist: tuple[float, ...]) -> None:
-    found = growths(twist, 0.02, 2.5, 2)
-    assert len(found) == 17
+def test_joint_travel_grows_smoothly(twist: tuple[float, ...], range_: tuple[float, int]) -> None:
+    farthest, steps = range_
+    found = growths(twist, 0.02, farthest, 2)
+    assert len(found) == steps
     assert max(found) <= 1.3**2
     assert min(found) >= 0.95
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("objective", ["energy", "switches"])
 def test_another_objective_finds_no_less_travel(objective: str) -> None:
     """Its candidates are the same, and the travel search refines those of least travel first."""

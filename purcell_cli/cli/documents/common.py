@@ -44,6 +44,13 @@ class LinkSizePart(TypedDict):
     slenderness: NotRequired[Annotated[float, "its radius over its full length"]]
 
 
+class WallPart(TypedDict):
+    """A plane wall without slip."""
+
+    point_m: Annotated[list[float], "a point of it in the world [m]"]
+    normal: Annotated[list[float], "its unit normal, into the fluid"]
+
+
 class SwimmerPart(TypedDict):
     """The swimmer."""
 
@@ -55,6 +62,7 @@ class SwimmerPart(TypedDict):
     max_bend_rad: Annotated[float, "how far a gait may bend a limb's axis from the base's axis [rad]"]
     joint_rate_rad_s: Annotated[float, "the rate at which one joint turns [rad/s]"]
     fluid: NotRequired[Annotated[Literal["beads"], "where links feel each other's flow"]]
+    wall: NotRequired[Annotated[WallPart, "a plane wall that it swims beside"]]
     drag: NotRequired[
         Annotated[
             Literal["cylinder", "spheroid"] | dict[str, LinkDragPart],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypedDict
+from typing import Annotated, Literal, NotRequired, TypedDict
 
 from purcell_cli.cli.documents.common import Direction, Done, SwimmerPart
 from purcell_cli.lie_brackets.controllability import Shown
@@ -13,6 +13,13 @@ class ShapePart(TypedDict):
 
     limb1_euler_deg: Annotated[list[float], "psi, theta, phi of limb 1 in the base [deg]"]
     limb2_euler_deg: Annotated[list[float], "psi, theta, phi of limb 2 in the base [deg]"]
+
+
+class BesidePart(TypedDict):
+    """How a swimmer sees its wall."""
+
+    height_m: Annotated[float, "how high the base's middle is above it [m]"]
+    normal: Annotated[list[float], "its normal in base coordinates"]
 
 
 class RankPart(TypedDict):
@@ -42,7 +49,7 @@ class BracketPart(TypedDict):
     rate: Annotated[float, "motion in the direction [L or rad per rad^depth]"]
     twist: Annotated[dict[str, float], "all its motion, by direction [L, rad per rad^depth]"]
     limbs_to_bring_back: Annotated[dict[str, float], "the limb rotation that it leaves, by control [rad per rad^depth]"]
-    trusted_rad: Annotated[float, "up to which turns the leading order holds [rad]"]
+    trusted_rad: Annotated[float | None, "up to which turns the leading order holds [rad]; null beside a wall"]
 
 
 class DirectionPart(TypedDict):
@@ -59,17 +66,20 @@ class ControllabilityDocument(TypedDict):
     verdict: Annotated[Shown, "what is shown within the depth"]
     swimmer: Annotated[SwimmerPart, "who swims"]
     shape: Annotated[ShapePart, "the shape"]
+    beside: NotRequired[Annotated[BesidePart, "where the wall is, for a swimmer beside one"]]
     planar: Annotated[bool, "whether the yaw joints alone turn"]
     depth: Annotated[int, "the deepest brackets asked for"]
     dimension: Annotated[int, "dimension of the configuration space: 12, or 5 in the plane"]
     growth_vector: Annotated[list[int], "the dimension that brackets up to depth 1, 2, ... span"]
     chow: Annotated[bool, "whether Chow's condition holds within the depth"]
-    weak_level: Annotated[int | None, "the k at which h_1 + ... + h_k is all of se(3); null if it is not seen"]
+    weak_level: Annotated[
+        int | None, "the k at which h_1 + ... + h_k is all of se(3); null if it is not seen, and beside a wall"
+    ]
     weak_below: Annotated[float, "singular values below this are weak [L, rad]"]
     direct: Annotated[RankPart, "rank of A(r), what the controls do directly"]
     null_directions: Annotated[list[dict[str, float]], "limb rates that leave the base still, each by control"]
     depths: Annotated[list[LevelPart], "brackets by depth, from 2"]
-    filtration: Annotated[list[LevelPart], "the spaces h_1 + ... + h_k of appendix A"]
+    filtration: Annotated[list[LevelPart], "the spaces h_1 + ... + h_k of appendix A; none beside a wall"]
     trusted_within: Annotated[float, "the error that `trusted_rad` allows, as a fraction"]
     directions: Annotated[list[DirectionPart], "which brackets make which direction"]
 

@@ -52,12 +52,24 @@ class WorkspacePart(TypedDict):
 class ViolationPart(TypedDict):
     """A limit that the motion breaks, where it breaks it most."""
 
-    limit: Annotated[Literal["clearance", "bend", "joint", "range", "workspace"], "which limit"]
+    limit: Annotated[Literal["clearance", "bend", "joint", "range", "workspace", "obstacle", "follow"], "which limit"]
     excess: Annotated[float, "by how much, in `unit`"]
     unit: Annotated[Literal["m", "rad"], "the unit of `excess`"]
     time_s: Annotated[float, "when [s]"]
     phase: Annotated[int, "in which phase"]
     what: Annotated[str, "what breaks it, in words"]
+
+
+class EncounterPart(TypedDict):
+    """How near a motion comes to obstacles, and where it comes nearest."""
+
+    distance_m: Annotated[float, "least distance between a link's surface and an obstacle's, never more than it is [m]"]
+    error_m: Annotated[float, "how much more it may be [m]"]
+    link: Annotated[Literal["base", "limb 1", "limb 2", "body"], "which link"]
+    obstacle: Annotated[int, "which obstacle, its index from 0"]
+    between: Annotated[str, "both, in words"]
+    time_s: Annotated[float, "when [s]"]
+    phase: Annotated[int, "in which phase"]
 
 
 class LimitsPart(TypedDict):
@@ -67,6 +79,7 @@ class LimitsPart(TypedDict):
     max_bend_rad: Annotated[float, "largest bend wanted [rad]"]
     workspace_m: Annotated[WorkspacePart | None, "the box to stay in, if there is one [m]"]
     workspace_violation_m: Annotated[float | None, "how far a link leaves the box; null without a box [m]"]
+    obstacle: Annotated[EncounterPart | None, "how near links come to obstacles; null without any"]
     kept: Annotated[bool, "whether all limits are kept over the whole path"]
     violations: Annotated[list[ViolationPart], "the limits that are broken"]
 
@@ -127,6 +140,23 @@ class ExplanationPart(TypedDict):
     sensitivity: Annotated[list[SensitivityPart], "what would upset the plan, a parameter each"]
 
 
+class WaypointPart(TypedDict):
+    """A waypoint that is passed."""
+
+    index: Annotated[int, "its place in the scenario's list, from 0"]
+    names: Annotated[list[Literal["position_m", "orientation", "limb1", "limb2"]], "what it names; the rest is free"]
+    time_s: Annotated[float, "when it is passed [s]"]
+    error: Annotated[DeviationPart, "from what it names to the re-integrated motion then; 0 in what is free"]
+
+
+class CurvePart(TypedDict):
+    """A curve that is followed."""
+
+    length_m: Annotated[float, "how long it is [m]"]
+    tolerance_m: Annotated[float, "how far from it the base's middle may be [m]"]
+    distance_m: Annotated[float, "what its distance from the curve does not exceed at any instant [m]"]
+
+
 class PlanDocument(TypedDict):
     """What `purcell plan` and `purcell run` print."""
 
@@ -148,10 +178,21 @@ class PlanDocument(TypedDict):
     clearance_m: Annotated[float, "least distance of the limbs' surfaces over the whole path [m]"]
     largest_bend_rad: Annotated[float | None, "largest bend in phase 2; null if nothing moves in it [rad]"]
     limits: Annotated[LimitsPart, "the limits, and what breaks them"]
+    waypoints: Annotated[list[WaypointPart], "the waypoints, in the order in which they are passed"]
+    follow: Annotated[CurvePart | None, "the curve that is followed; null without one"]
     rows: Annotated[int, "rows of the trajectory"]
     trajectory: Annotated[str | None, "the trajectory's file"]
     plan_document: Annotated[str | None, "the plan document's file, written or read"]
     explanation: NotRequired[Annotated[ExplanationPart, "with `--explain`: why the plan is as it is"]]
+
+
+class PassingPart(TypedDict):
+    """Where a waypoint is passed, or where the motion comes nearest to it."""
+
+    index: Annotated[int, "its place in the scenario's list, from 0"]
+    passed: Annotated[bool, "whether it is passed within the tolerance"]
+    time_s: Annotated[float, "when [s]"]
+    error: Annotated[DeviationPart, "from what it names to the re-integrated motion then; 0 in what is free"]
 
 
 class JudgedPart(TypedDict):
@@ -160,6 +201,11 @@ class JudgedPart(TypedDict):
     clearance_m: Annotated[float, "least distance wanted between the limbs' surfaces [m]"]
     max_bend_rad: Annotated[float, "largest bend wanted in phase 2; in 1 and 3 also the start's and goal's own [rad]"]
     workspace_m: Annotated[WorkspacePart | None, "the box to stay in; null where none is known [m]"]
+    joint_rate_rad_s: Annotated[list[float], "greatest rate wanted of limb 1's joint and of limb 2's [rad/s]"]
+    joint_acceleration_rad_s2: Annotated[
+        float | None, "greatest acceleration wanted of them; null where rates may jump [rad/s^2]"
+    ]
+    joint_ranges: Annotated[bool, "whether joints were held against axes and ranges; not where both are ball joints"]
 
 
 class VerifyDocument(TypedDict):
@@ -175,5 +221,8 @@ class VerifyDocument(TypedDict):
     clearance_m: Annotated[float, "least distance of the limbs' surfaces over the whole path [m]"]
     largest_bend_rad: Annotated[float | None, "largest bend in phase 2; null if nothing moves in it [rad]"]
     workspace_violation_m: Annotated[float | None, "how far a link leaves the workspace; null without one [m]"]
+    obstacle_distance_m: Annotated[float | None, "least distance of a link from an obstacle; null without any [m]"]
+    waypoints: Annotated[list[PassingPart], "where waypoints are passed, or nearest, in the order of the rows"]
+    follow: Annotated[CurvePart | None, "the curve that is to be followed; null without one"]
     judged: Annotated[JudgedPart, "the limits that the file was held against"]
     faults: Annotated[list[str], "what is wrong, a sentence each"]

@@ -46,6 +46,7 @@ class SimulateDocument(TypedDict):
     model: Annotated[SwimmerPart | None, "whose trajectory it is, where that is known"]
     swimmer: Annotated[SwimmerPart, "who swims"]
     noise: Annotated[NoisePart, "what disturbs it"]
+    slower_s: Annotated[float, "by how much longer it takes than the file says, at the joints' own pace [s]"]
     off: Annotated[DeviationPart, "how far the end is from the trajectory's"]
     coordinates: Annotated[CoordinatesPart, "the same, coordinate by coordinate"]
     strokes: Annotated[list[LossPart], "the strokes, in order"]

@@ -73,7 +73,7 @@ def controllability_document(found: Controllability, planar: bool, depth: int) -
     names = [DIRECTIONS[row] for row in found.rows]
     limbs = [word_name((control,)) for control in found.controls]
     euler = np.degrees(as_euler(found.shape)).tolist()
-    return {
+    out: ControllabilityDocument = {
         "schema": "purcell/controllability/1",
         "verdict": found.verdict,
         "swimmer": swimmer_document(found.swimmer),
@@ -98,6 +98,9 @@ def controllability_document(found: Controllability, planar: bool, depth: int) -
             for row in found.rows
         ],
     }
+    if found.beside is not None:
+        out["beside"] = {"height_m": float(found.beside[3]), "normal": found.beside[:3].tolist()}
+    return out
 
 
 def _weakest(rank: Rank) -> WeakestPart:
@@ -147,11 +150,17 @@ def show_controllability(console: Console, document: ControllabilityDocument) ->
     limbs = shape["limb1_euler_deg"], shape["limb2_euler_deg"]
     angles = [", ".join(f"{x + 0.0:.6g}" for x in limb) for limb in limbs]
     console.print(f"{swimmer}, limb 1 at ({angles[0]}), limb 2 at ({angles[1]}): psi, theta, phi [deg]")
+    if "beside" in document:
+        normal = ", ".join(f"{x + 0.0:.4g}" for x in document["beside"]["normal"])
+        height = document["beside"]["height_m"] / document["swimmer"]["L_m"]
+        console.print(f"{height:.4g} L above a wall whose normal is ({normal}) in base coordinates")
     controls = document["growth_vector"][0]
     for title, levels, low in (
         ("Brackets of the control fields, the limbs brought back", document["depths"], controls),
         ("Spaces of appendix A, the shape left free", document["filtration"], 0),
     ):
+        if not levels:
+            continue
         table = plain_table(title)
         for heading in ("depth" if low else "space", "brack-\nets", "dimen-\nsion", "not\nweak"):
             table.add_column(heading, justify="right", no_wrap=True)
@@ -199,10 +208,14 @@ def _show_brackets(console: Console, document: ControllabilityDocument) -> None:
                 bracket["bracket"],
                 f"{bracket['rate']:.4g} {unit} a^{bracket['depth']}",
                 sum_text({n: x for n, x in beside.items() if abs(x) > 1e-3 * abs(bracket["rate"])}),
-                f"{bracket['trusted_rad']:.3g}" if bracket["trusted_rad"] else "< 0.001",
+                _trusted(bracket["trusted_rad"]),
                 sum_text(bracket["limbs_to_bring_back"]),
             )
     console.print(table)
+
+
+def _trusted(amplitude: float | None) -> str:
+    return "" if amplitude is None else f"{amplitude:.3g}" if amplitude else "< 0.001"
 
 
 def conclusions(document: ControllabilityDocument) -> list[str]:
@@ -216,6 +229,9 @@ def conclusions(document: ControllabilityDocument) -> list[str]:
         ("level", document["filtration"], "weak controllability"),
     ):
         there = [x for x in levels if x["dimension"] == wanted]
+        if not levels:
+            lines.append(f"{what} rests on left invariance, which a wall breaks")
+            continue
         if not there:
             last = levels[-1]
             lines.append(

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from purcell_cli.gaits.gait import MOTIONS, Gait, Stroke
+from purcell_cli.gaits.sampling import paced_stroke
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import as_euler
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.mechanics.lift import work
 from purcell_cli.mechanics.moves import ControlSequence
 from purcell_cli.mechanics.primitives import CONTROL_NAMES, PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.blocks import energies
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -33,12 +34,8 @@ _ROOMY = 116
 
 def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, file: str | None) -> GaitDocument:
     """Return what a stroke does in a number of cycles."""
-    inner = stroke.approach.shapes(COLLINEAR)[-1]
     travel = 2.0 * stroke.approach.joint_travel_rad + cycles * stroke.cycle.joint_travel_rad
-    approach_j, cycle_j = (
-        float(np.sum(work(swimmer, sequence, shape)))
-        for sequence, shape in ((stroke.approach, COLLINEAR), (stroke.cycle, inner))
-    )
+    pace, played = paced_stroke(swimmer, stroke, cycles)
     g = stroke.displacement(swimmer, cycles)
     moved = np.concatenate([g[:3, 3] / swimmer.length_m, as_euler(g[:3, :3])[::-1]])
     own = MOTIONS.index(gait.moves) if gait.moves in MOTIONS else None
@@ -56,12 +53,12 @@ def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, fil
         "approach": _pieces(stroke.approach),
         "cycle": _pieces(stroke.cycle),
         "joint_travel_rad": travel,
-        "duration_s": sum(n * float(np.sum(s.duration)) for s, n in stroke.parts(cycles)) / swimmer.joint_rate_rad_s,
+        "duration_s": sum(b.duration for b in played) / pace.joint_rate_rad_s,
         "displacement": cast(TwistPart, dict(zip(keys(TwistPart), (moved * scale).tolist(), strict=True))),
         "moves": cast(Moves, gait.moves),
         "cross_talk": None if own is None else float(np.max(np.abs(np.delete(turned, own)))),
         "closure_rad": stroke.closure_rad(),
-        "energy_j": 2.0 * approach_j + cycles * cycle_j,
+        "energy_j": float(np.sum(energies(pace, played, COLLINEAR))),
         "trajectory": file,
     }
 

@@ -19,11 +19,14 @@ if TYPE_CHECKING:
 
 from purcell_cli.cli.documents.common import as_part
 from purcell_cli.cli.documents.plan import (
+    CurvePart,
+    EncounterPart,
     LimitsPart,
     PhasePart,
     PlanDocument,
     StrokePart,
     ViolationPart,
+    WaypointPart,
     WorkspacePart,
 )
 from purcell_cli.cli.reports.common import (
@@ -45,6 +48,7 @@ def _limits(found: LimitsReport, swimmer: Swimmer) -> LimitsPart:
         "max_bend_rad": swimmer.max_bend_rad,
         "workspace_m": None if workspace is None else as_part(workspace, WorkspacePart),
         "workspace_violation_m": None if excess is None else excess.distance_m,
+        "obstacle": None if found.obstacle is None else as_part(found.obstacle, EncounterPart),
         "kept": found.kept,
         "violations": [as_part(v, ViolationPart) for v in found.violations],
     }
@@ -113,10 +117,35 @@ def plan_document(
         "clearance_m": solution.limits.clearance.distance_m,
         "largest_bend_rad": solution.limits.largest_bend_rad[1],
         "limits": _limits(solution.limits, swimmer),
+        "waypoints": _waypoints(solution),
+        "follow": _curve(solution),
         "rows": len(solution.trajectory),
         "trajectory": file,
         "plan_document": saved,
     }
+
+
+def _waypoints(solution: Solution) -> list[WaypointPart]:
+    """Return the waypoints that a plan passes."""
+    begun = np.cumsum([0.0, *solution.durations_s])
+    length_m = solution.plan.swimmer.length_m
+    return [
+        {
+            "index": passage.index,
+            "names": list(passage.waypoint.names),
+            "time_s": float(begun[passage.block]),
+            "error": deviation_document(found.deviation, length_m),
+        }
+        for passage, found in zip(solution.plan.passages, solution.passed, strict=True)
+    ]
+
+
+def _curve(solution: Solution) -> CurvePart | None:
+    """Return the curve that a plan follows, if there is one."""
+    follow, off = solution.plan.follow, solution.limits.off_curve
+    if follow is None or off is None:
+        return None
+    return {"length_m": follow.curve.length_m, "tolerance_m": follow.tolerance_m, "distance_m": off.most_m}
 
 
 _ROOMY = 116
@@ -160,6 +189,7 @@ def show_plan(console: Console, document: PlanDocument) -> None:
         found = (e["position_over_L"], e["base_rad"], e["limb1_rad"], e["limb2_rad"])
         errors.add_row(label, *(f"{value:.1e}" for value in found))
     console.print(errors)
+    _show_way(console, document)
     piece = "primitive" if document["controls"] == "primitive" else "move"
     console.print(
         f"joint travel {document['joint_travel_rad']:.4f} rad, {document['duration_s']:.3f} s, "
@@ -175,6 +205,23 @@ def show_plan(console: Console, document: PlanDocument) -> None:
         console.print(f"plan in {document['plan_document']}", soft_wrap=True)
 
 
+def _show_way(console: Console, document: PlanDocument) -> None:
+    """Show the waypoints that are passed, a line each, and how far the base is from the curve that it follows."""
+    names = {"position_m": "position", "orientation": "orientation", "limb1": "limb 1", "limb2": "limb 2"}
+    for one in document["waypoints"]:
+        e = one["error"]
+        off = f"{e['position_over_L']:.1e} L, {max(e['base_rad'], e['limb1_rad'], e['limb2_rad']):.1e} rad"
+        what = ", ".join(names[name] for name in one["names"])
+        console.print(
+            f"waypoint via[{one['index']}] at {one['time_s']:.3f} s: {what} met, off by {off}", soft_wrap=True
+        )
+    if (curve := document["follow"]) is not None:
+        console.print(
+            f"{1e3 * curve['distance_m']:.4g} mm from the curve of {curve['length_m']:.4g} m at most "
+            f"({1e3 * curve['tolerance_m']:.4g} mm allowed)"
+        )
+
+
 def _show_limits(console: Console, document: PlanDocument) -> None:
     """Show how near a plan comes to its limits on one line, and one more for each that it breaks."""
     limits, bend = document["limits"], document["largest_bend_rad"]
@@ -183,7 +230,10 @@ def _show_limits(console: Console, document: PlanDocument) -> None:
     if limits["workspace_m"] is not None:
         inside = not any(v["limit"] == "workspace" for v in limits["violations"])
         told.append("inside the workspace" if inside else "not inside the workspace")
-    console.print(", ".join(told))
+    if (near := limits["obstacle"]) is not None and near["distance_m"] >= 0.0:
+        when = f"at {near['time_s']:.3f} s in phase {near['phase']}"
+        told.append(f"{near['between']} {1e3 * near['distance_m']:.4g} mm apart or more, nearest {when}")
+    console.print(", ".join(told), soft_wrap=True)
     for v in limits["violations"]:
         excess = f"{1e3 * v['excess']:.4g} mm" if v["unit"] == "m" else f"{v['excess']:.4g} rad"
         when = f"at {v['time_s']:.3f} s in phase {v['phase']}"

@@ -49,6 +49,7 @@ def simulate_document(found: Simulation, trajectory: str, model: Swimmer | None,
         "model": None if model is None else swimmer_document(model),
         "swimmer": swimmer_document(found.swimmer),
         "noise": as_part(found.noise, NoisePart),
+        "slower_s": found.slower_s,
         "off": deviation_document(found.off, size),
         "coordinates": cast(CoordinatesPart, off_by_coordinate(found.end, found.planned)),
         "strokes": strokes,
@@ -74,6 +75,8 @@ def show_simulate(console: Console, document: SimulateDocument) -> None:
     off = document["off"]
     angle = math.degrees(off["base_rad"])
     console.print(f"it ends {off['position_over_L']:.4g} L ({1e3 * off['position_m']:.4g} mm) and {angle:.4g} deg off")
+    if document["slower_s"] > 0.0:
+        console.print(f"its joints cannot follow the file in time: they take {document['slower_s']:.4g} s longer")
     if document["worst_stroke"] is not None:
         _show_strokes(console, document)
     if document["out"] is not None:

@@ -36,10 +36,30 @@ def verify_document(found: Verification, swimmer: Swimmer) -> VerifyDocument:
         "clearance_m": limits.clearance.distance_m,
         "largest_bend_rad": limits.largest_bend_rad,
         "workspace_violation_m": limits.workspace_violation_m,
+        "obstacle_distance_m": limits.obstacle_distance_m,
+        "waypoints": [
+            {
+                "index": one.index,
+                "passed": one.met,
+                "time_s": one.time_s,
+                "error": deviation_document(one.off, swimmer.length_m),
+            }
+            for one in found.waypoints
+        ],
+        "follow": None
+        if (follow := limits.wanted.follow) is None
+        else {
+            "length_m": follow.curve.length_m,
+            "tolerance_m": follow.tolerance_m,
+            "distance_m": limits.off_curve_m or 0.0,
+        },
         "judged": {
             "clearance_m": limits.wanted.clearance_m,
             "max_bend_rad": swimmer.max_bend_rad,
             "workspace_m": None if box is None else as_part(box, WorkspacePart),
+            "joint_rate_rad_s": [swimmer.rate_of(0), swimmer.rate_of(1)],
+            "joint_acceleration_rad_s2": swimmer.joint_acceleration_rad_s2,
+            "joint_ranges": not swimmer.ball_joints,
         },
         "faults": list(found.faults),
     }
@@ -57,7 +77,21 @@ def show_verify(console: Console, document: VerifyDocument) -> None:
     told = [f"limbs {1e3 * document['clearance_m']:.4g} mm apart or more ({1e3 * judged['clearance_m']:g} wanted)"]
     told += [] if bend is None else [f"bent {bend:.4g} rad at most in phase 2 ({judged['max_bend_rad']:g} allowed)"]
     told.append("no workspace known" if judged["workspace_m"] is None else "workspace known")
+    first, second = judged["joint_rate_rad_s"]
+    rates = f"{first:g}" if first == second else f"{first:g} and {second:g}"
+    acceleration = judged["joint_acceleration_rad_s2"]
+    ramps = "which may jump" if acceleration is None else f"accelerations {acceleration:g} rad/s^2"
+    told.append(f"joint rates ({rates} rad/s allowed, {ramps})")
+    told += ["axes and ranges of joints"] if judged["joint_ranges"] else []
+    if (near := document["obstacle_distance_m"]) is not None:
+        told.append(f"obstacles {1e3 * near:.4g} mm away or more")
     console.print("limits judged: " + ", ".join(told), soft_wrap=True)
+    for one in document["waypoints"]:
+        if one["passed"]:
+            console.print(f"waypoint via[{one['index']}] passed at {one['time_s']:.3f} s")
+    if (curve := document["follow"]) is not None:
+        told_mm = f"{1e3 * curve['distance_m']:.4g} mm from the curve at most"
+        console.print(f"{told_mm} ({1e3 * curve['tolerance_m']:.4g} mm allowed)")
     for fault in document["faults"]:
         console.print(f"- {fault}", soft_wrap=True)
     _verdict(console, document["verdict"])

@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 
-from purcell_cli.geometry.reproducible import arccos, norm
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.pairs import PriceNumbers, pair_prices
 from purcell_cli.planner.arcs.loop_family import Fan
 
 _ASIDE = 8.0
@@ -32,19 +32,15 @@ class ArcPrice:
 
     loops: Fan
 
-    def __call__(self, turn: Array, way: Array, aside: Array) -> Array:
-        """Return the costs [rad].
-
-        Args:
-            turn: Changes of heading [rad].
-            way: Distances [L].
-            aside: How much of those goes aside [L].
-        """
-        radii = np.minimum(aside * self.loops.tight / self.loops.straight, _FAR_ASIDE)
-        return np.asarray(np.sqrt(turn**2 + _ASIDE * radii) / self.loops.tight + way / self.loops.straight)
+    @property
+    def numbers(self) -> PriceNumbers:
+        """The numbers of the estimate."""
+        tight, straight = self.loops.tight, self.loops.straight
+        return PriceNumbers(
+            turn2=1.0, aside=_ASIDE, scale=tight / straight, most=_FAR_ASIDE, root=1.0 / tight, way=1.0 / straight
+        )
 
     def of(self, displacement: Array) -> Array:
         """Return the costs of body displacements [rad]. Shape (n, 4, 4) to (n,)."""
-        position = displacement[:, :3, 3]
-        turn = arccos(np.clip(displacement[:, 0, 0], -1.0, 1.0))
-        return self(turn, norm(position), norm(position[:, 1:]))
+        nothing = np.eye(4)[None], np.zeros(len(displacement)), np.zeros(1)
+        return pair_prices(displacement, *nothing, self.numbers, 1)

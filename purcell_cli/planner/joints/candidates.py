@@ -34,6 +34,8 @@ _LOOPS_PLANAR, _LOOPS = 20, 24
 """How many of the best loops chains are made of, in a plane and in space."""
 _SHORT_RAD = 60.0
 """Short plans are tried where the best chain takes less joint travel than this, or there is none [rad]."""
+_ENOUGH = 48
+"""No further pair of ways is looked at where there are so many candidates."""
 _MANY_L = 3.0
 """Short plans are tried up to this displacement, where there is no chain [L, rad]."""
 _LESS = 0.1
@@ -61,8 +63,10 @@ def joint_candidates(
     found: list[Candidate] = []
     if len(every):
         few = every.some(best_loops(every, rows, _LOOPS if axis is None else _LOOPS_PLANAR))
-        counts = (6, 7, breadth.chains) if axis is None else (2, 4, breadth.chains)
+        counts = (6, 7, breadth.chains) if axis is None else (3, 4, breadth.chains)
         for first, last, missing in pairs:
+            if len(found) >= _ENOUGH:
+                break
             chains = chains_for(few, missing, rows, counts, seed)
             found += list(_of_chains(few, chains, first, last, breadth.kept))
     found.sort(key=lambda c: round(c.estimate_rad, 9))

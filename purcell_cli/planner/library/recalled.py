@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -10,32 +11,38 @@ import numpy as np
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.pairs import PriceNumbers
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.mechanics.lift import SEARCHING
-from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.mechanics.lift import ROUGH
+from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.effort import Breadth
 from purcell_cli.planner.library.plan_library import library_for
-from purcell_cli.planner.library.random_plans import brought, free_segment
+from purcell_cli.planner.library.random_plans import free_segment
 from purcell_cli.planner.limbs.pairs import LimbPairs, best_pairs
 from purcell_cli.planner.problem import Problem
-from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD
-from purcell_cli.planner.refine.minimum_travel import NAME, Pace, minimise_travel, offered
+from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach
+from purcell_cli.planner.refine.minimum_travel import NAME, Pace, merged, minimise_travel, offered
 from purcell_cli.planner.refine.shooting import Equations
 
+_EVERY = PrimitiveSequence(np.arange(6), np.zeros(6))
+"""Every control, turned by nothing."""
 LIBRARY_PLAN = "a library plan"
 """What such candidates are made of."""
+_REACH_RAD, _PATIENCE, _STUCK = 0.6, 8, 2
+"""How Newton's method brings library plans to the goal: the largest change of an angle in a step [rad], rounds without
+a halved residual, and steps in a row of which little helps, before one is given up: plans that arrive do so soon."""
+_OFFERED = 6
+"""At so many switches of a library plan every control is offered for it to arrive."""
 _TRIED = 3
 """So many times the library plans that are wanted are tried; some do not arrive by their own primitives."""
 _SHORTENED = 1.05
 """Factor by which refinement is estimated to shorten a library plan that arrives."""
-_ROTATION_PRICE = 374.0
-"""Estimated square of the joint travel per small change of heading: the price of pitch and yaw in `PRICES` [rad^2 per
-rad]."""
-_WAY_PRICE = 445.0
-"""Estimated square of the joint travel per small distance, the mean over directions of `PRICES` [rad^2 per L]."""
+_PRICE = PriceNumbers(turn1=374.0, way1=445.0)
+"""Estimated joint travel by a library plan: the roots of the price of pitch and yaw in `PRICES` per small change of
+heading, and of the mean over directions per small distance [rad^2 per rad or L]."""
 
 
 def library_plans(problem: Problem, breadth: Breadth, known: Sequence[Candidate] = ()) -> list[Candidate]:
@@ -50,7 +57,7 @@ def library_plans(problem: Problem, breadth: Breadth, known: Sequence[Candidate]
     least = min((c.estimate_rad for c in known if not c.astray), default=math.inf)
     if problem.objective == "travel":
         least = min(least, breadth.library_below * problem.promised(breadth))
-    pairs = best_pairs(problem.one_by_one, problem.wanted, _price, breadth.pairs)
+    pairs = best_pairs(problem.one_by_one, problem.wanted, _PRICE, breadth.pairs)
     around = pairs.joint_travel_rad
     entries = library_for(swimmer).nearest(pairs.missing, around, _TRIED * breadth.library_plans)
     entries = [e for e in entries if e.estimate_rad <= least]
@@ -78,10 +85,19 @@ def _arrived(swimmer: Swimmer, lap: PrimitiveSequence, each: Array, offering: bo
         swimmer: The swimmer, scaled to L = 1.
         lap: The lap.
         each: The displacement. Shape (4, 4).
-        offering: Whether by any primitives, not only its own.
+        offering: Whether every control is offered at every switch, not only at a few.
     """
-    empty, bend = Equations(swimmer, (), COLLINEAR, COLLINEAR, each, SEARCHING), swimmer.max_bend_rad - MARGIN_RAD
-    return brought(empty.of([free_segment(offered(lap, 1) if offering else lap)]), bend)
+    empty, bend = Equations(swimmer, (), COLLINEAR, COLLINEAR, each, ROUGH), swimmer.max_bend_rad - MARGIN_RAD
+    begun = empty.of([free_segment(offered(lap, 1) if offering else _with_controls(lap))])
+    near, _, off = approach(begun, bend, _REACH_RAD, _PATIENCE, _STUCK)
+    return near.of([free_segment(merged(near.sequence))]), off
+
+
+def _with_controls(lap: PrimitiveSequence) -> PrimitiveSequence:
+    """Return a lap with every control offered, at angle zero, at its beginning and at some switches."""
+    stops = [len(lap) * k // _OFFERED for k in range(_OFFERED + 1)]
+    parts = [[_EVERY, lap[low:high]] for low, high in itertools.pairwise(stops)]
+    return joined(list(itertools.chain.from_iterable(parts)))
 
 
 def _shortened(lap: Equations, laps: int, pace: Pace, pairs: LimbPairs, pair: int) -> tuple[Block, ...]:
@@ -89,8 +105,3 @@ def _shortened(lap: Equations, laps: int, pace: Pace, pairs: LimbPairs, pair: in
     if laps > 1:  # a single one is shortened with all the rest
         lap = minimise_travel(lap, lap.swimmer.max_bend_rad - MARGIN_RAD, pace)
     return pairs.around(pair, [Block(2, NAME, lap.sequence.times(laps))])
-
-
-def _price(turn: Array, way: Array, _aside: Array) -> Array:
-    """Return about the joint travel of a change of heading [rad] and a distance [L] by a library plan."""
-    return np.asarray(np.sqrt(_ROTATION_PRICE * turn + _WAY_PRICE * way))

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.lift import ROUGH, piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
 from purcell_cli.planner.limbs.limb_rotations import Ways
-from purcell_cli.planner.limbs.straightening import MOST_LOOPS, ROUGH, Straightenings, rotation_pieces
+from purcell_cli.planner.limbs.straightening import MOST_LOOPS, Straightenings, rotation_pieces
 
 _AT_ONCE = ((0, 0, 0), (1, 1, 1))
 """First halves of orders in which one limb makes all its rotations before the other: those are known already."""

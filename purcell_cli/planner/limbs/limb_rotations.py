@@ -8,7 +8,7 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.geometry.reproducible import arctan2_of, hypot_of
+from purcell_cli.geometry.reproducible import arctan2, hypot
 from purcell_cli.geometry.rotations import Array, wrapped
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 
@@ -59,7 +59,7 @@ def rotations_to(rotation: Array, limb: int) -> Ways:
     Returns:
         Ways, all different, the least joint travel first.
     """
-    angle = np.array([_three_angles(rotation, *axes) for axes in _AXES.tolist()])
+    angle = _three_angles(rotation)
     angle = np.stack([angle, _other(angle)], axis=1).reshape(-1, 3)
     angle[np.abs(angle) <= _NEGLIGIBLE_RAD] = 0.0
     control = np.repeat(_AXES, 2, axis=0) + 3 * (limb - 1)
@@ -72,28 +72,50 @@ def rotations_to(rotation: Array, limb: int) -> Ways:
     return ways[np.argsort(np.round(ways.joint_travel_rad, 9), kind="stable")]
 
 
-def _three_angles(rotation: Array, i: int, j: int, k: int) -> tuple[float, float, float]:
-    """Return the angles of rotations about own axes i, j and k that make a rotation [rad].
+def least_travel(rotation: Array) -> Array:
+    """Return the least joint travel of three rotations about own axes that make rotations [rad].
 
-    The second is from -pi / 2 to pi / 2 where all axes differ, and from 0 to pi where i is k. Where the
-    first and the last axis come to lie in one line, the last rotation is empty (gimbal lock).
+    Args:
+        rotation: Rotations in the limb's own frame. Shape (..., 3, 3).
+
+    Returns:
+        Joint travel. Shape (...).
     """
-    r, l = rotation.tolist(), 3 - i - j
-    sign = 1.0 if (j - i) % 3 == 1 else -1.0
-    if i == k:
-        middle, size = arctan2_of(hypot_of(r[i][j], r[i][l]), r[i][i]), hypot_of(r[i][j], r[i][l])
-        first, last = arctan2_of(r[j][i], -sign * r[l][i]), arctan2_of(r[i][j], sign * r[i][l])
-    else:
-        size = hypot_of(r[i][i], r[i][j])
-        middle = arctan2_of(sign * r[i][k], size)
-        first, last = arctan2_of(-sign * r[j][k], r[k][k]), arctan2_of(-sign * r[i][j], r[i][i])
-    if size < _LOCKED:
-        first, last = arctan2_of(sign * r[l][j], r[j][j]), 0.0
-    return first, middle, last
+    angle = _three_angles(rotation)
+    travel = np.stack([np.abs(part).sum(axis=-1) for part in (angle, _other(angle))])
+    return np.asarray(travel.min(axis=(0, -1)))
+
+
+def _three_angles(rotation: Array) -> Array:
+    """Return the angles of rotations about own axes that make rotations, in each of the orders [rad].
+
+    The second is from -pi / 2 to pi / 2 where all axes differ, and from 0 to pi where the first is the last. Where the
+    first and the last axis come to lie in one line, the last rotation is empty (gimbal lock).
+
+    Args:
+        rotation: Rotations. Shape (..., 3, 3).
+
+    Returns:
+        Angles. Shape (..., 12, 3).
+    """
+    i, j, k = _AXES.T
+    l = 3 - i - j
+    twice, sign = i == k, np.where((j - i) % 3 == 1, 1.0, -1.0)
+    r = np.asarray(rotation)
+    ii, ij, il, jj = r[..., i, i], r[..., i, j], r[..., i, l], r[..., j, j]
+    size = hypot(ij, np.where(twice, il, ii))
+    middle = arctan2(np.where(twice, size, sign * r[..., i, k]), np.where(twice, ii, size))
+    first = arctan2(
+        np.where(twice, r[..., j, i], -sign * r[..., j, k]), np.where(twice, -sign * r[..., l, i], r[..., k, k])
+    )
+    last = arctan2(np.where(twice, ij, -sign * ij), np.where(twice, sign * il, ii))
+    locked = size < _LOCKED
+    first = np.where(locked, arctan2(sign * r[..., l, j], jj), first)
+    return np.stack([first, middle, np.where(locked, 0.0, last)], axis=-1)
 
 
 def _other(angle: Array) -> Array:
-    """Return the other three angles that make the same rotation, in each of the orders [rad]. Shape (12, 3)."""
-    middle = np.where(_AXES[:, 0] == _AXES[:, 2], -angle[:, 1], np.pi - angle[:, 1])
-    turned = np.stack([angle[:, 0] + np.pi, middle, angle[:, 2] + np.pi], axis=1)
+    """Return the other three angles that make the same rotation, in each of the orders [rad]. Shape (..., 12, 3)."""
+    middle = np.where(_AXES[:, 0] == _AXES[:, 2], -angle[..., 1], np.pi - angle[..., 1])
+    turned = np.stack([angle[..., 0] + np.pi, middle, angle[..., 2] + np.pi], axis=-1)
     return wrapped(turned)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.reproducible import arccos, matmul
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.pairs import PriceNumbers, pair_prices
 from purcell_cli.mechanics.lift import SEARCHING, run_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -27,8 +28,10 @@ _ALIKE = 10
 _MISJUDGED = 0.01
 """By how much the displacement of a way may be out before it is worked out anew [L, rad]; most are by under 1e-4."""
 
-Price = Callable[[Array, Array, Array], Array]
-"""Estimates the cost of phase 2 [rad] from its change of heading [rad], its distance [L] and its part aside [L]."""
+
+def _least(promised: Array, most: int) -> NDArray[np.int64]:
+    """Return the numbers of the least of some promises, the least first."""
+    return np.argsort(np.round(promised, 9), kind="stable")[:most]
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -43,31 +46,36 @@ class OuterPhases:
     first: Straightenings
     last: Straightenings
 
-    def promised(self, wanted: Array, price: Price) -> tuple[Array, Array]:
-        """Return what is left when the limbs are straight, and the joint travel that pairs of ways promise [rad].
+    def promised(self, wanted: Array, price: PriceNumbers, least_of: int = 0) -> Array:
+        """Return the joint travel that pairs of ways promise [rad]; see `pair_prices`.
 
         Args:
             wanted: Body displacement of the whole. Shape (4, 4).
             price: What phase 2 costs, about.
+            least_of: 0 for all pairs, 1 for the best with each of the first, 2 with each of the last.
 
         Returns:
-            Displacements, shape (n, 4, 4), and joint travel, shape (n, m).
+            Joint travel. Shape (n, m), (n,) or (m,).
         """
-        gone = matmul(se3.inverse(self.first.displacement), wanted)
         done = self.last.displacement  # phase 3 is played backwards, so this is what undoes it
-        heading = np.clip(matmul(gone[:, 0, :3], done[:, :3, 0].T), -1.0, 1.0)
-        between = matmul(gone[:, :3, :3].reshape(-1, 3), done[:, :3, 3].T)
-        position = between.reshape(len(gone), 3, len(done)) + gone[:, :3, 3:]
-        distance = np.sqrt(np.add.reduce(position * position, axis=1))
-        aside = np.sqrt(np.add.reduce(position[:, 1:] * position[:, 1:], axis=1))
-        limbs = self.first.joint_travel_rad[:, None] + self.last.joint_travel_rad
-        return gone, price(arccos(heading), distance, aside) + limbs
+        spent = self.first.joint_travel_rad, self.last.joint_travel_rad
+        return pair_prices(self.left_by_first(wanted), done, *spent, price, least_of)
 
-    def best(self, wanted: Array, price: Price, most: int) -> OuterPhases:
+    def left_by_first(self, wanted: Array) -> Array:
+        """Return what of a wanted displacement, shape (4, 4), each of the first leaves. Shape (n, 4, 4)."""
+        return matmul(se3.inverse(self.first.displacement), wanted)
+
+    def best(self, wanted: Array, price: PriceNumbers, most: int) -> OuterPhases:
         """Return the ways that promise most, at the start and at the goal, the best first (see `promised`)."""
-        promised = self.promised(wanted, price)[1]
-        order = (np.argsort(np.round(promised.min(axis=axis, initial=np.inf), 9), kind="stable") for axis in (1, 0))
-        return OuterPhases(*(ways[row[:most]] for ways, row in zip((self.first, self.last), order, strict=True)))
+        return OuterPhases(self.best_first(wanted, price, most), self.best_last(wanted, price, most))
+
+    def best_first(self, wanted: Array, price: PriceNumbers, most: int) -> Straightenings:
+        """Return the ways at the start that promise most, the best first."""
+        return self.first[_least(self.promised(wanted, price, 1), most)]
+
+    def best_last(self, wanted: Array, price: PriceNumbers, most: int) -> Straightenings:
+        """Return the ways at the goal that promise most, the best first."""
+        return self.last[_least(self.promised(wanted, price, 2), most)]
 
     def joint_travel_rad(self, i: int, j: int) -> float:
         """Return the joint travel of way i in and way j out [rad]."""
@@ -133,7 +141,7 @@ class LimbPairs:
         return dataclasses.replace(self, missing=np.where(far, found, self.missing))
 
 
-def best_pairs(outer: OuterPhases, wanted: Array, price: Price, most: int) -> LimbPairs:
+def best_pairs(outer: OuterPhases, wanted: Array, price: PriceNumbers, most: int) -> LimbPairs:
     """Return the pairs of ways in and out that promise the least joint travel.
 
     Args:
@@ -142,7 +150,7 @@ def best_pairs(outer: OuterPhases, wanted: Array, price: Price, most: int) -> Li
         price: What phase 2 costs, about.
         most: How many.
     """
-    gone, promised = outer.promised(wanted, price)
+    gone, promised = outer.left_by_first(wanted), outer.promised(wanted, price)
     count = min(_ALIKE * most, promised.size)
     few = np.flatnonzero(promised <= np.partition(promised, count - 1, axis=None)[count - 1])
     # Ways that differ by how a limb rolls promise the same; the first of them will do.
@@ -152,7 +160,9 @@ def best_pairs(outer: OuterPhases, wanted: Array, price: Price, most: int) -> Li
     return LimbPairs(outer, index, missing)
 
 
-def with_shape_loops(outer: OuterPhases, loops: Sequence[ShapeLoops], wanted: Array, price: Price) -> OuterPhases:
+def with_shape_loops(
+    outer: OuterPhases, loops: Sequence[ShapeLoops], wanted: Array, price: PriceNumbers
+) -> OuterPhases:
     """Return the ways in and out that promise most with shape loops before them, if there are any.
 
     Args:
@@ -166,7 +176,7 @@ def with_shape_loops(outer: OuterPhases, loops: Sequence[ShapeLoops], wanted: Ar
     few = outer.best(wanted, price, _LOOPED_FROM)
     for k in range(MOST_LOOPS):
         most = INTERLEAVED_FROM if k == MOST_LOOPS - 1 else _LOOPED_FROM
-        first = OuterPhases(loops[0].before(few.first), few.last).best(wanted, price, most).first
-        last = OuterPhases(first, loops[1].before(few.last)).best(wanted, price, most).last
+        first = OuterPhases(loops[0].before(few.first), few.last).best_first(wanted, price, most)
+        last = OuterPhases(first, loops[1].before(few.last)).best_last(wanted, price, most)
         few = OuterPhases(first, last)
     return few

@@ -21,7 +21,7 @@ from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.moves import ControlSequence, MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.plan import Plan
-from purcell_cli.planner.limbs.limb_rotations import rotations_to
+from purcell_cli.planner.limbs.limb_rotations import least_travel
 
 _GAIN_RAD = 0.05
 """Limbs are rolled where that saves more joint travel in phases 1 and 3 than this; phase 2 may lose less [rad]."""
@@ -46,7 +46,7 @@ class QuarterRolls:
     @classmethod
     def least(cls, start: Configuration, goal: Configuration) -> QuarterRolls:
         """Return those at which the start's limbs are straightened, and the goal's bent, by least joint travel."""
-        return cls((_least(start.shape[0], goal.shape[0], 1), _least(start.shape[1], goal.shape[1], 2)))
+        return cls((_least(start.shape[0], goal.shape[0]), _least(start.shape[1], goal.shape[1])))
 
     def seen(self, configuration: Configuration) -> Configuration:
         """Return a configuration as if limbs rolled so were not rolled."""
@@ -83,17 +83,12 @@ class QuarterRolls:
         return control, sign
 
 
-def _least(start: Array, goal: Array, limb: int) -> int:
+def _least(start: Array, goal: Array) -> int:
     """Return the quarter turns at which a limb's two rotations take least joint travel; none if all is the same."""
     if np.array_equal(start, np.eye(3)) or np.array_equal(goal, np.eye(3)):
         return 0
-    travel = [
-        sum(
-            float(rotations_to(_columns(shape, quarter_turns(-n)).T, limb).joint_travel_rad[0])
-            for shape in (start, goal)
-        )
-        for n in range(4)
-    ]
+    seen = [[_columns(shape, quarter_turns(-n)).T for shape in (start, goal)] for n in range(4)]
+    travel = least_travel(np.array(seen)).sum(axis=1).tolist()
     best = min(range(4), key=lambda n: round(travel[n], 9))
     return best if travel[best] < travel[0] - _GAIN_RAD else 0
 

@@ -18,13 +18,13 @@ import numpy as np
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.lift import ROUGH, piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
-from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence
+from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
 from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
-from purcell_cli.planner.limbs.straightening import ROUGH, Straightenings
+from purcell_cli.planner.limbs.straightening import Straightenings
 
 _SIDES_RAD = (-1.6, -0.8, 0.8, 1.6)
 """Angles of the squares' sides, for either limb [rad]."""
@@ -73,7 +73,8 @@ def shape_loops(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 
         clearance_m: How far the limbs' surfaces stay apart, in units of L.
     """
     squares = [_squares(swimmer, shape) for shape in shapes]
-    pieces = Pieces.together(Pieces.of(s, shape) for shape, some in zip(shapes, squares, strict=True) for s in some)
+    # Squares close, so they are played one after the other.
+    pieces = Pieces.together(Pieces.of(joined(some), shape) for shape, some in zip(shapes, squares, strict=True))
     moves = piece_displacements(swimmer, pieces, ROUGH).reshape(-1, 4, 4, 4)
     apart = clearances(swimmer, pieces, clearance_m)[0].reshape(-1, 4).min(axis=1)
     once = se3.normalised(matmul(matmul(matmul(moves[:, 0], moves[:, 1]), moves[:, 2]), moves[:, 3]))
@@ -99,7 +100,7 @@ def _squares(swimmer: Swimmer, shape: Array) -> list[PrimitiveSequence]:
     arms: list[list[tuple[int, float]]] = []
     for limb in (0, 1):
         turns = [(3 * limb + axis, angle) for axis in (1, 2) for angle in _SIDES_RAD]
-        each = [PrimitiveSequence.of([turn]) for turn in turns]
-        circles = LimbCircles.of(Pieces.together(Pieces.of(s, shape) for s in each))
-        arms.append([t for t, b in zip(turns, circles.largest_bends()[0][:, limb], strict=True) if b <= limits[limb]])
+        to_and_fro = PrimitiveSequence.of([(control, a) for control, angle in turns for a in (angle, -angle)])
+        bent = LimbCircles.of(Pieces.of(to_and_fro, shape)).largest_bends()[0][::2, limb]
+        arms.append([t for t, b in zip(turns, bent, strict=True) if b <= limits[limb]])
     return [PrimitiveSequence.of([(i, a), (j, b), (i, -a), (j, -b)]) for i, a in arms[0] for j, b in arms[1]]

@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, about_axis
-from purcell_cli.mechanics.collocation import Accuracy
-from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.lift import ROUGH, piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -28,8 +27,6 @@ from purcell_cli.motion.clearance import TOLERANCE_L, clearances
 from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
 from purcell_cli.planner.limbs.limb_rotations import Ways, rotations_to
 
-ROUGH = Accuracy(stages=3, step=1.2, settled=1e-7)
-"""Accuracy of the flow by which ways are compared: errors of 1e-4 (L, rad), which the exact arrival removes."""
 MOST_LOOPS = 3
 """The most shape loops before one straightening."""
 _LONGER_RAD = 7.0

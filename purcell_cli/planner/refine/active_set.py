@@ -1,21 +1,11 @@
-"""Least-norm steps under equations, bounds and inequalities, by active-set methods."""
+"""Least-norm steps under equations, bounds and inequalities, by an active-set method of the kernel."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from purcell_cli.geometry.linear_systems import least_squares, solve
-from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
-
-_BEND_SLACK = 1e-9
-"""A step may break the linearised limits by this, in the cosine of the bend."""
-_ACTIVE_ROUNDS = 12
-"""Rounds in which `bounded_step` looks for the active constraints; the set that breaks limits least is kept."""
-_WEAKEST = 1e-9
-"""Cut-off of the singular values in the least-squares step, as a part of the largest."""
-_DAMPING = 1e-13
-"""Damping of the Gram matrix, as a part of its trace, so that dependent constraints leave it regular."""
+from purcell_cli.kernel import shooting
 
 
 def bounded_step(arrival: Array, missing: Array, room: Array, room_derivative: Array, reach: float) -> Array:
@@ -32,26 +22,7 @@ def bounded_step(arrival: Array, missing: Array, room: Array, room_derivative: A
         room_derivative: Its derivative. Shape (k, n).
         reach: The largest component of the step [rad].
     """
-    weight = loose(arrival)
-    rows, wanted = np.concatenate([arrival, room_derivative]) * weight, -np.concatenate([missing, room])
-    gram, equal = matmul(rows, rows.T), np.arange(len(wanted)) < len(missing)
-    gram[np.diag_indices(len(gram))] += _DAMPING * np.trace(gram) + 1e-30
-    active = kept = equal
-    least, tried = np.inf, set[bytes]()
-    for _ in range(_ACTIVE_ROUNDS):
-        multipliers = np.zeros(len(wanted))
-        multipliers[active] = solve(gram[np.ix_(active, active)], wanted[active])
-        excess = np.where(equal, 0.0, wanted - matmul(gram, multipliers))
-        broken = excess > _BEND_SLACK
-        if (worst := float(np.max(excess, initial=0.0))) < least:
-            kept, least = active, worst
-        if not np.any(broken):
-            break
-        tried.add(active.tobytes())
-        renewed = equal | (multipliers > 0.0) | broken
-        active = active | broken if renewed.tobytes() in tried else renewed
-    step = weight * least_squares(rows[kept], wanted[kept], _WEAKEST)
-    return np.asarray(step * min(1.0, reach / max(float(np.max(np.abs(step), initial=0.0)), 1e-300)))
+    return shooting.bounded_step(arrival, missing, room, room_derivative, reach)
 
 
 def loose(arrival: Array) -> Array:

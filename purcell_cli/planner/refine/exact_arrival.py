@@ -63,7 +63,11 @@ _SHORTER = (1.0, 0.4, 0.15, 0.05)
 
 
 def approach(
-    equations: Equations, max_bend_rad: float, reach_rad: float = _REACH_RAD, patience: int = _LOST
+    equations: Equations,
+    max_bend_rad: float,
+    reach_rad: float = _REACH_RAD,
+    patience: int = _LOST,
+    stuck: int = _ROUNDS,
 ) -> tuple[Equations, Values, float]:
     """Return the motion with its angles changed to arrive, by short steps within the bend limit.
 
@@ -72,6 +76,7 @@ def approach(
         max_bend_rad: How far a limb may bend in phase 2 [rad].
         reach_rad: The largest change of an angle in a step [rad].
         patience: Rounds in which the residual does not even halve before it is given up.
+        stuck: Steps in a row of which the smallest part or none helps before it is given up.
 
     Returns:
         The motion, its equations' values, and the largest residual left [L, rad].
@@ -79,20 +84,21 @@ def approach(
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
     angle = equations.angles
     values = equations.at(angle)
-    best, kept, known, idle, halved = np.inf, angle, values, 0, np.inf
+    best, kept, known, idle, halved, poor = np.inf, angle, values, 0, np.inf, 0
     for _ in range(_ROUNDS):
         room, slope = bend_rows(equations, values.sequence, values.shapes, least)
         off = max(values.size, _STRICT * float(-np.min(room, initial=0.0)))
         if off < best:
             best, kept, known = off, angle, values
         idle, halved = (0, best) if best < 0.5 * halved else (idle + 1, halved)
-        if best < CLOSE or idle > patience:
+        if best < CLOSE or idle > patience or poor > stuck:
             break
         step = bounded_step(values.derivative, values.residual, room, slope, reach_rad)
         for shorter in _SHORTER:
             there = equations.at(angle + shorter * step)
             if there.size < values.size:
                 break
+        poor = poor + 1 if shorter == _SHORTER[-1] else 0
         angle, values = angle + shorter * step, there
     return equations.of(equations.with_angles(kept)), known, float(best)
 

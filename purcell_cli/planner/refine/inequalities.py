@@ -11,15 +11,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.geometry.reproducible import cos, inner, sin
+from purcell_cli.geometry.reproducible import cos, inner
 from purcell_cli.geometry.rotations import Array, cross
+from purcell_cli.kernel import shooting
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joints import ANGLES
 from purcell_cli.mechanics.lift_derivatives import turning_axes
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.clearance import clearances, distance_slope, limb_distance
-from purcell_cli.motion.limb_circles import LimbCircles, lowest
+from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.planner.refine.shooting import Equations
 
 _ACTIVE = 0.35
@@ -68,41 +69,12 @@ def bend_rows(equations: Equations, sequence: PrimitiveSequence, shapes: Array, 
         cos(bend) - least at the ends or far sides of primitives near the limit that may change, shape (j,), and
         its derivative by the free angles, shape (j, n).
     """
-    row, limb, axis = np.arange(len(sequence)), sequence.limb, sequence.axis
-    begin, place = shapes[row, limb, :, 0], shapes[row + 1, limb, :, 0].copy()
-    about = turning_axes(sequence, shapes, row)
-    across = np.where(sequence.angle < 0.0, -1.0, 1.0)[:, None] * cross(about, begin)
-    far = lowest(begin[:, 0], across[:, 0])
-    # A primitive passes the far side if its rotation reaches it before the end.
-    passed = (far < sequence.duration) & (axis != 0) & (sequence.control < 6)
-    place[passed] = (cos(far)[:, None] * begin + sin(far)[:, None] * across)[passed]
-    room = place[:, 0] - least[row, limb]
-    active = np.flatnonzero((room < _ACTIVE) & (axis != 0) & ~equations.fixed)
-    lever = about[None, :, 1] * place[active, None, 2] - about[None, :, 2] * place[active, None, 1]
-    lever = _pitched(sequence, lever, shapes[active + 1, limb[active], :, 1], place[active])
-    acts = (limb[None, :] == limb[active, None]) & (row[None, :] <= (row - passed)[active, None])
-    found = room[active], equations.by_free_angles(np.where(acts, lever, 0.0))
+    room, slope = shooting.bend_rows(sequence.control, sequence.angle, shapes, least, equations.fixed, _ACTIVE)
+    found = room, equations.by_free_angles(slope)
     if equations.swimmer.ball_joints:
         return found
     ranges = range_rows(equations, sequence)
     return np.concatenate([found[0], ranges[0]]), np.concatenate([found[1], ranges[1]])
-
-
-def _pitched(sequence: PrimitiveSequence, lever: Array, own_y: Array, place: Array) -> Array:
-    """Return levers on the axes of limbs, those of universal joints' pitches about the limbs' own y where they are.
-
-    Args:
-        sequence: The primitives.
-        lever: What each primitive's angle does about its axis where it turned. Shape (j, k).
-        own_y: The limbs' own y at the places looked at. Shape (j, 3).
-        place: The limbs' axes there. Shape (j, 3).
-    """
-    based = sequence.control >= 6
-    if not np.any(based):
-        return lever
-    pitched = ~based & np.isin(sequence.limb, sequence.limb[based])
-    own = own_y[:, 1] * place[:, 2] - own_y[:, 2] * place[:, 1]
-    return np.where(pitched, own[:, None], lever)
 
 
 def range_rows(equations: Equations, sequence: PrimitiveSequence) -> tuple[Array, Array]:
@@ -123,7 +95,7 @@ def range_rows(equations: Equations, sequence: PrimitiveSequence) -> tuple[Array
             if name not in joint.angles or joint.range_deg(name) is None:
                 continue
             own = (sequence.limb == limb) & (sequence.axis == 2 - k)
-            mine = np.flatnonzero(own & ~equations.fixed)
+            mine = np.flatnonzero(own & (equations.fixed == 0))
             shapes = equations.start, equations.goal, equations.home
             known = np.array([joint.read(shape[limb])[k] for shape in shapes])
             angle = known[0] + np.cumsum(

@@ -20,7 +20,7 @@ import numpy as np
 from purcell_cli.geometry.reproducible import matmul, normal_numbers
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.program import penalised
-from purcell_cli.mechanics.lift import SEARCHING
+from purcell_cli.mechanics.lift import ROUGH, SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.planner.refine.active_set import bounded_step, loose
 from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, least_cosines, least_distances
@@ -170,7 +170,7 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
         pace: How long to go on.
         clearance: How far the limbs stay apart in phases 1 and 3 [L].
     """
-    found, rng = equations.at_accuracy(SEARCHING), np.random.default_rng(0)
+    found, rng = equations.at_accuracy(ROUGH), np.random.default_rng(0)
     for _ in range(pace.rounds):
         parts = found.segments
         if sum(len(s.sequence) for s in parts if s.free) <= pace.longest:
@@ -193,7 +193,15 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
         before, found = found.joint_travel_rad, found.of(shorter)
         if found.joint_travel_rad > 0.999 * before:
             break
-    return found.at_accuracy(equations.accuracy)
+    return _arriving(found.at_accuracy(SEARCHING), max_bend_rad, pace, clearance).at_accuracy(equations.accuracy)
+
+
+def _arriving(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float) -> Equations:
+    """Return a motion, shortened on a rough flow, moved back to the arrival."""
+    search = _Search(equations, max_bend_rad, clearance, pace.price)
+    begun = search.point(equations.angles)
+    ended = search.restored(begun, _REACH_RAD)
+    return equations if ended is begun else equations.of(equations.with_angles(ended.angle))
 
 
 def tightened(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float = 0.0) -> Equations:

@@ -15,14 +15,15 @@ import itertools
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.collocation import Accuracy
+from purcell_cli.mechanics.collocation import Accuracy, flow_of
 from purcell_cli.mechanics.joint_motion import home_shape
 from purcell_cli.mechanics.lift import EXACT, run_displacements
-from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian, shape_gap
+from purcell_cli.mechanics.lift_derivatives import shape_gap
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -80,12 +81,10 @@ class Equations:
         stops = np.cumsum([0, *counts]).tolist()
         self._slices = [slice(a, b) for a, b in itertools.pairwise(stops)]
         self.repeats = [
-            Repeat(part.start, part.stop, s.cycles)
-            for s, part in zip(self.segments, self._slices, strict=True)
-            if not s.free
+            (part.start, part.stop, s.cycles) for s, part in zip(self.segments, self._slices, strict=True) if not s.free
         ]
         self.phase = np.repeat(np.array([s.phase for s in self.segments], dtype=np.int64), counts)
-        self.fixed = np.repeat(np.array([s.fixed for s in self.segments], dtype=bool), counts)
+        self.fixed = np.repeat(np.array([s.fixed for s in self.segments], dtype=np.int64), counts)
         self._free_index()
         self.home, self.controls = home_shape(swimmer, start), swimmer.controls
         self.targets = phase_ends(self.phase, goal, self.home)
@@ -194,12 +193,13 @@ class Equations:
     def at(self, angle: Array) -> Values:
         """Return the equations and their derivative at some free angles [rad]. Shape (n,)."""
         sequence = self.sequence_at(angle)
-        shapes = sequence.shapes(self.start)
-        g, twists = flow_and_jacobian(self.swimmer, sequence, self.start, self.accuracy, self.repeats)
-        residual = [se3.log(se3.normalised(matmul(self._wanted_inverse, g)))]
-        derivative = np.zeros((6 + 6 * len(self.targets), len(sequence)))
-        derivative[:6] = twists
-        for k, (stop, shape) in enumerate(self.targets, 1):
-            gap, derivative[6 * k : 6 * k + 6, :stop] = shape_gap(sequence[:stop], shapes[: stop + 1], shape)
-            residual.append(gap)
-        return Values(np.concatenate(residual), self.by_free_angles(derivative), sequence, shapes)
+        stops, ends = self._ends
+        shapes, residual, derivative = flow_of(self.swimmer, self.accuracy).equations(
+            self.start, sequence.control, sequence.angle, self.repeats, self._wanted_inverse, stops, ends
+        )
+        return Values(residual, self.by_free_angles(derivative), sequence, shapes)
+
+    @functools.cached_property
+    def _ends(self) -> tuple[NDArray[np.int64], Array]:
+        """Before which primitives shapes are wanted, shape (t,), and those, shape (t, 2, 3, 3)."""
+        return np.array([stop for stop, _ in self.targets]), np.array([shape for _, shape in self.targets])

@@ -30,7 +30,8 @@ from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, starting_shapes
 from purcell_cli.motion.clock import clock_step
-from purcell_cli.motion.limits import Limits, check
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.refine.minimum_energy import EnergyProgram, paced

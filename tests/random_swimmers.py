@@ -1,4 +1,4 @@
-"""Random swimmers with drags, links and bodies of their own."""
+"""Random swimmers with drags, links, bodies and joints of their own, for tests and benchmarks alike."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from purcell_cli import LinkDrag, LinkDrags, LinkSize, LinkSizes, Swimmer
 from purcell_cli.mechanics.drag import LAWS
+from purcell_cli.mechanics.joints import Joint, Joints
 from purcell_cli.motion.clearance import body_distance, limb_distance
 from purcell_cli.motion.limb_circles import bends
 
@@ -36,6 +37,27 @@ def of_its_own(rng: np.random.Generator, swimmer: Swimmer) -> Swimmer:
     free = out.base_half_length_m - max(out.radii_m[1:])
     body = float(rng.uniform(0.1, 0.9)) * free if rng.random() < 0.4 and free > 0.0 else 0.0
     return dataclasses.replace(out, body_radius_m=body)
+
+
+def ranged(joint: Joint, rng: np.random.Generator) -> Joint:
+    """Return the joint with ranges, in half of all cases; most go a little to one side and far to the other."""
+    if joint.kind in {"ball", "fixed"} or rng.integers(2):
+        return joint
+    ranges = {f"{name}_deg": (float(-rng.uniform(25, 100)), float(rng.uniform(25, 100))) for name in joint.angles}
+    return dataclasses.replace(joint, **ranges)
+
+
+def jointed(rng: np.random.Generator, swimmer: Swimmer, joints: Joints) -> Swimmer:
+    """Return a swimmer on joints of some kinds, with ranges, rates and an acceleration of their own for some."""
+    rate = swimmer.joint_rate_rad_s
+    first, second = (
+        dataclasses.replace(
+            ranged(joint, rng), rate_rad_s=rate * between(rng, 0.3, 3.0) if rng.random() < 0.3 else None
+        )
+        for joint in joints
+    )
+    ramps = rate * rate * between(rng, 0.5, 50.0) if rng.random() < 0.3 else None
+    return dataclasses.replace(swimmer, joints=(first, second), joint_acceleration_rad_s2=ramps)
 
 
 def room(swimmer: Swimmer, axes: np.ndarray) -> float:

@@ -1,0 +1,95 @@
+"""What every obstacle can be asked, and the distances that several of them are made of."""
+
+from __future__ import annotations
+
+import abc
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from purcell_cli.errors import ParameterError
+from purcell_cli.geometry.rotations import Array
+
+Point = tuple[float, float, float]
+"""A point of the world: x, y and z [m]."""
+
+
+class Obstacle(abc.ABC):
+    """Something that no part of the swimmer may touch.
+
+    Attributes:
+        kind: What it is, as documents call it.
+    """
+
+    kind: ClassVar[str]
+
+    @abc.abstractmethod
+    def distance(self, first: Array, last: Array) -> Array:
+        """Return how far segments are from the obstacle, negative inside it; never more than the truth [m].
+
+        Args:
+            first: The segments' beginnings [m]. Shape (n, 3).
+            last: Their ends; a point has both alike [m]. Shape (n, 3).
+
+        Returns:
+            Distances. Shape (n,).
+        """
+
+    @abc.abstractmethod
+    def bounds(self) -> Array:
+        """Return the least and the largest x, y and z of its surface, infinite where it has no end [m]. (2, 3)."""
+
+
+def point(value: ArrayLike, name: str) -> Point:
+    """Return three finite numbers.
+
+    Raises:
+        ParameterError: Not three, or not finite.
+    """
+    try:
+        found = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        found = np.empty(0)
+    if found.shape != (3,) or not np.all(np.isfinite(found)):
+        raise ParameterError(f"{name}: three finite numbers are wanted, found {value!r}")
+    return float(found[0]), float(found[1]), float(found[2])
+
+
+def length(value: float, name: str) -> float:
+    """Return a finite number above 0.
+
+    Raises:
+        ParameterError: It is none.
+    """
+    if not 0.0 < value < np.inf:
+        raise ParameterError(f"{name}: a finite number above 0 is wanted, found {value!r}")
+    return float(value)
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Return inner products over the last axis, of three: the same bits everywhere. Shapes (..., 3), broadcast."""
+    return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2])
+
+
+def along(points: Array, first: Array, way: Array) -> Array:
+    """Return where on segments points are nearest to them, from 0 to 1. Shapes (..., 3), broadcast, to (...)."""
+    square = dot(way, way)
+    return np.asarray(np.clip(dot(points - first, way) / np.where(square > 0.0, square, 1.0), 0.0, 1.0))
+
+
+def from_points(points: Array, first: Array, last: Array) -> Array:
+    """Return the distances of all points from all segments [m].
+
+    Args:
+        points: The points. Shape (m, 3).
+        first: The segments' beginnings. Shape (n, 3).
+        last: Their ends. Shape (n, 3).
+
+    Returns:
+        Shape (n, m).
+    """
+    way = (last - first)[:, None]
+    part = along(points, first[:, None], way)
+    off = points - first[:, None] - part[..., None] * way
+    return np.asarray(np.sqrt(dot(off, off)))

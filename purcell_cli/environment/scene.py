@@ -1,0 +1,116 @@
+"""A scene: all obstacles of a scenario, and how near segments are to the nearest of them."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from purcell_cli.environment.mesh import Mesh
+from purcell_cli.environment.obstacle import Obstacle, dot, from_points
+from purcell_cli.environment.solids import Sphere
+from purcell_cli.environment.tube import Tube, depth, inside, together
+from purcell_cli.errors import ParameterError
+from purcell_cli.geometry.rotations import Array
+
+MOST = 10_000
+"""Obstacles of a scene at most: with more, a distance takes longer than the flow of what it is computed for."""
+
+_BATCH = 1 << 20
+"""Pairs of segments and spheres that are computed together: bounds the memory."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Scene:
+    """Obstacles. Tubes are one vessel together: the swimmer stays in their union.
+
+    Attributes:
+        obstacles: The obstacles, one or more.
+
+    Raises:
+        ParameterError: None, or too many.
+    """
+
+    obstacles: tuple[Obstacle, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "obstacles", tuple(self.obstacles))
+        if not 0 < len(self.obstacles) <= MOST:
+            raise ParameterError(f"obstacles: from 1 to {MOST} are wanted, found {len(self.obstacles)}")
+        spheres = [k for k, one in enumerate(self.obstacles) if isinstance(one, Sphere)]
+        tubes = [k for k, one in enumerate(self.obstacles) if isinstance(one, Tube)]
+        balls = [one for one in self.obstacles if isinstance(one, Sphere)]
+        vessel = [one for one in self.obstacles if isinstance(one, Tube)]
+        others = [k for k in range(len(self.obstacles)) if k not in {*spheres, *tubes}]
+        self.__dict__.update(
+            _spheres=np.array(spheres, dtype=np.int64),
+            _centres=np.array([b.centre_m for b in balls]).reshape(-1, 3),
+            _radii=np.array([b.radius_m for b in balls]),
+            _tubes=np.array(tubes, dtype=np.int64),
+            _cones=together(vessel) if vessel else None,
+            _owner=np.repeat(tubes, [len(t.cones[0]) for t in vessel]) if vessel else None,
+            _others=[(k, *_ball(self.obstacles[k].bounds())) for k in others],
+        )
+
+    @property
+    def tubes(self) -> tuple[Tube, ...]:
+        """The tubes, one vessel together."""
+        return tuple(one for one in self.obstacles if isinstance(one, Tube))
+
+    def name(self, index: int) -> str:
+        """Return what messages call an obstacle, by its place among them from 1 on."""
+        return f"obstacle {index + 1} ({self.obstacles[index].kind})"
+
+    def distance(self, first: Array, last: Array) -> tuple[Array, NDArray[np.int64]]:
+        """Return how far segments are from the nearest obstacle, never more than the truth [m], and from which.
+
+        Args:
+            first: The segments' beginnings [m]. Shape (n, 3).
+            last: Their ends [m]. Shape (n, 3).
+
+        Returns:
+            Distances, negative inside, and indices of obstacles. Shapes (n,).
+        """
+        best, which = np.full(len(first), np.inf), np.zeros(len(first), dtype=np.int64)
+        inner = self.__dict__
+        count = len(inner["_spheres"])
+        rows = max(_BATCH // max(count, 1), 1)
+        for low in range(0, len(first) if count else 0, rows):
+            some = slice(low, low + rows)
+            away = from_points(inner["_centres"], first[some], last[some]) - inner["_radii"]
+            k = np.argmin(away, axis=1)
+            best[some], which[some] = away[np.arange(len(k)), k], inner["_spheres"][k]
+        middle, half = 0.5 * (first + last), 0.5 * np.sqrt(dot(last - first, last - first))
+        for k, centre, reach in inner["_others"]:
+            off = middle - centre
+            row = np.flatnonzero(np.sqrt(dot(off, off)) - half - reach < best)
+            found = self.obstacles[k].distance(first[row], last[row])
+            nearer = row[found < best[row]]
+            best[nearer], which[nearer] = found[found < best[row]], k
+        if inner["_cones"] is not None:
+            found = inside(inner["_cones"], first, last)
+            nearer = found < best
+            best = np.where(nearer, found, best)
+            if np.any(nearer):
+                which[nearer] = inner["_owner"][np.argmax(depth(inner["_cones"], middle[nearer]), axis=1)]
+        return best, which
+
+    def inside_meshes(self, points: Array) -> NDArray[np.int64]:
+        """Return the indices of the meshes that have one of some points inside. Shape (n, 3)."""
+        found = [k for k, one in enumerate(self.obstacles) if isinstance(one, Mesh) and np.any(one.contains(points))]
+        return np.array(found, dtype=np.int64)
+
+    def bounds(self) -> Array:
+        """Return the least and the largest x, y and z of what has an end [m]; nan if nothing has. Shape (2, 3)."""
+        every = np.array([one.bounds() for one in self.obstacles])
+        every = every[np.all(np.isfinite(every), axis=(1, 2))]
+        return np.stack([every[:, 0].min(axis=0), every[:, 1].max(axis=0)]) if len(every) else np.full((2, 3), np.nan)
+
+
+def _ball(bounds: Array) -> tuple[Array, float]:
+    """Return the middle and the radius of a ball round a box [m]; of one without an end, anything and infinity."""
+    if not np.all(np.isfinite(bounds)):
+        return np.zeros(3), np.inf
+    half = 0.5 * (bounds[1] - bounds[0])
+    return bounds[0] + half, float(np.sqrt(dot(half, half)))

@@ -1,0 +1,180 @@
+"""Tubes round a polyline: the swimmer stays inside, and in one of them where there are several.
+
+A tube is the union of the balls along its centreline, whose radius changes evenly from point to point. The swimmer is
+inside by as much as the point's distance from the centre of some ball falls short of its radius: for one piece of
+the centreline, a cone with round ends, that is concave, so that on a stretch of a link it is least at an end of it.
+So a link is cut into cells, and each cell is held to be inside by the best of the cones that both its ends are in.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import ClassVar
+
+import numpy as np
+
+from purcell_cli.environment.obstacle import Obstacle, Point, along, dot, length, point
+from purcell_cli.errors import ParameterError
+from purcell_cli.geometry.rotations import Array
+
+_CELLS = 8
+"""Cells of a link; in a tube whose centreline turns by 0.1 rad at a point they cost 0.01 of its length at most."""
+_COARSE = 0.01
+"""Points of a centreline are left out where that moves it by no more than this part of the least radius; the radius
+then shrinks by as much as it is moved."""
+_BATCH = 1 << 21
+"""Pairs of points and cones that are computed together: bounds the memory."""
+_BLUNT_RAD = math.radians(20.0)
+"""Turns of a centreline up to this are not held against it: measured points lie a little to and fro [rad]."""
+_JUST = 0.9
+"""A polygon round a circle of the tube's own radius is allowed: it turns this much tighter than the circle at most."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Tube(Obstacle):
+    """A tube that the swimmer stays inside of.
+
+    Attributes:
+        points_m: The points of its centreline [m].
+        radii_m: The tube's radius at each [m].
+        file: The file that says them, if there is one.
+
+    Raises:
+        ParameterError: Fewer than two points, two alike in a row, or a tube that turns tighter than its radius.
+    """
+
+    kind: ClassVar[str] = "tube"
+    points_m: tuple[Point, ...]
+    radii_m: tuple[float, ...]
+    file: str = dataclasses.field(default="", compare=False)
+
+    def __post_init__(self) -> None:
+        points = tuple(point(p, "centreline") for p in self.points_m)
+        object.__setattr__(self, "points_m", points)
+        object.__setattr__(self, "radii_m", tuple(length(r, "radius_m") for r in self.radii_m))
+        if len(points) < 2 or len(points) != len(self.radii_m):
+            raise ParameterError(f"centreline: two points or more, a radius each, are wanted, found {len(points)}")
+        way = np.diff(np.array(points), axis=0)
+        if len(flat := np.flatnonzero(dot(way, way) == 0.0)):
+            raise ParameterError(f"centreline: points that differ are wanted, found two alike at point {flat[0] + 2}")
+        _refuse_tight(np.array(points), np.array(self.radii_m))
+        object.__setattr__(self, "_cones", _cones(np.array(points), np.array(self.radii_m)))
+
+    @property
+    def cones(self) -> tuple[Array, Array, Array, Array]:
+        """The cones that stand for it: beginnings (m, 3), ways (m, 3), radii there (m,) and their change (m,) [m]."""
+        cones: tuple[Array, Array, Array, Array] = self.__dict__["_cones"]
+        return cones
+
+    def distance(self, first: Array, last: Array) -> Array:
+        """Return how far inside segments are at the least [m]. Shapes (n, 3) to (n,)."""
+        return inside(self.cones, first, last)
+
+    def bounds(self) -> Array:
+        """Return the least and the largest x, y and z [m]. Shape (2, 3)."""
+        points, radii = np.array(self.points_m), np.array(self.radii_m)[:, None]
+        return np.stack([(points - radii).min(axis=0), (points + radii).max(axis=0)])
+
+
+def together(tubes: list[Tube]) -> tuple[Array, Array, Array, Array]:
+    """Return the cones of several tubes."""
+    first, way, radius, change = (np.concatenate(parts) for parts in zip(*(t.cones for t in tubes), strict=True))
+    return first, way, radius, change
+
+
+def depth(cones: tuple[Array, Array, Array, Array], points: Array) -> Array:
+    """Return how deep points are in each of some cones with round ends; negative outside [m].
+
+    The nearest ball of a cone stands aside of the foot of the perpendicular, by the slope of its side.
+
+    Args:
+        cones: The cones. There are m.
+        points: The points. Shape (n, 3).
+
+    Returns:
+        Shape (n, m).
+    """
+    first, way, radius, change = cones
+    size = np.sqrt(dot(way, way))
+    x, y, z = (points[:, None, k] - first[:, k] for k in range(3))
+    foot = (x * way[:, 0] + y * way[:, 1] + z * way[:, 2]) / size
+    across = np.maximum(x * x + y * y + z * z - foot * foot, 0.0)
+    slope = change / size
+    steep = np.abs(slope) >= 1.0
+    lean = np.where(steep, 0.0, slope) / np.sqrt(np.where(steep, 1.0, 1.0 - slope * slope))
+    aside = np.sqrt(across) * lean if np.any(lean) else 0.0
+    part = np.clip((foot + aside) / size, 0.0, 1.0)
+    if np.any(steep):  # the ball at the thick end holds all others
+        part = np.where(steep, np.where(change > 0.0, 1.0, 0.0), part)
+    away = foot - part * size
+    return np.asarray(radius + part * change - np.sqrt(across + away * away))
+
+
+def inside(cones: tuple[Array, Array, Array, Array], first: Array, last: Array) -> Array:
+    """Return how far inside the union of cones segments are at the least [m]. Shapes (n, 3) to (n,)."""
+    out = np.empty(len(first))
+    rows = max(_BATCH // ((_CELLS + 1) * len(cones[0])), 1)
+    part = np.linspace(0.0, 1.0, _CELLS + 1)[:, None]
+    for low in range(0, len(first), rows):
+        some = slice(low, low + rows)
+        at = first[some, None] + part * (last - first)[some, None]
+        deep = depth(cones, at.reshape(-1, 3)).reshape(*at.shape[:2], -1)
+        cell = np.max(np.minimum(deep[:, :-1], deep[:, 1:]), axis=2)
+        out[some] = np.min(cell, axis=1)
+    return out
+
+
+def _refuse_tight(points: Array, radii: Array) -> None:
+    """Refuse a centreline that turns tighter than the tube's radius: its wall would cross itself.
+
+    Between the middles of two of its pieces it turns by some angle over some way, at a corner over the half of each
+    side that the shorter one allows; on a circle of the radius the way would be the angle times the radius.
+    """
+    way = np.diff(points, axis=0)
+    size = np.sqrt(dot(way, way))
+    heading = way / size[:, None]
+    middle, at_end = np.cumsum(size) - 0.5 * size, radii[1:]
+    for k in range(len(way) - 1):
+        some = slice(k + 1, int(np.searchsorted(middle, middle[k] + math.pi * float(np.max(radii)))) + 1)
+        cosine = np.clip(dot(heading[some], heading[k]), -1.0, 1.0)
+        turn, gap = np.arccos(cosine), middle[some] - middle[k]
+        gap[:1] = np.minimum(size[k], size[k + 1])
+        tight = (turn > _BLUNT_RAD) & (gap < _JUST * turn * at_end[some])
+        if np.any(tight):
+            n = int(np.flatnonzero(tight)[0])
+            raise ParameterError(
+                f"centreline: turns no tighter than the tube's radius ({at_end[some][n]:g} m) are wanted, "
+                f"found one of {gap[n] / turn[n]:.3g} m at point {k + 2 + n}"
+            )
+
+
+def _cones(points: Array, radii: Array) -> tuple[Array, Array, Array, Array]:
+    """Return the cones of a centreline without the points that hardly matter, the tube smaller by what that moves."""
+    most = _COARSE * float(np.min(radii))
+    kept, shrunk, k = [0], [], 0
+    while k < len(points) - 1:
+        step, slack = 1, 0.0
+        while k + step + 1 < len(points):
+            moved = _moved(points, radii, k, k + step + 1)
+            if moved > most:
+                break
+            step, slack = step + 1, moved
+        k += step
+        kept.append(k)
+        shrunk.append(slack)
+    way, less = np.diff(points[kept], axis=0), np.array(shrunk)
+    return points[kept[:-1]], way, radii[kept[:-1]] - less, np.diff(radii[kept])
+
+
+def _moved(points: Array, radii: Array, first: int, last: int) -> float:
+    """Return by how much the balls of one straight cone may stick out of those of the centreline between two points."""
+    way = points[last] - points[first]
+    between = points[first : last + 1]
+    foot = dot(between - points[first], way) / dot(way, way)
+    if np.any(np.diff(foot) <= 0.0):
+        return math.inf
+    part = along(between, points[first], way)
+    off = between - points[first] - part[:, None] * way
+    wider = radii[first] + part * (radii[last] - radii[first]) - radii[first : last + 1]
+    return float(np.max(np.sqrt(dot(off, off)) + np.maximum(wider, 0.0)))

@@ -1,0 +1,198 @@
+"""Missions planned and carried out: waypoints passed exactly, in the order and the poses that cost least."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from purcell_cli.gaits.gait import Gait
+from purcell_cli.geometry import se3
+from purcell_cli.mechanics.bead_table import bead_table
+from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.joint_motion import home_shape
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.blocks import Block
+from purcell_cli.motion.coordinates import refuse_large
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.mission import Follow, Mission, Order, Passage, Waypoint
+from purcell_cli.motion.options import PlanOptions
+from purcell_cli.motion.plan import Plan, Structure
+from purcell_cli.planner.missions.curve_legs import CurveLegs
+from purcell_cli.planner.missions.leg_price import LegPrice
+from purcell_cli.planner.missions.limbs_in_place import in_place, limbs_turned
+from purcell_cli.planner.missions.waypoint_order import best_order, leg_prices
+from purcell_cli.planner.missions.waypoint_poses import Touring
+from purcell_cli.planner.progress import Progress, silent
+from purcell_cli.solution import Solution, carried_out, plan
+from purcell_cli.wording import counted
+
+LegPlanner = Callable[[Configuration, Configuration], Solution]
+"""Plans one leg, from a configuration to another."""
+
+
+def plan_mission(
+    mission: Mission,
+    *,
+    swimmer: Swimmer | None = None,
+    options: PlanOptions = PlanOptions(),
+    gaits: Mapping[str, Gait] | None = None,
+    progress: Progress = silent,
+) -> Solution:
+    """Plan a mission, and check it: one motion, whose certificate says that each waypoint is passed, too.
+
+    Args:
+        mission: What is to be done.
+        swimmer: The swimmer; the paper's where none is given.
+        options: What is asked of the plan besides.
+        gaits: The stored gaits to plan with; those of the package where none are given.
+        progress: Is told how far the search is.
+
+    Raises:
+        ParameterError: As for `plan`, and a waypoint that does not keep the limits.
+        GaitError: No stored gait for a motion that is needed.
+    """
+    body = swimmer or Swimmer()
+    told = [progress]
+
+    def leg(start: Configuration, goal: Configuration) -> Solution:
+        return plan(start, goal, swimmer=body, options=options, gaits=gaits, progress=told[0])
+
+    if mission.plain:
+        return leg(mission.start, mission.goal)
+    if mission.follow is not None:
+        return followed(mission, mission.follow, body, options, gaits, progress)
+    refuse_waypoints(mission, body, options)
+    if body.fluid == "beads":
+        bead_table(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
+    touring = Touring(body, LegPrice(body))
+    order = passing_order(mission, touring)
+    legs: list[Solution] = []
+    here = mission.start
+    for k, there in enumerate([*configurations(mission, order, touring), mission.goal]):
+        told[0] = _part(progress, k, len(order) + 1)
+        found = None
+        if there is None:
+            one = mission.via[order[k]]
+            found = turned_in_place(body, here, one, options)
+            there = one.filled(here)
+        legs.append(found or leg(here, there))
+        here = legs[-1].end
+    return carried_out(joined(mission, order, legs), options)
+
+
+def turned_in_place(swimmer: Swimmer, here: Configuration, waypoint: Waypoint, options: PlanOptions) -> Solution | None:
+    """Return limbs turned to a waypoint that names them alone, if that keeps the limits."""
+    blocks = limbs_turned(swimmer, here.shape, waypoint)
+    alone = carried_out(Plan(swimmer, here, here, blocks), options)
+    return alone if alone.limits.kept else None
+
+
+def followed(
+    mission: Mission,
+    follow: Follow,
+    swimmer: Swimmer,
+    options: PlanOptions,
+    gaits: Mapping[str, Gait] | None,
+    progress: Progress,
+) -> Solution:
+    """Plan the way along a curve, and check it; arguments as of `plan_mission`.
+
+    Raises:
+        ParameterError: As for `plan`, and a tolerance that the swing of the smallest strokes exceeds already.
+    """
+    found: list[Plan] = []
+
+    def leg(start: Configuration, goal: Configuration, bend_rad: float) -> tuple[Block, ...]:
+        body = dataclasses.replace(swimmer, max_bend_rad=bend_rad)
+        found.append(plan(start, goal, swimmer=body, options=options, gaits=gaits).plan)
+        return found[-1].blocks
+
+    legs = CurveLegs(
+        swimmer, follow, mission.start, mission.goal, leg, lambda share: progress(round(1000 * share), 1000, "legs")
+    )
+    blocks = legs.blocks()
+    words = (Structure("legs along a curve", sum(b.joint_travel_rad for b in blocks)),)
+    left_out = found[-1].left_out if found else {}
+    whole = Plan(swimmer, mission.start, mission.goal, blocks, words, left_out=left_out, follow=follow)
+    return carried_out(whole, options)
+
+
+def refuse_waypoints(mission: Mission, swimmer: Swimmer, options: PlanOptions) -> None:
+    """Refuse waypoints at which limits cannot be kept, whatever is chosen for what they leave free.
+
+    Raises:
+        ParameterError: Limbs too near each other, a shape that the joints cannot make, or a position out of range.
+    """
+    limits, home = Limits.of(options), home_shape(swimmer, mission.start.shape)
+    for k, one in enumerate(mission.via):
+        filled = one.filled(Configuration(mission.start.pose, home))
+        refuse_large(swimmer, f"via.{k}", filled)
+        known = one.position_m is not None and one.orientation is not None
+        (limits if known else dataclasses.replace(limits, workspace=None)).refuse(swimmer, f"via.{k}", filled)
+
+
+def passing_order(mission: Mission, touring: Touring) -> list[int]:
+    """Return the order in which a mission's waypoints are passed, as indices into its list.
+
+    Where it is free, those that name limbs alone come first: they cost the same anywhere.
+    """
+    every = list(range(len(mission.via)))
+    if mission.order == Order.GIVEN or len(every) < 2:
+        return every
+    first = [k for k in every if in_place(mission.via[k])]
+    others = [k for k in every if k not in first]
+    if len(others) > 1:
+        via = [mission.via[k] for k in others]
+        best, _ = best_order(*leg_prices(touring, mission.start.pose, via, mission.goal.pose))
+        others = [others[k] for k in best]
+    return first + others
+
+
+def configurations(mission: Mission, order: Sequence[int], touring: Touring) -> list[Configuration | None]:
+    """Return the configurations at waypoints, what they leave free chosen so that the way is cheap.
+
+    There is none for a waypoint that names limbs alone, where all joints are ball joints: it is passed where they turn.
+    """
+    via, ball = [mission.via[k] for k in order], touring.swimmer.ball_joints
+    home = home_shape(touring.swimmer, mission.start.shape)
+    placed = [one for one in via if not (ball and in_place(one))]
+    poses = iter(touring.poses(mission.start.pose, placed, mission.goal.pose) if placed else ())
+    return [
+        None if ball and in_place(one) else one.filled(Configuration(se3.normalised(next(poses)), home)) for one in via
+    ]
+
+
+def joined(mission: Mission, order: Sequence[int], legs: Sequence[Solution]) -> Plan:
+    """Return the legs of a mission as one plan."""
+    blocks: list[Block] = []
+    passages = []
+    for k, leg in enumerate(legs):
+        blocks += leg.plan.blocks
+        if k < len(order):
+            passages.append(Passage(mission.via[order[k]], order[k], len(blocks)))
+    words = f"{counted(len(legs), 'leg')}: " + "; ".join(
+        leg.plan.structures[0].words if leg.plan.structures else "nothing to do" for leg in legs
+    )
+    last = legs[-1].plan
+    return Plan(
+        last.swimmer,
+        mission.start,
+        mission.goal,
+        tuple(blocks),
+        (Structure(words, sum(b.joint_travel_rad for b in blocks)),),
+        left_out=last.left_out,
+        passages=tuple(passages),
+        follow=mission.follow,
+    )
+
+
+def _part(progress: Progress, k: int, of: int) -> Progress:
+    """Return what is told of the progress of the k-th of some legs."""
+
+    def tell(done: int, among: int, news: str) -> None:
+        whole = max(among, 1)
+        progress(k * whole + int(np.clip(done, 0, whole)), of * whole, f"leg {k + 1} of {of}, {news}")
+
+    return tell

@@ -1,0 +1,131 @@
+"""A curve in space: a polyline that the base's middle follows, and distances from it."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from purcell_cli.errors import ParameterError
+from purcell_cli.geometry.reproducible import inner, norm
+from purcell_cli.geometry.rotations import Array, angle_between, from_matrix
+
+_JUMP = 20.0
+"""A step longer than so many times the middle one of all steps is a jump: a lost row, or a slip in a number."""
+_FEWEST = 8
+"""Curves of fewer steps have no jumps: too few to tell."""
+_LARGEST_TURN_RAD = 3.0
+"""The largest turn of the orientation from a point to the next [rad]: of larger ones the sense could be mistaken."""
+
+
+class CurveError(ParameterError):
+    """A point of a curve that cannot be.
+
+    Attributes:
+        point: Its index, from 0.
+        wanted: What is wanted.
+        found: What was found.
+    """
+
+    def __init__(self, point: int, wanted: str, found: str) -> None:
+        super().__init__(f"point {point + 1} of the curve: {wanted} is wanted, found {found}")
+        self.point, self.wanted, self.found = point, wanted, found
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """A polyline, and the base's orientation at its points if that is wanted too.
+
+    Attributes:
+        point_m: The points, in order [m]. Shape (n, 3).
+        orientation: The base's orientations there; None where they are free. Shape (n, 3, 3).
+
+    Raises:
+        CurveError: Fewer than two points, one that repeats or is not finite, or a jump.
+    """
+
+    point_m: Array
+    orientation: Array | None = None
+
+    def __post_init__(self) -> None:
+        points = np.array(self.point_m, dtype=np.float64)
+        if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
+            raise CurveError(max(len(points) - 1, 0), "a list of two points or more, three numbers each,", "another")
+        bad = np.flatnonzero(~np.all(np.isfinite(points), axis=1))
+        if len(bad):
+            raise CurveError(int(bad[0]), "finite numbers", "others")
+        steps = norm(np.diff(points, axis=0))
+        same = np.flatnonzero(steps == 0.0)
+        if len(same):
+            raise CurveError(int(same[0]) + 1, "another point than the one before", "it again")
+        middle = float(np.median(steps))
+        if len(steps) >= _FEWEST and float(np.max(steps)) > _JUMP * middle:
+            k = int(np.argmax(steps))
+            wanted = f"a step of at most {_JUMP:g} times the middle step of {middle:.6g} m (points on a straight part)"
+            raise CurveError(k + 1, wanted, f"a jump of {float(steps[k]):.6g} m")
+        points.setflags(write=False)
+        object.__setattr__(self, "point_m", points)
+        if self.orientation is None:
+            return
+        orientation = from_matrix(self.orientation)
+        if orientation.shape != (len(points), 3, 3):
+            raise CurveError(0, "an orientation for each point", f"{len(orientation)} for {len(points)}")
+        turns = angle_between(orientation[:-1], orientation[1:])
+        if float(np.max(turns)) > _LARGEST_TURN_RAD:
+            k = int(np.argmax(turns))
+            wanted = f"a turn of at most {_LARGEST_TURN_RAD:g} rad from the point before"
+            raise CurveError(k + 1, wanted, f"one of {float(turns[k]):.6g} rad")
+        orientation.setflags(write=False)
+        object.__setattr__(self, "orientation", orientation)
+
+    def __repr__(self) -> str:
+        turned = "" if self.orientation is None else " with orientations"
+        return f"<Curve: {len(self.point_m)} points{turned}, {self.length_m:.6g} m>"
+
+    @property
+    def along_m(self) -> Array:
+        """How far along the curve each point is [m]. Shape (n,)."""
+        return np.concatenate([[0.0], np.cumsum(norm(np.diff(self.point_m, axis=0)))])
+
+    @property
+    def length_m(self) -> float:
+        """How long it is [m]."""
+        return float(self.along_m[-1])
+
+    def at(self, along_m: Array) -> Array:
+        """Return the points so far along the curve [m]. Shapes (m,) to (m, 3)."""
+        known = self.along_m
+        return np.stack([np.interp(along_m, known, self.point_m[:, k]) for k in range(3)], axis=-1)
+
+    def part(self, begin_m: float, end_m: float) -> Curve:
+        """Return the part of the curve between two places along it [m], without orientations."""
+        known = self.along_m
+        inner_ones = known[(known > begin_m) & (known < end_m)]
+        places = np.concatenate([[begin_m], inner_ones, [end_m]])
+        points = self.at(places)
+        kept = np.concatenate([[True], norm(np.diff(points, axis=0)) > 0.0])
+        return _unchecked(points[kept])
+
+    def distance_m(self, point_m: Array) -> Array:
+        """Return how far points are from the curve [m]. Shapes (m, 3) to (m,)."""
+        begin, edge = self.point_m[:-1], np.diff(self.point_m, axis=0)
+        length = inner(edge, edge)
+        out = np.empty(len(point_m))
+        many = max(_TOGETHER // len(begin), 1)
+        for low in range(0, len(point_m), many):
+            away = point_m[low : low + many, None] - begin
+            share = np.clip(inner(away, edge) / length, 0.0, 1.0)
+            out[low : low + many] = np.min(norm(away - share[..., None] * edge), axis=1)
+        return out
+
+
+_TOGETHER = 1 << 18
+"""Pairs of a point and a step whose distances are computed at once: bounds the memory."""
+
+
+def _unchecked(points: Array) -> Curve:
+    """Return a curve of points that are known to be good."""
+    curve = object.__new__(Curve)
+    object.__setattr__(curve, "point_m", points)
+    object.__setattr__(curve, "orientation", None)
+    return curve

@@ -1,0 +1,215 @@
+"""Plans round obstacles: exact legs along the cheapest path of a roadmap whose legs touch nothing.
+
+Anytime by counts, not by the clock: the same query gives the same plan on every computer.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import matmul
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.configuration import Configuration, Deviation
+from purcell_cli.mechanics.joint_motion import home_shape
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.blocks import Block, block_displacements, starting_shapes
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.plan import Plan, Structure
+from purcell_cli.planner.incumbent import ARRIVES
+from purcell_cli.planner.progress import Progress
+from purcell_cli.planner.ways.closed_off import refuse_closed_off
+from purcell_cli.planner.ways.poses import Region
+from purcell_cli.planner.ways.roadmap import GOAL, START, Roadmap
+from purcell_cli.planner.ways.swing import swings
+from purcell_cli.planner.ways.walls import with_walls
+from purcell_cli.wording import counted
+
+LegPlanner = Callable[[Configuration, Configuration, float], Plan]
+"""Plans a leg between configurations whose strokes keep a bend limit [rad]."""
+
+_ROUNDS = 6
+"""How often a roadmap grows, at most."""
+_LEAST_ROUNDS = 2
+"""How often it grows where no path is good yet."""
+_POSES = 40
+"""By how many poses it grows each time: some 400 edges, in some tenths of a second."""
+_LEGS = 120
+"""Legs that are planned at most, of some 0.2 s each."""
+_ARRIVES = 1e-8
+"""A leg that misses its end by less than this arrives; the next leg begins where it ends [L, rad]."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Query:
+    """What is asked for, and how legs are planned.
+
+    Attributes:
+        swimmer: The swimmer.
+        start: The start configuration.
+        goal: The goal configuration.
+        limits: What every leg keeps.
+        leg: Plans a leg.
+    """
+
+    swimmer: Swimmer
+    start: Configuration
+    goal: Configuration
+    limits: Limits
+    leg: LegPlanner
+
+
+def around(
+    swimmer: Swimmer,
+    start: Configuration,
+    goal: Configuration,
+    limits: Limits,
+    leg: LegPlanner,
+    seed: int,
+    progress: Progress,
+) -> Plan | None:
+    """Return a plan round obstacles, or None where none is found.
+
+    Args:
+        swimmer: The swimmer.
+        start: The start configuration.
+        goal: The goal configuration.
+        limits: What the plan must keep, obstacles among it.
+        leg: Plans a leg.
+        seed: Seed of the roadmap's poses.
+        progress: Is told how far the search is.
+
+    Raises:
+        ParameterError: The goal is shown to be out of reach.
+    """
+    if limits.obstacles is None:
+        return None
+    refuse_closed_off(swimmer, limits.obstacles, limits.clearance_m, start, goal)
+    scene = with_walls(limits.obstacles, limits.workspace)
+    region = Region.of(scene, swings(swimmer), swimmer.length_m, limits.clearance_m, start.pose, goal.pose)
+    roadmap, rng = Roadmap(region, start.pose, goal.pose), np.random.default_rng(seed)
+    search = _Search(_Query(swimmer, start, goal, limits, leg), roadmap)
+    for k in range(_ROUNDS + 1):
+        if k:
+            roadmap.grow(rng, _POSES)
+        progress(k, _ROUNDS, f"a way round obstacles: {len(roadmap.poses)} poses, {len(roadmap.edges)} edges")
+        if k < _LEAST_ROUNDS and not roadmap.good:
+            continue
+        found = search.explored()
+        if found is not None or search.spent >= _LEGS:
+            return found
+    return None
+
+
+class _Search:
+    """The search for a path of a roadmap whose exact legs touch nothing.
+
+    Attributes:
+        spent: How many legs have been planned.
+
+    Args:
+        query: What is asked for.
+        roadmap: The roadmap.
+    """
+
+    def __init__(self, query: _Query, roadmap: Roadmap) -> None:
+        self.query, self.roadmap, self.spent = query, roadmap, 0
+        self._known: dict[tuple[int, int], list[Plan]] = {}
+
+    def explored(self) -> Plan | None:
+        """Return a plan along the cheapest path whose legs touch nothing; None where the roadmap has none."""
+        while self.spent < _LEGS and (path := self.roadmap.path()) is not None:
+            pairs = list(itertools.pairwise(path))
+            for pair in pairs:
+                if pair not in self._known:
+                    legs = self._exact(pair)
+                    if legs is None:
+                        self.roadmap.bar(pair)
+                        break
+                    self._known[pair] = legs
+            else:
+                made = self._played([plan for pair in pairs for plan in self._known[pair]])
+                if made is not None:
+                    return made
+                self.roadmap.bar(pairs[-1])
+        return None
+
+    def _exact(self, pair: tuple[int, int]) -> list[Plan] | None:
+        """Return exact legs along an edge that touch nothing: one for all of it, or else one for each of its arcs."""
+        edge = self.roadmap.edge(*pair)
+        begin, end = (self._at(k) for k in pair)
+        for between in ([], list(edge.poses))[: 1 + bool(len(edge.poses))]:
+            legs = self._legs([begin, *(self._collinear(pose) for pose in between), end], edge.bend_rad)
+            if legs is not None:
+                return legs
+        return None
+
+    def _legs(self, stops: list[Configuration], bend_rad: float, within: float = _ARRIVES) -> list[Plan] | None:
+        """Return exact legs from stop to stop, each within so much of its end [L, rad]; None if one cannot be had."""
+        out: list[Plan] = []
+        here = stops[0]
+        for there in stops[1:]:
+            self.spent += 1
+            plan = self.query.leg(here, there, bend_rad)
+            end = ended(plan)
+            if plan.limits is None and plan.blocks:
+                return None
+            if (plan.limits is not None and not plan.limits.kept) or not self._arrives(end, there, within):
+                return None
+            out.append(plan)
+            here = end
+        return out
+
+    def _arrives(self, end: Configuration, there: Configuration, within: float) -> bool:
+        return Deviation.between(end, there).within(within * self.query.swimmer.length_m, within)
+
+    def _played(self, legs: list[Plan]) -> Plan | None:
+        """Return legs one after the other as one plan, the last one planned anew from where those before it end."""
+        query, here = self.query, self.query.start
+        blocks: list[Block] = []
+        for plan in legs[:-1]:
+            blocks += plan.blocks
+            here = ended(dataclasses.replace(plan, start=here))
+        if len(legs) > 1:
+            last = self.roadmap.path()
+            bend_rad = self.roadmap.edge(last[-2], GOAL).bend_rad if last else query.swimmer.max_bend_rad
+            again = self._legs([here, query.goal], bend_rad, ARRIVES)
+            if again is None:
+                return None
+            blocks += again[0].blocks
+        else:
+            blocks += legs[0].blocks
+        words = f"a way round obstacles in {counted(len(legs), 'leg')}"
+        whole = tuple(_in_phase(blocks))
+        structure = Structure(words, sum(b.joint_travel_rad for b in whole))
+        return Plan(query.swimmer, query.start, query.goal, whole, (structure,))
+
+    def _at(self, k: int) -> Configuration:
+        if k == START:
+            return self.query.start
+        return self.query.goal if k == GOAL else self._collinear(self.roadmap.poses[k])
+
+    def _collinear(self, pose: Array) -> Configuration:
+        return Configuration(se3.normalised(pose), home_shape(self.query.swimmer, self.query.start.shape))
+
+
+def ended(plan: Plan) -> Configuration:
+    """Return where a plan ends, by the planner's own flow."""
+    if not plan.blocks:
+        return plan.start
+    moves = block_displacements(plan.swimmer, plan.blocks, plan.start.shape)
+    pose = se3.normalised(matmul(plan.start.pose, se3.prefix_products(moves)[-1]))
+    return Configuration(pose, starting_shapes(plan.blocks, plan.start.shape)[-1])
+
+
+def _in_phase(blocks: list[Block]) -> list[Block]:
+    """Return blocks in phases that only rise: between the first and the last collinear shape all is phase 2."""
+    inner = [k for k, b in enumerate(blocks) if b.phase == 2]
+    if not inner:
+        return blocks
+    first, last = inner[0], inner[-1]
+    return [b if not first < k < last else dataclasses.replace(b, phase=2) for k, b in enumerate(blocks)]

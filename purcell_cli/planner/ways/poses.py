@@ -1,0 +1,153 @@
+"""Poses for a roadmap: anywhere in the region, in narrow places, and along tubes."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from purcell_cli.environment.scene import Scene
+from purcell_cli.environment.tube import Tube
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import matmul, norm, normal_numbers
+from purcell_cli.geometry.rotations import Array, cross
+from purcell_cli.planner.ways.edges import clearance
+from purcell_cli.planner.ways.swing import Swing
+
+_TRIED = 3000
+"""Poses that are drawn at random, of which a few are kept."""
+_PROBED = 20_000
+"""Points that are drawn at random to find narrow places."""
+_ASIDE_L = (1.0, 2.5)
+"""How far to both sides of a point in a narrow place something stands [L]."""
+_HEADINGS = 40
+"""Headings that are tried at a point in a narrow place."""
+_CLIMBS = 12
+"""Rounds in which a pose in a narrow place moves to where there is more room."""
+_MARGIN_L = 6.0
+"""How far the region of a roadmap goes beyond the start, the goal and what stands near them [L]: a swimmer's length."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Region:
+    """Where the poses of a roadmap are.
+
+    Attributes:
+        scene: The obstacles.
+        swings: The room that strokes take, the largest bends first.
+        length_m: The swimmer's L [m].
+        clearance_m: How far links stay from obstacles [m].
+        low: The least x, y and z [m]. Shape (3,).
+        high: The largest [m]. Shape (3,).
+    """
+
+    scene: Scene
+    swings: tuple[Swing, ...]
+    length_m: float
+    clearance_m: float
+    low: Array
+    high: Array
+
+    @classmethod
+    def of(
+        cls, scene: Scene, swings: tuple[Swing, ...], length_m: float, clearance_m: float, start: Array, goal: Array
+    ) -> Region:
+        """Return the region round a start, a goal and what stands between or near them. Shapes (4, 4)."""
+        ends = np.stack([start[:3, 3], goal[:3, 3]])
+        low, high = ends.min(axis=0), ends.max(axis=0)
+        wide = max(_MARGIN_L * length_m, 0.25 * float(np.max(high - low)))
+        low, high = low - wide, high + wide
+        reach_low, reach_high = low, high
+        for one in scene.obstacles:
+            bounds = one.bounds()
+            if np.all(np.isfinite(bounds)) and np.all(bounds[0] <= high) and np.all(bounds[1] >= low):
+                more = 0.0 if isinstance(one, Tube) else _MARGIN_L * length_m
+                reach_low = np.minimum(reach_low, bounds[0] - more)
+                reach_high = np.maximum(reach_high, bounds[1] + more)
+        return cls(scene, swings, length_m, clearance_m, reach_low, reach_high)
+
+    def room(self, poses: Array) -> Array:
+        """Return how much room poses have beyond what the smallest strokes take [m]. Shapes (..., 4, 4) to (...)."""
+        least = self.swings[-1]
+        found = clearance(self.scene, poses, least.half * self.length_m)
+        return np.asarray(found - least.radius * self.length_m - self.clearance_m)
+
+    def drawn(self, rng: np.random.Generator, count: int, ends: Array) -> Array:
+        """Return poses with room for the smallest strokes: a third in narrow places, the others anywhere.
+
+        Args:
+            rng: Draws them.
+            count: How many at most.
+            ends: The start and the goal [m]. Shape (2, 4, 4).
+        """
+        parts = [self._anywhere(rng, count - count // 3, ends), self._narrow(rng, count // 3)]
+        if self.scene.tubes:
+            parts.append(self._along_tubes(rng))
+        found = np.concatenate(parts)
+        return found[self.room(found) >= 0.0]
+
+    def _anywhere(self, rng: np.random.Generator, count: int, ends: Array) -> Array:
+        places = self.low + rng.random((_TRIED, 3)) * (self.high - self.low)
+        headings = normal_numbers(rng, (_TRIED, 3))
+        way = ends[1, :3, 3] - ends[0, :3, 3]
+        if float(norm(way)) > 0.0:  # half of them look roughly where the goal is
+            headings[::2] = 0.4 * headings[::2] + way / norm(way)
+        poses = _poses(places, headings)
+        return poses[np.flatnonzero(self.room(poses) >= 0.0)[:count]]
+
+    def _narrow(self, rng: np.random.Generator, count: int) -> Array:
+        """Return poses where something stands to both sides, moved to where there is most room."""
+        places = self.low + rng.random((_PROBED, 3)) * (self.high - self.low)
+        least = self.swings[-1].radius * self.length_m + self.clearance_m
+        places = places[self.scene.distance(places, places)[0] >= least]
+        aside = normal_numbers(rng, (len(places), 3))
+        far = _ASIDE_L[0] + rng.random(len(places)) * (_ASIDE_L[1] - _ASIDE_L[0])
+        aside *= (far * self.length_m / np.maximum(norm(aside), 1e-9))[:, None]
+        both = [self.scene.distance(places + s * aside, places + s * aside)[0] < 0.0 for s in (1.0, -1.0)]
+        places = places[both[0] & both[1]][:count]
+        if not len(places):
+            return np.empty((0, 4, 4))
+        headings = normal_numbers(rng, (_HEADINGS, 3))
+        every = _poses(np.repeat(places, _HEADINGS, axis=0), np.tile(headings, (len(places), 1)))
+        room = self.room(every).reshape(len(places), _HEADINGS)
+        poses = every.reshape(len(places), _HEADINGS, 4, 4)[np.arange(len(places)), np.argmax(room, axis=1)]
+        room = room.max(axis=1)
+        for k in range(_CLIMBS):
+            step = 0.6 * 0.8**k
+            twist = normal_numbers(rng, (len(poses), 6)) * step
+            twist[:, :3] *= self.length_m
+            twist[:, 3] = 0.0
+            moved = matmul(poses, se3.exp(twist))
+            found = self.room(moved)
+            poses, room = np.where((found > room)[:, None, None], moved, poses), np.maximum(found, room)
+        return se3.normalised(poses)
+
+    def _along_tubes(self, rng: np.random.Generator) -> Array:
+        """Return poses along the tubes' centrelines, half a swimmer's length apart, from a random place on."""
+        out = []
+        for tube in self.scene.tubes:
+            points = np.array(tube.points_m)
+            sides = np.diff(points, axis=0)
+            size = norm(sides)
+            ends = np.concatenate([[0.0], np.cumsum(size)])
+            step = 3.0 * self.length_m
+            at = np.arange(float(rng.random()) * step, float(ends[-1]), step)
+            side = np.clip(np.searchsorted(ends, at, side="right") - 1, 0, len(size) - 1)
+            places = points[side] + ((at - ends[side]) / size[side])[:, None] * sides[side]
+            before, after = (self._at(points, ends, at + s * 2.0 * self.length_m) for s in (-1.0, 1.0))
+            out.append(_poses(places, after - before))
+        return np.concatenate(out)
+
+    def _at(self, points: Array, ends: Array, at: Array) -> Array:
+        return np.stack([np.interp(at, ends, points[:, k]) for k in range(3)], axis=1)
+
+
+def _poses(places: Array, headings: Array) -> Array:
+    """Return poses at places that look in directions. Shapes (n, 3) to (n, 4, 4)."""
+    size = norm(headings)[:, None]
+    unit = np.where(size > 0.0, headings / np.where(size > 0.0, size, 1.0), [1.0, 0.0, 0.0])
+    helper = np.zeros_like(unit)
+    helper[np.arange(len(unit)), np.argmin(np.abs(unit), axis=1)] = 1.0
+    across = cross(helper, unit)
+    across /= norm(across)[:, None]
+    return se3.pose(np.stack([unit, across, cross(unit, across)], axis=2), places)

@@ -1,0 +1,347 @@
+"""Obstacles: distances from segments, the bound over whole motions, and what is refused."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import json
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers import assert_close, random_rotations, random_sequence, random_shapes, random_swimmer, runner
+
+from purcell_cli import Configuration, PlanOptions, Swimmer, load_scenario, plan
+from purcell_cli.environment.mesh import Mesh, open_edges
+from purcell_cli.environment.obstacle import Obstacle
+from purcell_cli.environment.scene import Scene
+from purcell_cli.environment.solids import Box, Capsule, HalfSpace, Sphere
+from purcell_cli.environment.tube import Tube
+from purcell_cli.errors import InputError, ParameterError
+from purcell_cli.files.plan_file import PlanDocument, load_plan, write_plan
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.motion.blocks import Block
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.limits_check import check
+from purcell_cli.motion.obstacle_distance import LINKS, link_distances
+from purcell_cli.motion.trajectory import sample
+
+HERE = Configuration(np.eye(4), COLLINEAR)
+PART = np.linspace(0.0, 1.0, 801)[:, None]
+Signed = Callable[[Array], Array]
+
+
+def corners(box: Box) -> Array:
+    """Return the twelve triangles of a box, all seen from outside. Shape (12, 3, 3)."""
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64)
+    at = 0.5 * signs * np.array(box.size_m) @ np.array(box.orientation).T + np.array(box.centre_m)
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return at[np.array([t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))])]
+
+
+def binary_stl(triangles: Array) -> bytes:
+    """Return an STL file of triangles."""
+    rows = b"".join(struct.pack("<12fH", *([0.0] * 3), *t.ravel().tolist(), 0) for t in triangles)
+    return b"solid no text".ljust(80) + struct.pack("<I", len(triangles)) + rows
+
+
+def text_stl(triangles: Array) -> bytes:
+    facets = []
+    for t in triangles:
+        points = "\n".join(f"vertex {x!r} {y!r} {z!r}" for x, y, z in t.tolist())
+        facets.append(f"facet normal 0 0 0\nouter loop\n{points}\nendloop\nendfacet")
+    return ("solid part\n" + "\n".join(facets) + "\nendsolid part\n").encode()
+
+
+def of_box(box: Box) -> Signed:
+    def signed(x: Array) -> Array:
+        off = np.abs((x - np.array(box.centre_m)) @ np.array(box.orientation)) - 0.5 * np.array(box.size_m)
+        return np.asarray(np.linalg.norm(np.maximum(off, 0.0), axis=-1) + np.minimum(off.max(axis=-1), 0.0))
+
+    return signed
+
+
+def of_tube(tube: Tube) -> Signed:
+    """Return how deep points are in the balls along a centreline, by very many balls."""
+    points, radii = np.array(tube.points_m), np.array(tube.radii_m)
+    share = np.linspace(0.0, 1.0, 60)[:, None]
+    balls = np.concatenate([a + share * (b - a) for a, b in itertools.pairwise(points)])
+    sizes = np.concatenate([a + share[:, 0] * (b - a) for a, b in itertools.pairwise(radii)])
+    return lambda x: np.asarray(np.max(sizes - np.linalg.norm(x[..., None, :] - balls, axis=-1), axis=-1))
+
+
+TURNED = random_rotations(np.random.default_rng(1))
+BOX = Box((0.1, 0.2, 0.3), (1.0, 0.6, 0.4), tuple(tuple(r) for r in TURNED.tolist()))
+ANGLE = np.linspace(0.0, 2.0, 7)
+TUBE = Tube(tuple((3 * np.cos(a) - 2.0, 3 * np.sin(a) - 2.0, 0.1 * a) for a in ANGLE), tuple(1.0 + 0.1 * ANGLE))
+CASES: list[tuple[Obstacle, Signed, float]] = [
+    (Sphere((0.1, 0.2, 0.3), 0.5), lambda x: np.asarray(np.linalg.norm(x - [0.1, 0.2, 0.3], axis=-1) - 0.5), 1e-9),
+    (
+        Capsule((0, 0, 0), (1, 0, 0), 0.2),
+        lambda x: np.asarray(np.linalg.norm(x - np.clip(x[..., :1], 0, 1) * [1.0, 0, 0], axis=-1) - 0.2),
+        1e-9,
+    ),
+    (BOX, of_box(BOX), 1e-9),
+    (HalfSpace((0, 0, -0.5), (0, 0, 2)), lambda x: np.asarray(x[..., 2] + 0.5), 1e-9),
+    (TUBE, of_tube(TUBE), 0.05),
+    (Mesh("", 1.0, "", corners(BOX)), lambda x: np.maximum(of_box(BOX)(x), 0.0), 1e-9),
+]
+
+
+@pytest.mark.parametrize(("obstacle", "signed", "most"), CASES, ids=[c[0].kind for c in CASES])
+def test_the_distance_of_a_segment_is_the_least_of_its_points(obstacle: Obstacle, signed: Signed, most: float) -> None:
+    """Never above the least of many points, and below by no more than they are apart, and for a tube by its cells."""
+    rng = np.random.default_rng(0)
+    count = 60 if isinstance(obstacle, Tube) else 400
+    first = 0.7 * rng.normal(size=(count, 3))
+    last = first + 0.7 * rng.normal(size=(count, 3))
+    part = PART[::10] if isinstance(obstacle, Tube) else PART
+    every = signed(first[:, None] + part * (last - first)[:, None])
+    found, sampled = obstacle.distance(first, last), every.min(axis=1)
+    if isinstance(obstacle, Mesh):
+        outside = signed(first) > 0.0  # a segment wholly inside is at some distance from the surface
+        found, sampled, every, first, last = (x[outside] for x in (found, sampled, every, first, last))
+    apart = 0.5 * np.linalg.norm(last - first, axis=1) / (len(part) - 1)
+    assert np.all(found < sampled + 1e-3)
+    assert np.all(found > sampled - apart - most)
+    between = np.minimum(every[:, 0], every[:, -1]) - sampled > 0.05
+    if not isinstance(obstacle, HalfSpace):
+        assert np.any(between), "some come nearest between their ends"
+        assert not np.any(found[between] > np.minimum(every[:, 0], every[:, -1])[between] - 0.04)
+
+
+def test_a_scene_knows_which_obstacle_is_nearest() -> None:
+    rng = np.random.default_rng(2)
+    every = [*(Sphere(tuple(rng.normal(size=3)), 0.1) for _ in range(20)), *(one for one, _, _ in CASES[1:4])]
+    first = rng.normal(size=(300, 3))
+    last = first + 0.2 * rng.normal(size=(300, 3))
+    found, which = Scene(tuple(every)).distance(first, last)
+    alone = np.array([one.distance(first, last) for one in every])
+    assert_close(found, alone.min(axis=0), 1e-15)
+    assert np.all(alone[which, np.arange(300)] <= found + 1e-15)
+    assert len(set(which.tolist())) > 10
+
+
+def test_tubes_are_one_vessel() -> None:
+    """A segment across the mouth of a branch is inside of neither tube and of both together."""
+    trunk, branch = (Tube(p, (0.2, 0.2)) for p in (((-1, 0, 0), (1, 0, 0)), ((0, 0, 0), (0, 1, 0))))
+    first, last = np.array([[0.0, -0.1, 0.0]]), np.array([[0.0, 0.5, 0.0]])
+    assert trunk.distance(first, last)[0] < 0.0
+    assert Scene((trunk, branch)).distance(first, last)[0][0] > 0.05
+    assert Scene((branch, trunk)).distance(first, last + np.array([0.0, 0.8, 0.0]))[0][0] < 0.0
+
+
+def test_a_mesh_tells_inside_from_outside() -> None:
+    points = np.random.default_rng(3).normal(size=(300, 3)) * 0.5
+    mesh = Mesh("", 1.0, "", corners(BOX))
+    assert np.array_equal(mesh.contains(points), of_box(BOX)(points) < 0.0)
+    assert 0 < np.count_nonzero(mesh.contains(points)) < 300
+    assert open_edges(corners(BOX)[:-1]) == 3
+
+
+@functools.cache
+def motion(seed: int) -> tuple[Swimmer, Configuration, tuple[Block, ...]]:
+    """Return a random motion: three random strokes, of which one is repeated there and back."""
+    rng = np.random.default_rng(seed)
+    swimmer = random_swimmer(rng)
+    start = Configuration(se3.pose(random_rotations(rng), rng.normal(size=3) * 0.1), random_shapes(rng) @ np.eye(3))
+    some = random_sequence(rng, 4)
+    again = type(some).of([*some, *some.inverse()])
+    return swimmer, start, (Block(1, "a", random_sequence(rng, 3)), Block(2, "b", again, 3), Block(3, "c", some))
+
+
+@pytest.mark.slow
+def test_the_distance_over_a_motion_is_bounded_and_not_sampled() -> None:
+    """The bound is never above what very many instants show, and tight; a few instants show more than there is."""
+    missed = 0
+    for seed in range(8):
+        swimmer, start, blocks = motion(seed)
+        rng = np.random.default_rng(seed + 100)
+        unit = 3.0 * swimmer.length_m
+        balls = tuple(Sphere(tuple(rng.normal(size=3) * unit), 0.02 * unit) for _ in range(20))
+        scene = Scene((*balls, HalfSpace((0, 0, -3.0 * unit), (0.1, 0, 1))))
+        found = check(swimmer, start, blocks, Limits(obstacles=scene)).obstacle
+        assert found is not None
+        fine = sample(swimmer, start, blocks, 2e-3 / swimmer.joint_rate_rad_s)
+        every, which = link_distances(swimmer, scene, fine.pose, fine.shape[..., 0])
+        k, link = np.unravel_index(int(np.argmin(every)), every.shape)
+        assert found.distance_m <= every.min() + 1e-7 * swimmer.length_m
+        assert every.min() <= found.distance_m + found.error_m + 0.02 * swimmer.length_m
+        shown = found.distance_m + found.error_m
+        most = max(0.021 * shown, 1.1e-5 * swimmer.length_m) if shown > 0.0 else 0.021 * swimmer.length_m - 0.31 * shown
+        assert found.error_m <= most
+        assert (found.link, found.obstacle) == (LINKS[link], int(which[k, link]))
+        switches = np.flatnonzero(np.diff(fine.rate_rad_s, axis=0, prepend=0.0).any(axis=1))
+        missed += bool(every[switches].min() > found.distance_m + found.error_m + 1e-3 * swimmer.length_m)
+    assert missed >= 2, "the switches alone would have told too much"
+
+
+def test_a_motion_through_a_sphere_between_two_switches_is_caught() -> None:
+    """A limb sweeps over a small ball halfway through a primitive; at its ends it is far from it."""
+    swimmer = Swimmer()
+    blocks = (Block(2, "sweep", random_sequence(np.random.default_rng(0), 0).of([("limb1 yaw", 1.0)])),)
+    rows = sample(swimmer, HERE, blocks, 0.01)
+    half = len(rows) // 2
+    tip = rows.pose[half, :3, 3] + rows.pose[half, :3, :3] @ (np.array([0.1, 0, 0]) + 0.15 * rows.shape[half, 0, :, 0])
+    scene = Scene((Sphere(tuple(tip), 1e-3),))
+    ends = link_distances(swimmer, scene, rows.pose[[0, -1]], rows.shape[[0, -1], ..., 0])[0]
+    assert ends.min() > 0.02
+    found = check(swimmer, HERE, blocks, Limits(obstacles=scene))
+    assert [v.limit for v in found.violations] == ["obstacle"]
+    assert found.obstacle is not None
+    assert found.obstacle.between == "limb 1 and obstacle 1 (sphere)"
+    assert_close(found.obstacle.time_s, 0.5, 0.1)
+    aside = Scene((Sphere((float(tip[0]), float(tip[1]), 0.02), 1e-3),))
+    assert check(swimmer, HERE, blocks, Limits(obstacles=aside)).kept
+    assert not check(swimmer, HERE, blocks, Limits(clearance_m=0.018, obstacles=aside)).kept
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "told"),
+    [
+        (Sphere((0.25, 0.0, 0.05), 0.06), "start: all links clear of obstacles are wanted, found limb 1 0.012 m deep"),
+        (HalfSpace((0, 0, 0.01), (0, 0, 1)), "m deep in obstacle 1 (half_space)"),
+        (Mesh("", 1.0, "", corners(Box((0, 0, 0), (1, 1, 1)))), "outside of obstacle 1 (mesh)"),
+        (Tube(((-1, 0, 0), (1, 0, 0)), (0.001, 0.001)), "found base 0.001 m deep in obstacle 1 (tube)"),
+    ],
+)
+def test_a_start_that_touches_is_refused(obstacle: Obstacle, told: str) -> None:
+    goal = Configuration(se3.pose(np.eye(3), [0.0, 3.0, 0.0]), COLLINEAR)
+    with pytest.raises(ParameterError) as error:
+        plan(HERE, goal, options=PlanOptions(obstacles=Scene((obstacle,))))
+    assert told in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("points", "refused"),
+    [
+        ([(0, 0, 0), (1, 0, 0), (1, 1, 0)], False),
+        ([(0, 0, 0), (1, 0, 0), (1, 0.1, 0), (0, 0.1, 0)], True),
+        ([(0.1 * np.cos(a), 0.1 * np.sin(a), 0) for a in np.linspace(0, 3, 200)], True),
+        ([(0.3 * np.cos(a), 0.3 * np.sin(a), 0) for a in np.linspace(0, 3, 200)], False),
+        ([(0.3 * np.cos(a), 0.3 * np.sin(a), 0) for a in np.linspace(0, 3, 7)], False),
+        ([(0.01 * k, 1e-3 * (k % 2), 0) for k in range(200)], False),
+    ],
+)
+def test_a_tube_that_turns_tighter_than_its_radius_is_refused(points: list[tuple[float, ...]], refused: bool) -> None:
+    def made() -> Tube:
+        return Tube(tuple((x, y, z) for x, y, z in points), (0.25,) * len(points))
+
+    if not refused:
+        assert len(made().cones[0]) <= len(points)
+        return
+    with pytest.raises(ParameterError, match="turns no tighter than the tube's radius"):
+        made()
+
+
+GOOD = "name: a\nstart: {}\ngoal: {base: {position_m: [0.1, 0, 0]}}\nobstacles:\n  - "
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("{sphere: {centre_m: [0, 0], radius_m: 1}}", "a.yaml:5: obstacles[0].sphere.centre_m: wanted a list of 3"),
+        ("{sphere: {centre_m: [0, 0, 9], radius_m: -1}}", "obstacles[0].sphere.radius_m: wanted a finite number above"),
+        ("{sphere: {centre_m: [0, 0, .nan], radius_m: 1}}", "obstacles[0].sphere.centre_m[2]: wanted a finite number"),
+        ("{ball: {}}", "one of the keys sphere, capsule, box, half_space, tube, mesh"),
+        ("{}", "exactly one of the keys"),
+        ("{half_space: {point_m: [0, 0, -1], normal: [0, 0, 0]}}", "half_space.normal: wanted a vector other than 0"),
+        ("{box: {centre_m: [0, 9, 0], size_m: [1, 0, 1]}}", "box.size_m[1]: wanted a finite number above 0"),
+        ("{tube: {centreline: none.csv, radius_m: 1}}", "a.yaml:5: obstacles[0].tube.centreline: wanted the path of a"),
+        ("{tube: {centreline: [[0, 0, 0]], radius_m: 1}}", "a list of 2 or more"),
+        ("{tube: {centreline: [[0, 0, 0], [0, 0, 0]], radius_m: 1}}", "points that differ"),
+        ("{tube: {centreline: [[0, 0, 0], [1, 0, 0]]}}", "wanted a radius, by the key radius_m or by the"),
+        ("{tube: {centreline: nan.csv, radius_m: 1}}", "nan.csv:3: y_m: wanted a finite number, found nan"),
+        ("{tube: {centreline: head.csv, radius_m: 1}}", "head.csv:1: header: wanted the columns x_m,y_m,z_m and"),
+        ("{tube: {centreline: both.csv, radius_m: 1}}", "found both"),
+        (
+            "{mesh: {file: none.stl}}",
+            "a.yaml:5: obstacles[0].mesh.file: wanted the path of a readable file",
+        ),
+        ("{mesh: {file: open.stl}}", "wanted a closed mesh, found one with 3 open edges"),
+        ("{mesh: {file: empty.stl}}", "wanted a mesh of one triangle or more, found none"),
+        ("{mesh: {file: a.yaml}}", "wanted an STL file, found none"),
+        ("{mesh: {file: cut.stl}}", "wanted an STL file, found one that breaks off"),
+        ("{mesh: {file: far.stl}}", "coordinates up to 1e+09 m"),
+    ],
+)
+def test_bad_obstacles_are_told_with_their_line(tmp_path: Path, text: str, told: str) -> None:
+    box = corners(Box((9.0, 0, 0), (1, 1, 1)))
+    files = {
+        "nan.csv": b"x_m,y_m,z_m\n0,0,0\n1,nan,0\n",
+        "head.csv": b"x,y,z\n0,0,0\n1,0,0\n",
+        "both.csv": b"x_m,y_m,z_m,radius_m\n0,0,0,1\n1,0,0,1\n",
+        "open.stl": binary_stl(box[:-1]),
+        "empty.stl": binary_stl(box[:0]),
+        "cut.stl": text_stl(box)[:-40],
+        "far.stl": text_stl(1e30 * box),
+        "a.yaml": (GOOD + text).encode(),
+    }
+    for name, data in files.items():
+        (tmp_path / name).write_bytes(data)
+    with pytest.raises(InputError) as error:
+        load_scenario(tmp_path / "a.yaml")
+    assert told in str(error.value)
+
+
+def test_a_mesh_is_the_same_as_text_and_binary(tmp_path: Path) -> None:
+    box = corners(Box((9.0, 0, 0), (1, 1, 1)))
+    found = []
+    for name, data in (("a.stl", binary_stl(box)), ("b.stl", text_stl(box))):
+        (tmp_path / name).write_bytes(data)
+        (tmp_path / "a.yaml").write_text(GOOD + f"{{mesh: {{file: {name}, scale: 0.1}}}}", encoding="utf-8")
+        scene = load_scenario(tmp_path / "a.yaml").obstacles
+        assert scene is not None
+        found.append(scene.obstacles[0])
+    for mesh in found:
+        assert isinstance(mesh, Mesh)
+        assert_close(mesh.triangles, 0.1 * box, 1e-15)
+
+
+def test_a_plan_document_keeps_the_obstacles(tmp_path: Path) -> None:
+    (tmp_path / "c.csv").write_text("x_m,y_m,z_m,radius_m\n-1,0,0,0.5\n1,0,0,0.6\n", encoding="utf-8")
+    (tmp_path / "a.stl").write_bytes(binary_stl(corners(Box((9.0, 0, 0), (1, 1, 1)))))
+    text = GOOD + "\n  - ".join(
+        [
+            "{sphere: {centre_m: [0, 0.4, 0], radius_m: 0.01}}",
+            "{capsule: {from_m: [0, 0, 0.4], to_m: [1, 0, 0.4], radius_m: 0.01}}",
+            "{box: {centre_m: [0, 0, 0.9], size_m: [1, 1, 0.1], orientation: {euler_deg: [30, 0, 0]}}}",
+            "{half_space: {point_m: [0, 0, -0.4], normal: [0, 0, 1]}}",
+            "{tube: {centreline: c.csv}}",
+            "{mesh: {file: a.stl, scale: 1.0}}",
+        ]
+    )
+    (tmp_path / "a.yaml").write_text(text, encoding="utf-8")
+    scenario = load_scenario(tmp_path / "a.yaml")
+    made = plan(scenario.start, scenario.goal, options=PlanOptions(obstacles=scenario.obstacles, effort="quick"))
+    assert made.verdict == "reached"
+    write_plan(PlanDocument(made.plan, made.options), tmp_path / "plan.json")
+    assert load_plan(tmp_path / "plan.json").options.obstacles == scenario.obstacles
+    assert load_plan(tmp_path / "plan.json").options.obstacles != Scene(scenario.obstacles.obstacles[:-1])
+
+
+@pytest.mark.slow
+def test_commands_tell_how_near_obstacles_come(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = runner(capsys)
+    scenario, rows = str(tmp_path / "a.yaml"), str(tmp_path / "a.csv")
+    (tmp_path / "a.yaml").write_text(GOOD + "{sphere: {centre_m: [0.1, 0.3, 0], radius_m: 0.1}}", encoding="utf-8")
+    code, out, _ = command("plan", scenario, "--out", rows, "--json", "--effort", "quick")
+    near = json.loads(out)["limits"]["obstacle"]
+    assert (code, near["between"]) == (0, f"{near['link']} and obstacle 1 (sphere)")
+    code, out, _ = command("verify", rows, scenario, "--json")
+    found = json.loads(out)["obstacle_distance_m"]
+    assert code == 0
+    assert_close(found, near["distance_m"], 2.0 * near["error_m"] + 1e-6)
+    (tmp_path / "a.yaml").write_text(GOOD + "{sphere: {centre_m: [0.1, 0.3, 0], radius_m: 0.25}}", encoding="utf-8")
+    code, out, _ = command("verify", rows, scenario)
+    assert code == 1
+    assert "and obstacle 1 (sphere) are" in out
+    assert "apart (they touch), less than 0 mm" in out
+    (tmp_path / "a.yaml").write_text(GOOD + "{sphere: {centre_m: [0.1, 0.3, 0], radius_m: 0.31}}", encoding="utf-8")
+    code, _, errors = command("plan", scenario, "--out", str(tmp_path / "b.csv"))
+    assert (code, (tmp_path / "b.csv").exists()) == (2, False)
+    assert "deep in obstacle 1 (sphere)" in errors

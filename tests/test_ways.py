@@ -1,0 +1,154 @@
+"""Ways round obstacles: found, exact and clear; and goals that are shown to be out of reach."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers import runner
+
+from purcell_cli import Configuration, PlanOptions, Swimmer, plan
+from purcell_cli.environment.obstacle import Obstacle
+from purcell_cli.environment.scene import Scene
+from purcell_cli.environment.solids import Box, HalfSpace, Sphere
+from purcell_cli.environment.tube import Tube
+from purcell_cli.errors import ParameterError
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array, from_euler
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.motion.obstacle_distance import link_distances
+from purcell_cli.planner.ways.closed_off import refuse_closed_off
+from purcell_cli.planner.ways.edges import clear_edges
+from purcell_cli.planner.ways.swing import swings
+from purcell_cli.solution import Solution
+
+PAPER = Swimmer()
+
+
+def collinear(position: tuple[float, float, float], yaw_deg: float = 0.0) -> Configuration:
+    return Configuration(se3.pose(from_euler(np.radians([yaw_deg, 0.0, 0.0])), np.array(position)), COLLINEAR)
+
+
+def pose(*position: float) -> Array:
+    return se3.pose(np.eye(3), np.array(position))[None]
+
+
+def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Box:
+    size, middle = np.subtract(high, low), 0.5 * np.add(high, low)
+    return Box(tuple(middle.tolist()), tuple(size.tolist()))
+
+
+def shell(thickness: float, gap: float = 0.0) -> Scene:
+    """Return a closed room of 1 m round the origin; with a gap, its wall to the right is that much too short."""
+    walls: list[Obstacle] = []
+    for axis in range(3):
+        for side in (-1.0, 1.0):
+            low, high = [-0.5 - thickness] * 3, [0.5 + thickness] * 3
+            low[axis], high[axis] = sorted((side * 0.5, side * (0.5 + thickness)))
+            if axis == 0 and side > 0.0:
+                high[1] -= gap
+            walls.append(box((low[0], low[1], low[2]), (high[0], high[1], high[2])))
+    return Scene(tuple(walls))
+
+
+def narrowing(radius: float, around: bool = False) -> Scene:
+    """Return a tube along x with a narrow place halfway, and perhaps a branch round it."""
+    straight = Tube(((-1, 0, 0), (0.4, 0, 0), (1.0, 0, 0), (1.6, 0, 0), (3, 0, 0)), (0.3, 0.3, radius, 0.3, 0.3))
+    branch = Tube(((0, 0, 0), (0.2, 1, 0), (1.8, 1, 0), (2, 0, 0)), (0.3,) * 4)
+    return Scene((straight, branch) if around else (straight,))
+
+
+@pytest.mark.parametrize(
+    ("scene", "goal", "closed"),
+    [
+        (shell(0.2), (1.5, 0, 0), True),
+        (shell(0.2), (0.2, 0, 0), False),
+        (shell(0.2, gap=0.4), (1.5, 0, 0), False),
+        (narrowing(0.0015), (2, 0, 0), True),
+        (narrowing(0.0015, around=True), (2, 0, 0), False),
+        (narrowing(0.0015), (0.7, 0, 0), False),
+        (narrowing(0.0025), (2, 0, 0), False),
+        (Scene((HalfSpace((0.5, 0, 0), (-1, 0, 0)),)), (0.2, 0, 0), False),
+    ],
+)
+def test_a_goal_that_is_closed_off_is_told_at_once(
+    scene: Scene, goal: tuple[float, float, float], closed: bool
+) -> None:
+    """The paper's swimmer is 2 mm thick to both sides: a place of 1.5 mm is too narrow, one of 2.5 mm may do."""
+    if not closed:
+        refuse_closed_off(PAPER, scene, 0.0, collinear((0, 0, 0)), collinear(goal))
+        return
+    with pytest.raises(ParameterError, match=r"goal: a (way as wide|place that is not closed off)"):
+        refuse_closed_off(PAPER, scene, 0.0, collinear((0, 0, 0)), collinear(goal))
+
+
+def test_smaller_strokes_take_less_room_and_cost_more() -> None:
+    found = swings(PAPER)
+    assert all(a.radius > 1.4 * b.radius for a, b in itertools.pairwise(found))
+    assert all(a.loops.straight > b.loops.straight for a, b in itertools.pairwise(found))
+    assert found[0].radius < 2.0 * math.sin(1.0) + 0.1, "limbs of 2 L at 1 rad"
+    assert abs(found[-1].half - 3.0) < 0.05
+
+
+def test_an_edge_takes_the_way_that_is_clear() -> None:
+    """Straight ahead where nothing stands, by arcs past a small ball, and no way through a wall."""
+    swing = swings(PAPER)[0]
+    cases = {"free": (9.0, 0.1), "ball": (0.7, 0.02), "wall": (0.7, 0.66)}
+    found = {}
+    for name, (x, radius) in cases.items():
+        scene = Scene((Sphere((x, 0.0, 0.0), radius),))
+        found[name] = clear_edges(scene, swing, 0.1, 0.0, pose(0.0, 0.0, 0.0), pose(1.4, 0.0, 0.0))[0]
+    assert found["free"] is not None
+    assert len(found["free"].poses) == 0
+    assert found["wall"] is None
+    if found["ball"] is not None:
+        assert found["ball"].price > found["free"].price
+
+
+def densely(solution: Solution, scene: Scene) -> float:
+    """Return the least distance of a link from an obstacle in a plan's rows [m]."""
+    rows = solution.trajectory
+    return float(np.min(link_distances(solution.plan.swimmer, scene, rows.pose, rows.shape[..., 0])[0]))
+
+
+@pytest.mark.slow
+def test_a_plan_goes_round_a_ball_in_its_way() -> None:
+    """The plan that knows no obstacles swims through the ball; the other is clear of it, exact, and the same again."""
+    start, goal, scene = collinear((0, 0, 0)), collinear((1.4, 0, 0)), Scene((Sphere((0.7, 0, 0), 0.25),))
+    empty = plan(start, goal)
+    assert densely(empty, scene) < -0.2
+    found = [plan(start, goal, options=PlanOptions(obstacles=scene, clearance_m=0.01)) for _ in range(2)]
+    assert found[0].verdict == "reached"
+    assert found[0].limits.obstacle is not None
+    assert 0.01 <= found[0].limits.obstacle.distance_m <= densely(found[0], scene) + 1e-9
+    assert found[0].joint_travel_rad < 2.0 * empty.joint_travel_rad
+    assert "a way round obstacles in" in found[0].plan.structures[0].words
+    assert [b.phase for b in found[0].plan.blocks] == sorted(b.phase for b in found[0].plan.blocks)
+    assert np.array_equal(found[0].trajectory.pose, found[1].trajectory.pose)
+
+
+@pytest.mark.slow
+def test_a_narrow_straight_tube_is_swum_by_smaller_strokes() -> None:
+    scene = Scene((Tube(((-1, 0, 0), (2, 0, 0)), (0.08, 0.08)),))
+    found = plan(collinear((0, 0, 0)), collinear((0.1, 0, 0)), options=PlanOptions(obstacles=scene))
+    assert found.verdict == "reached"
+    assert found.limits.largest_bend_rad[1] is not None
+    assert found.limits.largest_bend_rad[1] < 0.61
+
+
+@pytest.mark.parametrize("way", ["closed", "touch"])
+def test_what_cannot_be_is_refused_and_nothing_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], way: str
+) -> None:
+    command, out = runner(capsys), tmp_path / "a.csv"
+    tube = "{tube: {centreline: [[-1, 0, 0], [0.3, 0, 0], [1, 0, 0], [3, 0, 0]], radius_m: [0.3, 0.3, 0.001, 0.3]}}"
+    obstacle = {"closed": tube, "touch": "{sphere: {centre_m: [2, 0.1, 0], radius_m: 0.2}}"}[way]
+    text = f"name: a\nstart: {{}}\ngoal: {{base: {{position_m: [2, 0, 0]}}}}\nobstacles:\n  - {obstacle}\n"
+    (tmp_path / "a.yaml").write_text(text, encoding="utf-8")
+    code, _, errors = command("plan", str(tmp_path / "a.yaml"), "--out", str(out))
+    assert (code, out.exists()) == (2, False)
+    wanted = "found a place too narrow" if way == "closed" else "goal: all links clear of obstacles are wanted"
+    assert wanted in errors
