@@ -15,13 +15,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from purcell_cli.errors import PurcellError
+    from purcell_cli.feedback.fit import Fit, fit
     from purcell_cli.files.builtin import stored_gaits, stored_scenarios
     from purcell_cli.files.configuration_file import load_configuration, load_goal
     from purcell_cli.files.curve_file import load_curve
     from purcell_cli.files.gait_file import load_gait
+    from purcell_cli.files.measured_reader import read_measured
     from purcell_cli.files.plan_file import PlanDocument, load_plan, write_plan
     from purcell_cli.files.scenario_file import load_scenario
-    from purcell_cli.files.swimmer_file import load_swimmer
+    from purcell_cli.files.swimmer_file import load_swimmer, write_swimmer
     from purcell_cli.files.trajectory_csv import write_csv
     from purcell_cli.files.trajectory_reader import read_csv
     from purcell_cli.gaits.atlas import atlas
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     from purcell_cli.mechanics.wall import Wall
     from purcell_cli.missions import plan_mission
     from purcell_cli.motion.curve import Curve
+    from purcell_cli.motion.measured_trajectory import MeasuredTrajectory
     from purcell_cli.motion.mission import Follow, Mission, Order, Waypoint
     from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
     from purcell_cli.motion.trajectory import Trajectory
@@ -58,12 +61,14 @@ _HOMES = {
     "Curve": "motion.curve",
     "DesignTask": "gaits.design_problem",
     "Effort": "motion.options",
+    "Fit": "feedback.fit",
     "Follow": "motion.mission",
     "Gait": "gaits.gait",
     "LinkDrag": "mechanics.drag",
     "LinkDrags": "mechanics.drag",
     "LinkSize": "mechanics.drag",
     "LinkSizes": "mechanics.drag",
+    "MeasuredTrajectory": "motion.measured_trajectory",
     "Mission": "motion.mission",
     "MoveSequence": "mechanics.moves",
     "Objective": "motion.options",
@@ -85,6 +90,7 @@ _HOMES = {
     "controllability": "lie_brackets.controllability",
     "curvature": "lie_brackets.curvature",
     "design": "gaits.design",
+    "fit": "feedback.fit",
     "flow": "mechanics.lift",
     "flow_and_jacobian": "mechanics.lift_derivatives",
     "flow_and_jacobian_of_moves": "mechanics.lift_derivatives",
@@ -99,12 +105,14 @@ _HOMES = {
     "plan": "solution",
     "plan_mission": "missions",
     "read_csv": "files.trajectory_reader",
+    "read_measured": "files.measured_reader",
     "realise": "gaits.pure_stroke",
     "shape_from_angles": "mechanics.connection",
     "stored_gaits": "files.builtin",
     "stored_scenarios": "files.builtin",
     "write_csv": "files.trajectory_csv",
     "write_plan": "files.plan_file",
+    "write_swimmer": "files.swimmer_file",
 }
 
 __all__ = [
@@ -114,12 +122,14 @@ __all__ = [
     "Curve",
     "DesignTask",
     "Effort",
+    "Fit",
     "Follow",
     "Gait",
     "LinkDrag",
     "LinkDrags",
     "LinkSize",
     "LinkSizes",
+    "MeasuredTrajectory",
     "Mission",
     "MoveSequence",
     "Objective",
@@ -141,6 +151,7 @@ __all__ = [
     "controllability",
     "curvature",
     "design",
+    "fit",
     "flow",
     "flow_and_jacobian",
     "flow_and_jacobian_of_moves",
@@ -155,12 +166,14 @@ __all__ = [
     "plan",
     "plan_mission",
     "read_csv",
+    "read_measured",
     "realise",
     "shape_from_angles",
     "stored_gaits",
     "stored_scenarios",
     "write_csv",
     "write_plan",
+    "write_swimmer",
 ]
 
 

@@ -178,6 +178,7 @@ COMMANDS = {
     "simulate a plan": ["simulate", "plan.json", "--swimmer", "truth.yaml"],
     "replan": ["replan", "plan.json", "--from", "start.yaml", "--out", "rest.csv"],
     "track": ["track", "roll", "--truth", "truth.yaml", "--replans", "1", "--out", "tracked.csv"],
+    "fit": ["fit", "swim.csv", "--what", "ratio", "--out", "fitted.yaml"],
     "gait": ["gait", "x-motion"],
     "gait of moves": ["gait", "max-efficiency"],
     "gait list": ["gait", "--list"],

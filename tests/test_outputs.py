@@ -56,6 +56,8 @@ INPUTS: dict[tuple[str, str], str] = {
     ("simulate", "trajectory"): "trajectory",
     ("simulate", "swimmer"): "swimmer",
     ("simulate", "model"): "swimmer",
+    ("fit", "measured"): "trajectory",
+    ("fit", "swimmer"): "swimmer",
     ("batch", "paths"): "scenario",
     ("batch", "baseline"): "summary",
 }
@@ -70,6 +72,7 @@ OUTPUTS: dict[tuple[str, str], str] = {
     ("export", "out"): "csv",
     ("figures", "out"): "",
     ("design", "out"): "yaml",
+    ("fit", "out"): "yaml",
     ("controllability", "plot"): "svg",
     ("batch", "out"): "",
     ("batch", "junit"): "xml",
@@ -89,6 +92,7 @@ POSITIONAL = {
     "plan": {"start": "start.yaml", "goal": "start.yaml"},
     "simulate": {"trajectory": "trajectory.yaml"},
     "track": {"start": "start.yaml", "goal": "start.yaml"},
+    "fit": {"measured": "trajectory.yaml"},
     "run": {"document": "plan.yaml"},
     "replan": {"document": "plan.yaml"},
     "gait": {"name": "x-motion"},
@@ -117,7 +121,8 @@ def test_every_argument_that_names_a_file_is_known_here() -> None:
     named = {
         (command, p.name)
         for command, p in parameters()
-        if p.metavar in {"FILE", "DIR", "[DIR]", "FILE...", "PATH...", "START", "[GOAL]", "TRAJECTORY", "PLAN"}
+        if p.metavar
+        in {"FILE", "DIR", "[DIR]", "FILE...", "PATH...", "START", "[GOAL]", "TRAJECTORY", "MEASURED...", "PLAN"}
     }
     named.add(("plot", "what"))  # or a gait's name
     assert named == INPUTS.keys() | OUTPUTS.keys() | NEITHER, "a new argument needs its place in one of these tables"

@@ -18,6 +18,7 @@ from purcell_cli.cli import (
     design,
     export,
     files,
+    fit,
     gait,
     pictures,
     plan,
@@ -85,7 +86,24 @@ def root(
     """Every command takes --help, and --json for machines."""
 
 
-for commands in (plan, gait, verify, simulate, replan, track, pictures, export, design, batch, files, controllability):
+COMMANDS = (
+    plan,
+    gait,
+    verify,
+    simulate,
+    replan,
+    track,
+    fit,
+    pictures,
+    export,
+    design,
+    batch,
+    files,
+    controllability,
+)
+"""The modules of commands, in the order in which the help lists them."""
+
+for commands in COMMANDS:
     commands.register(app)
 for registered in app.registered_commands:
     registered.cls, registered.context_settings = _Command, _HELP

@@ -45,6 +45,9 @@ def track(
     tolerance_deg: Annotated[
         float, typer.Option("--tolerance-deg", metavar="X", help="Largest error of angles where it stops [deg].")
     ] = 0.1,
+    learn: Annotated[
+        bool, typer.Option("--learn", help="Fit links' drag to what was measured, and plan the rest with it.")
+    ] = False,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FILE", help="Write what really happened, as a trajectory.")
     ] = None,
@@ -55,6 +58,7 @@ def track(
     from purcell_cli.cli.options import query_of, trajectory_file
     from purcell_cli.cli.reports.track import show_track, track_document
     from purcell_cli.errors import InputError, ParameterError
+    from purcell_cli.feedback.learn import Learning
     from purcell_cli.feedback.measured import Measuring
     from purcell_cli.feedback.track import Tracking
     from purcell_cli.feedback.track import track as tracked
@@ -90,6 +94,7 @@ def track(
             tolerance_l=tolerance,
             tolerance_rad=math.radians(tolerance_deg),
             told=told,
+            **({"fitted": Learning(query.swimmer, measuring)} if learn else {}),
         )
     file = None if named is None or found.trajectory is None else str(named[1])
     document = track_document(found, query.swimmer, measuring, tolerance, tolerance_deg, file)

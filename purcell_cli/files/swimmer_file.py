@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import yaml
+
+from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.files.containers import Either, Field, ListOf, Record
 from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.elements import Element
@@ -126,6 +130,23 @@ def _given(value: dict[str, Any]) -> dict[str, Any]:
     """Return a mapping without what is None or empty, all the way down."""
     inner = {k: _given(v) if isinstance(v, dict) else v for k, v in value.items()}
     return {k: v for k, v in inner.items() if v is not None and v != {}}
+
+
+def write_swimmer(swimmer: Swimmer, path: Path | str, remarks: Sequence[str] = ()) -> None:
+    """Write a swimmer as YAML.
+
+    Args:
+        swimmer: The swimmer.
+        path: The file; it is replaced only when all is written.
+        remarks: Lines that stand as comments at the top.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
+    head = "".join(f"# {remark}".rstrip() + "\n" for remark in remarks)
+    text = yaml.safe_dump(swimmer_written(swimmer), sort_keys=False, width=1000, default_flow_style=None)
+    with whole_file(path) as stream:
+        stream.write((head + text).encode())
 
 
 def load_swimmer(path: Path | str) -> Swimmer:

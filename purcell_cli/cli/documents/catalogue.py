@@ -18,6 +18,7 @@ from purcell_cli.cli.documents.files import (
     ValidateDocument,
     ViewDocument,
 )
+from purcell_cli.cli.documents.fit import FitDocument
 from purcell_cli.cli.documents.gait import (
     AtlasDocument,
     DesignDocument,
@@ -38,6 +39,7 @@ DOCUMENTS: Mapping[str, Any] = MappingProxyType(
         "purcell/verify/1": VerifyDocument,
         "purcell/simulate/1": SimulateDocument,
         "purcell/track/1": TrackDocument,
+        "purcell/fit/1": FitDocument,
         "purcell/gait/1": GaitDocument,
         "purcell/gait-list/1": GaitListDocument,
         "purcell/atlas/1": AtlasDocument,
