@@ -134,6 +134,7 @@ def test_files_that_are_shown_can_be_read(tmp_path: Path) -> None:
         "start.yaml": load_configuration, "goal.yaml": load_configuration, "u.yaml": load_configuration,
         "swimmer.yaml": load_swimmer, "thin.yaml": load_swimmer, "robot.yaml": load_swimmer,
         "across.yaml": load_scenario, "scenario.yaml": load_scenario, "ahead.yaml": load_scenario,
+        "tour.yaml": load_scenario,
         "my-gaits/pitch-cruise.yaml": load_gait, "my-gaits/twist.yaml": load_gait,
         "servos.yaml": load_servo_map, "pulses.yaml": load_servo_map,
         "rolls.yaml": lambda path: find_cases([str(path)]).count == 4 or pytest.fail("wanted 4 scenarios"),
