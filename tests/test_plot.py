@@ -19,6 +19,8 @@ from matplotlib.image import AxesImage
 from purcell_cli import Configuration, Swimmer, plan, realise, stored_gaits
 from purcell_cli.cli import pictures as commands
 from purcell_cli.cli.app import _run
+from purcell_cli.environment.scene import Scene
+from purcell_cli.environment.solids import HalfSpace
 from purcell_cli.errors import InputError
 from purcell_cli.gaits.sampling import sample_stroke
 from purcell_cli.geometry.rotations import as_euler
@@ -26,11 +28,15 @@ from purcell_cli.lie_brackets.planar_curvature import PLANES, planar_curvature
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
+from purcell_cli.motion.curve import Curve
+from purcell_cli.motion.mission import Follow, Waypoint
 from purcell_cli.motion.trajectory import Trajectory, as_table, sample
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.pictures.poses_plot import poses_figure, roll_marks
+from purcell_cli.pictures.space_plot import space_figure
 from purcell_cli.pictures.stroke_plot import stroke_figure
 from purcell_cli.pictures.style import control_legs, save_figure
+from purcell_cli.pictures.surroundings import Surroundings
 from purcell_cli.pictures.time_plot import time_figure
 from purcell_cli.wording import length_unit
 
@@ -217,6 +223,28 @@ def test_marks_show_how_far_a_limb_has_rolled() -> None:
         assert_close(along[1, link], [0.0, np.cos(angle), np.sin(angle)], 1e-9)
 
 
+def test_a_motion_is_drawn_in_space_among_what_is_around_it() -> None:
+    """The base's path passes through a waypoint's dot where the motion is there; another place is the foil."""
+    table = as_table(cycle("z-motion"))
+    there = Waypoint(table.position_m[40], np.eye(3))
+    half = HalfSpace((0.0, 0.0, -0.2), (0.0, 0.0, 1.0))
+    figure = space_figure(table, PAPER, "a stroke", Surroundings(Scene((half,)), ((4, there),)))
+    (axes,) = figure.axes
+    assert {"start", "goal", "via[4]", "x", "y", "z"} <= {text.get_text() for text in axes.texts}
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert names == ["limb 1", "base", "limb 2", "base's path", "obstacle", "waypoint"]
+    path = next(line.get_xydata() for line in axes.get_lines() if len(line.get_xdata()) == len(table.time_s))
+    dot = next(line.get_xydata()[0] for line in axes.get_lines() if line.get_marker() == "o")
+    assert_close(dot, path[40], 1e-12)
+    assert not is_close(dot, path[0], 1e-6)
+    links = [line.get_xydata() for line in axes.get_lines() if line.get_linewidth() == 3.0]
+    assert_close(links[1].mean(axis=0), path[0], 1e-12)
+    assert_close(links[-2].mean(axis=0), path[-1], 1e-12)
+    follow = Follow(Curve(np.array([[0.0, 0, 0], [0.1, 0, 0]])), 0.05)
+    figure = space_figure(table, PAPER, "a stroke", Surroundings(follow=follow))
+    assert [text.get_text() for text in figure.legends[0].get_texts()][-2:] == ["curve", "its tolerance"]
+
+
 @pytest.mark.slow
 def test_a_picture_is_the_same_bytes_each_time_and_has_no_date(tmp_path: Path) -> None:
     for ending in ("svg", "png", "pdf"):
@@ -273,6 +301,7 @@ def test_plot_draws_trajectories_and_gaits_and_figures_the_papers_motions(
         (["plot", "nope.csv"], "nope.csv: wanted a trajectory file, found none"),
         (["plot", "x-motion", "--out", "a.gif"], "a.gif: wanted a picture's ending (png, svg, pdf), found .gif"),
         (["plot", "x-motion", "--out", "no/a.png"], "no/a.png: wanted a file in a folder that exists"),
+        (["plot", "x-motion", "--scenario", "roll"], "--scenario: nothing around a gait"),
         (["figures", "--format", "gif"], "wanted a picture's ending (png, svg, pdf), found .gif"),
         (["figures", "--out", "file"], "file: wanted a folder to write to, found none that can be made"),
     ],

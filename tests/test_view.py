@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import dataclasses
 import functools
+import itertools
 import json
 import re
 import shutil
@@ -16,6 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers import assert_close, is_close
+from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
@@ -24,11 +26,21 @@ from selenium.webdriver.common.by import By
 
 from purcell_cli import Configuration, Swimmer, realise, stored_gaits
 from purcell_cli.cli.app import _run
+from purcell_cli.cli.pictures import surroundings_of
+from purcell_cli.environment.scene import Scene
+from purcell_cli.environment.solids import Sphere
 from purcell_cli.errors import ParameterError
+from purcell_cli.files.plan_file import PlanDocument, write_plan
 from purcell_cli.gaits.sampling import sample_stroke
+from purcell_cli.motion.curve import Curve
+from purcell_cli.motion.mission import Follow, Passage, Waypoint
+from purcell_cli.motion.options import PlanOptions
+from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import as_table
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.pictures.html_view import page, shown_rows, write_page
+from purcell_cli.pictures.surfaces import tube_round
+from purcell_cli.pictures.surroundings import NOTHING, Surroundings
 
 SWIMMER = Swimmer(base_half_length_m=0.1, limb_half_length_m=0.07, slenderness=0.02)
 
@@ -144,9 +156,9 @@ def browser() -> Iterator[webdriver.Chrome]:
     found.quit()
 
 
-def opened(browser: webdriver.Chrome, folder: Path, table: Table, title: str) -> float:
+def opened(browser: webdriver.Chrome, folder: Path, table: Table, title: str, around: Surroundings = NOTHING) -> float:
     """Open the page of a motion, and return how long that took by the browser's clock [s]."""
-    write_page(table, SWIMMER, title, folder / "swim.html")
+    write_page(table, SWIMMER, title, folder / "swim.html", around=around)
     browser.get((folder / "swim.html").as_uri())
     return float(browser.execute_script("return document.documentElement.dataset.opened")) / 1e3
 
@@ -267,3 +279,83 @@ def test_the_body_is_drawn() -> None:
     swimmer = dataclasses.replace(SWIMMER, body_radius_m=0.03)
     assert told(page(motion(), swimmer, "roll"))["body_radius"] == 0.03
     assert told(page(motion(), SWIMMER, "roll"))["body_radius"] == 0.0
+
+
+# --- What is around a motion ---------------------------------------------------------------------------------------
+
+
+def waypoints() -> tuple[Waypoint, Waypoint]:
+    """Return one with a place and an orientation, and one where the motion is at row 70 and names its limbs alone."""
+    limbs = [Rotation.from_quat(motion().limbs[70, k], scalar_first=True).as_matrix() for k in (0, 1)]
+    turn = Rotation.from_euler("z", 0.5).as_matrix()
+    return Waypoint(np.array([0.3, 0.1, 0.2]), turn), Waypoint(limb1=limbs[0], limb2=limbs[1])
+
+
+def test_a_page_shows_obstacles_and_waypoints() -> None:
+    """A waypoint without a place stands where the motion is nearest to the rest; exchanged limbs are the foil."""
+    table, (one, two) = motion(), waypoints()
+    around = Surroundings(Scene((Sphere((0.2, 0.5, 0.3), 0.1),)), ((0, one), (1, two)))
+    data = told(page(table, SWIMMER, "t", around=around))
+    (skin,) = data["skins"]
+    assert skin["of"] == "obstacle"
+    points = unpacked(skin, "triangles", "<f4").reshape(-1, 3)
+    assert_close(np.linalg.norm(points - [0.2, 0.5, 0.3], axis=1), np.full(len(points), 0.1), 1e-6)
+    placed, free = data["marks"]
+    assert [placed["name"], free["name"]] == ["via[0]", "via[1]"]
+    assert (placed["place"], placed["placed"], free["placed"], free["axes"]) == ([0.3, 0.1, 0.2], True, False, None)
+    assert_close(np.array(placed["axes"])[0], [np.cos(0.5), np.sin(0.5), 0.0], 1e-12)
+    assert_close(np.array(free["place"]), table.position_m[70], 1e-12)
+    (swapped,) = Surroundings(waypoints=((0, Waypoint(limb1=two.limb2, limb2=two.limb1)),)).marks(table)
+    assert not is_close(swapped.place_m, table.position_m[70], 1e-6)
+    assert told(page(table, SWIMMER, "t"))["marks"] == []
+
+
+def test_a_tolerance_is_drawn_as_far_from_its_curve_as_it_allows() -> None:
+    """Round an arc of many points; at a corner where it turns back, it ends round."""
+    angle = np.linspace(0.0, 2.0, 400)
+    arc = np.stack([np.cos(angle), np.sin(angle), 0.1 * angle], axis=1)
+    for points, most in ((arc, 0.05), (np.array([[0.0, 0, 0], [1, 0, 0], [0.2, 0, 0]]), 0.1)):
+        fine = np.concatenate([np.linspace(a, b, 100) for a, b in itertools.pairwise(points)])
+        surface = tube_round(points, most)
+        corners = np.unique(surface.reshape(-1, 3), axis=0)
+        off, _ = KDTree(fine).query(corners)
+        assert_close(off.max(), most, 0.01 * most)
+        if points is arc:
+            assert off.min() > 0.98 * most
+        assert len(surface) < 10_000
+    assert_close(corners[:, 0].max(), 1.1, 1e-6)
+    data = told(page(motion(), SWIMMER, "t", around=Surroundings(follow=Follow(Curve(arc), 0.05))))
+    assert [skin["of"] for skin in data["skins"]] == ["tolerance"]
+    assert_close(unpacked(data, "curve", "<f4").reshape(-1, 3), arc, 1e-6)
+
+
+def test_a_scenario_and_its_plan_document_show_the_same(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(
+        "name: s\nstart: {}\nvia: [{limb1: {euler_deg: [9, 0, 0]}}, {base: {position_m: [0.1, 0, 0]}}]\n"
+        "goal: {base: {position_m: [1, 0, 0]}}\nobstacles: [{sphere: {centre_m: [0, 2, 0], radius_m: 0.1}}]\n"
+    )
+    asked = surroundings_of(str(tmp_path / "s.yaml"))
+    passages = tuple(Passage(one, index, 0) for index, one in reversed(asked.waypoints))
+    plan = Plan(Swimmer(), Configuration(), Configuration.from_angles((1, 0, 0)), (), passages=passages)
+    write_plan(PlanDocument(plan, PlanOptions(obstacles=asked.obstacles)), tmp_path / "plan.json")
+    done = surroundings_of(str(tmp_path / "plan.json"))
+    assert asked.obstacles == done.obstacles
+    marks = [{mark.name: (mark.place_m.tolist(), mark.placed) for mark in x.marks(motion())} for x in (asked, done)]
+    assert marks[0] == marks[1]
+    assert list(marks[1]) == ["via[1]", "via[0]"]
+    assert surroundings_of(None) == NOTHING
+
+
+@pytest.mark.slow
+def test_what_is_around_is_drawn_in_wide_and_narrow_windows(browser: webdriver.Chrome, tmp_path: Path) -> None:
+    table, named = motion(), tuple(enumerate(waypoints()))
+    line = Curve(np.array([[0.2, -0.1, 0.3], [0.6, 0.2, 0.3]]))
+    for wide in (1280, 400):
+        browser.set_window_size(wide, 860)
+        pictures = []
+        for around in (NOTHING, Surroundings(waypoints=named), Surroundings(follow=Follow(line, 0.05))):
+            opened(browser, tmp_path, table, "roll", around)
+            pictures.append(drawn(browser)[0])
+        assert len(set(pictures)) == 3
+    assert browser.get_log("browser") == []
+    browser.set_window_size(1280, 860)

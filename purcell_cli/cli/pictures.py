@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from purcell_cli.cli.documents.files import FiguresDocument, FilmDocument, PlotDocument, ViewDocument
-    from purcell_cli.environment.scene import Scene
     from purcell_cli.mechanics.swimmer import Swimmer
     from purcell_cli.motion.trajectory_table import Table
     from purcell_cli.pictures.film import FilmOptions
+    from purcell_cli.pictures.surroundings import Surroundings
 
 PAPER_MOTIONS = ("x-motion", "y-motion", "z-motion", "z-rotation", "y-rotation", "x-rotation")
 """The gaits of the six motions that the paper draws, in its order: x, y, z, psi, theta, phi."""
@@ -31,6 +31,8 @@ _LONGEST_TITLE = 300
 
 _PATIENCE_S = 2.0
 """How long the drawing of a film lasts before a bar is shown [s]."""
+
+_AROUND = "The scenario, or plan document, whose obstacles, waypoints and curve are shown."
 
 _SMOOTH = 0.01
 """Longest time between rows of a stroke that is drawn, for a joint rate of 1 rad/s [s]."""
@@ -51,11 +53,16 @@ def plot(
     amplitude: Annotated[
         float | None, typer.Option("--amplitude", metavar="RAD", help="The gait's amplitude; default: its own.")
     ] = None,
+    scenario: Annotated[
+        str | None,
+        typer.Option("--scenario", metavar="FILE", help=f"{_AROUND} The trajectory is then drawn in space."),
+    ] = None,
     swimmer: SwimmerFile = None,
     gaits: GaitFolder = None,
     json: Json = False,
 ) -> None:
-    """Draw a trajectory against time, or a gait over the curvature of its shapes."""
+    """Draw a trajectory against time or among what is around it, or a gait over the curvature of its shapes."""
+    from purcell_cli.errors import ParameterError
     from purcell_cli.files.atomic_file import writable
     from purcell_cli.files.paths import is_file as is_regular
     from purcell_cli.files.place import shortened
@@ -65,13 +72,25 @@ def plot(
 
     path = Path(what)
     is_file = path.suffix == ".csv" or is_regular(path)
+    if scenario is not None and not is_file:
+        raise ParameterError(
+            f"--scenario: nothing around a gait, which is drawn by itself, is wanted, found {scenario!r}"
+        )
     file = out or Path(f"{path.stem if is_file else what}.png")
     writable(file, "--out")
     picture_format(file)
     with busy("drawing"):
         if is_file:
             title = shortened(path.name).replace("$", r"\$")  # two of them would begin and end a formula
-            save_figure(time_figure(read_csv(path), title), file)
+            table = read_csv(path)
+            if scenario is None:
+                figure = time_figure(table, title)
+            else:
+                from purcell_cli.pictures.space_plot import space_figure
+
+                body = fitting_swimmer(swimmer, table, path)
+                figure = space_figure(table, body, title, surroundings_of(scenario))
+            save_figure(figure, file)
         else:
             save_figure(_stroke_figures(what, amplitude, swimmer, gaits)["stroke"], file)
     document: PlotDocument = {
@@ -143,7 +162,7 @@ def view(
     ] = None,
     scenario: Annotated[
         str | None,
-        typer.Option("--scenario", metavar="FILE", help="The scenario, or plan document, whose obstacles are shown."),
+        typer.Option("--scenario", metavar="FILE", help=_AROUND),
     ] = None,
     json: Json = False,
 ) -> None:
@@ -164,7 +183,7 @@ def view(
                 f"--{name}: no such option is wanted for a page, which plays at any size, found {value!r}"
             )
     if film is not None and scenario is not None:
-        raise ParameterError(f"--scenario: no obstacles are wanted for a film, found {scenario!r}")
+        raise ParameterError(f"--scenario: no surroundings are wanted for a film, found {scenario!r}")
     if film is not None and beside is not None:
         raise ParameterError(f"--beside: no other trajectory is wanted for a film, found {beside}")
     table = read_csv(trajectory)
@@ -174,8 +193,8 @@ def view(
         return
     with busy("drawing"):
         other = None if beside is None else read_csv(beside)
-        around = None if scenario is None else obstacles_of(scenario)
-        written = write_page(table, body, shortened(trajectory.name, _LONGEST_TITLE), file, other, around)
+        title = shortened(trajectory.name, _LONGEST_TITLE)
+        written = write_page(table, body, title, file, other, surroundings_of(scenario))
     document: ViewDocument = {
         "schema": "purcell/view/1",
         "verdict": "done",
@@ -188,12 +207,20 @@ def view(
     show(document, json, _show_view)
 
 
-def obstacles_of(name: str) -> Scene | None:
-    """Return the obstacles of a scenario, by file or stored name, or of a plan document."""
+def surroundings_of(name: str | None) -> Surroundings:
+    """Return what is around a motion by a scenario, by file or stored name, or a plan document; nothing without one."""
     from purcell_cli.files.builtin import find_scenario
     from purcell_cli.files.plan_file import is_plan, load_plan
+    from purcell_cli.pictures.surroundings import NOTHING, Surroundings
 
-    return load_plan(name).options.obstacles if is_plan(name) else find_scenario(name).obstacles
+    if name is None:
+        return NOTHING
+    if is_plan(name):
+        document = load_plan(name)
+        passed = tuple((one.index, one.waypoint) for one in document.plan.passages)
+        return Surroundings(document.options.obstacles, passed, document.plan.follow)
+    scenario = find_scenario(name)
+    return Surroundings(scenario.obstacles, tuple(enumerate(scenario.via)), scenario.follow)
 
 
 def _film_options(ending: str, fps: float | None, duration: float | None, size: str | None) -> FilmOptions:

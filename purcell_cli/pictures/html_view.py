@@ -15,21 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.environment.mesh import Mesh
-from purcell_cli.environment.scene import Scene
-from purcell_cli.environment.solids import HalfSpace
-from purcell_cli.environment.tube import Tube
 from purcell_cli.errors import ParameterError
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import PHASES
 from purcell_cli.motion.trajectory_table import Table
-from purcell_cli.pictures.surfaces import surface
+from purcell_cli.pictures.surroundings import NOTHING, Surroundings
 from purcell_cli.wording import length_unit
-
-_TRANSLUCENT, _SOLID = 0.12, 0.3
-"""How much of a triangle's colour covers what is behind it: the swimmer is seen inside tubes, and behind solids."""
 
 MOST_FRAMES = 12000
 """How many rows of a motion a page shows; the times between are interpolated."""
@@ -59,7 +52,7 @@ def shown_rows(table: Table, most: int = MOST_FRAMES) -> NDArray[np.int64]:
 
 
 def page(
-    table: Table, swimmer: Swimmer, title: str, beside: Table | None = None, obstacles: Scene | None = None
+    table: Table, swimmer: Swimmer, title: str, beside: Table | None = None, around: Surroundings = NOTHING
 ) -> str:
     """Return the page of a motion.
 
@@ -68,7 +61,7 @@ def page(
         swimmer: The swimmer, for the lengths and the thickness of its links.
         title: What it is.
         beside: Another motion of the same times that is played with it, if there is one.
-        obstacles: What stands in the water, if anything does.
+        around: Obstacles, waypoints and the curve to follow, which are shown too.
 
     Raises:
         ParameterError: The other motion has other times.
@@ -93,7 +86,7 @@ def page(
         "radii": swimmer.radii_m,
         "body_radius": swimmer.body_radius_m,
         "beside": None if beside is None else _packed(_frames(beside, table.origin_m)[rows], "<f4"),
-        "obstacles": [] if obstacles is None else _obstacles(obstacles, table),
+        **_shown(around, table),
         "unit": unit,
         "unit_name": unit_name,
     }
@@ -102,17 +95,25 @@ def page(
     return template.replace("@DATA@", text)
 
 
-def _obstacles(scene: Scene, table: Table) -> list[dict[str, Any]]:
-    """Return what is drawn of obstacles: their triangles, and how much of what is behind shines through."""
-    low, high = table.position_m.min(axis=0), table.position_m.max(axis=0)
-    middle, reach = 0.5 * (low + high), 0.75 * float(np.max(high - low)) + 1e-9
-    return [
-        {
-            "triangles": _packed(surface(one, middle, reach) - table.origin_m, "<f4"),
-            "alpha": _TRANSLUCENT if isinstance(one, Tube | Mesh | HalfSpace) else _SOLID,
-        }
-        for one in scene.obstacles
-    ]
+def _shown(around: Surroundings, table: Table) -> dict[str, Any]:
+    """Return what a page draws around a motion."""
+    away = table.origin_m
+    return {
+        "skins": [
+            {"of": one.of, "triangles": _packed(one.triangles - away, "<f4"), "alpha": one.alpha}
+            for one in around.skins(table)
+        ],
+        "curve": _packed(around.curve_m - away, "<f4"),
+        "marks": [
+            {
+                "name": one.name,
+                "place": (one.place_m - away).tolist(),
+                "placed": one.placed,
+                "axes": None if one.orientation is None else one.orientation.T.tolist(),
+            }
+            for one in around.marks(table)
+        ],
+    }
 
 
 def _frames(table: Table, origin_m: Array) -> Array:
@@ -132,14 +133,14 @@ def write_page(
     title: str,
     path: Path,
     beside: Table | None = None,
-    obstacles: Scene | None = None,
+    around: Surroundings = NOTHING,
 ) -> int:
     """Write the page of a motion, see `page`, and return how many bytes it has.
 
     Raises:
         InputError: The file cannot be written.
     """
-    text = page(table, swimmer, title, beside, obstacles).encode()
+    text = page(table, swimmer, title, beside, around).encode()
     with whole_file(path) as stream:
         stream.write(text)
     return len(text)

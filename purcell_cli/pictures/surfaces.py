@@ -1,4 +1,4 @@
-"""The surfaces of obstacles as triangles, to be drawn."""
+"""The surfaces of obstacles, and of what is near a curve, as triangles to be drawn."""
 
 from __future__ import annotations
 
@@ -14,6 +14,10 @@ _AROUND = 20
 """Sides of a tube or a ball as it is drawn."""
 _ALONG = 10
 """Rings of a ball from pole to pole."""
+_MOST_RINGS = 150
+"""A curve of more points is drawn by so many of them."""
+_SHARP = 0.7
+"""At a corner whose cosine is below this (45 degrees) a tube ends round, and another one begins."""
 
 
 def surface(obstacle: Obstacle, middle: Array, reach_m: float) -> Array:
@@ -44,6 +48,40 @@ def surface(obstacle: Obstacle, middle: Array, reach_m: float) -> Array:
         return _rings(points, np.gradient(points, axis=0), np.array(obstacle.radii_m))
     assert isinstance(obstacle, Mesh)  # noqa: S101  # there are no others
     return obstacle.triangles
+
+
+def tube_round(points: Array, radius_m: float) -> Array:
+    """Return the surface of all that is within a radius of a polyline; where it is sharp, of two tubes.
+
+    Args:
+        points: The polyline's points, two or more, none of which repeats [m]. Shape (n, 3).
+        radius_m: The radius [m].
+
+    Returns:
+        Triangles [m]. Shape (n, 3, 3).
+    """
+    if len(points) > _MOST_RINGS:
+        points = points[np.unique(np.linspace(0, len(points) - 1, _MOST_RINGS).astype(int))]
+    steps = np.diff(points, axis=0)
+    units = steps / np.sqrt(dot(steps, steps))[:, None]
+    corners = np.flatnonzero(dot(units[1:], units[:-1]) < _SHARP) + 1
+    angle = np.linspace(1e-3, 0.5 * np.pi, _ALONG // 2 + 1)[:, None]
+    out = []
+    for low, high in zip([0, *corners], [*corners, len(steps)], strict=True):
+        inner = units[low:high]
+        along = np.concatenate([inner[:1], inner[1:] + inner[:-1], inner[-1:]])
+        first, last = (
+            points[low] - radius_m * np.cos(angle) * inner[0],
+            points[high] + radius_m * np.cos(angle) * inner[-1],
+        )
+        tip = radius_m * np.sin(angle)[:, 0]
+        centres = np.concatenate([first[:-1], points[low : high + 1], last[-2::-1]])
+        directions = np.concatenate(
+            [np.tile(inner[0], (len(tip) - 1, 1)), along, np.tile(inner[-1], (len(tip) - 1, 1))]
+        )
+        radii = np.concatenate([tip[:-1], np.full(high - low + 1, radius_m), tip[-2::-1]])
+        out.append(_rings(centres, directions, radii))
+    return np.concatenate(out)
 
 
 def _aside(direction: Array) -> tuple[Array, Array]:
