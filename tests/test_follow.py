@@ -56,6 +56,15 @@ def test_a_motion_that_leaves_its_curve_is_not_within_limits() -> None:
     assert [v.limit for v in strict.limits.violations] == ["follow"]
 
 
+def test_legs_round_a_sharp_corner_do_not_straighten_limbs_again() -> None:
+    """Limbs are straight there to rounding; a plan whose phases begin anew could not be verified or read back."""
+    corner = Follow(Curve(0.2 * np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])), 0.08)
+    mission = Mission(Configuration(), corner.goal(Configuration()), follow=corner)
+    found = plan_mission(mission, options=PlanOptions(effort="quick"))
+    assert found.verdict == "reached"
+    assert {block.phase for block in found.plan.blocks} == {2}
+
+
 @pytest.mark.slow
 def test_a_tighter_tolerance_costs_more_travel() -> None:
     assert followed(0.02).joint_travel_rad > 1.2 * followed(0.08).joint_travel_rad

@@ -18,7 +18,7 @@ from purcell_cli.geometry.rotations import Array, angle_between
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.joint_motion import home_shape
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.blocks import Block, block_displacements, starting_shapes
+from purcell_cli.motion.blocks import Block, block_displacements
 from purcell_cli.motion.curve import Curve
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.limits_check import check
@@ -213,5 +213,6 @@ class CurveLegs:
         if any(v.limit == "follow" for v in report.violations):
             return None
         moved = se3.prefix_products(block_displacements(self.swimmer, blocks, here.shape))[-1]
-        end = Configuration(se3.normalised(matmul(here.pose, moved)), starting_shapes(blocks, here.shape)[-1])
+        # the limbs end as wanted to rounding; the next leg need not straighten what is no bend
+        end = Configuration(se3.normalised(matmul(here.pose, moved)), there.shape)
         return blocks, end
