@@ -29,6 +29,8 @@ def queries() -> dict[str, tuple[Configuration, Configuration, Swimmer, dict[str
     out = {}
     for name, path in stored_scenarios().items():
         scenario = load_scenario(path)
+        if not scenario.mission.plain:
+            continue
         out[name] = (scenario.start, scenario.goal, scenario.swimmer, {})
     start, goal, swimmer, _ = out["yaw"]
     out["yaw, least energy"] = (start, goal, swimmer, {"objective": "energy"})

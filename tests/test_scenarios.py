@@ -13,7 +13,8 @@ from purcell_cli.batch.solve_one import Settings, solve
 
 SCENARIOS = stored_scenarios()
 SLOW = {
-    *("nearby", "planar-hinges", "planar-manoeuvre", "robot-joints", "slender", "universal-joints", "yaw-and-pitch"),
+    *("nearby", "planar-hinges", "planar-manoeuvre", "robot-joints", "slender", "universal-joints", "vessel"),
+    "yaw-and-pitch",
 }
 """Those that take a second or more."""
 

@@ -182,11 +182,13 @@ def times_table() -> str:
 def main() -> None:
     """Bring everything up to date and say which files have changed."""
     import gait_gallery
+    import mission_pictures
     import plan_picture
 
     before = {path: path.read_bytes() for path in [README, *DOCS.rglob("*.*")] if path.is_file()}
     gait_gallery.PAGE.write_text(gait_gallery.page(), encoding="utf-8")
     plan_picture.main()
+    mission_pictures.main()
     table = times_table()
     SIMULTANEOUS.write_text(_TIMES.sub(lambda _: table, SIMULTANEOUS.read_text(encoding="utf-8")), encoding="utf-8")
     texts = [page.read_text(encoding="utf-8") for page in pages()]

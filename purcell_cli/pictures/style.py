@@ -73,8 +73,13 @@ def styled() -> AbstractContextManager[None]:
     return mpl.rc_context(own | _STYLE)
 
 
-def save_figure(figure: Figure, path: Path) -> None:
+def save_figure(figure: Figure, path: Path, dpi: float | None = None) -> None:
     """Write a picture in the format of its file's ending, without a date.
+
+    Args:
+        figure: The picture.
+        path: Its file.
+        dpi: Dots per inch of what is drawn as pixels; None for those of the style.
 
     Raises:
         InputError: The ending is none of `FORMATS`, or the file cannot be written.
@@ -86,7 +91,7 @@ def save_figure(figure: Figure, path: Path) -> None:
         "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
     }
     with styled(), whole_file(path) as stream:
-        figure.savefig(stream, format=form, backend=_BACKENDS[form], metadata=undated[form])
+        figure.savefig(stream, format=form, dpi=dpi, backend=_BACKENDS[form], metadata=undated[form])
 
 
 def make_folder(path: Path) -> None:
