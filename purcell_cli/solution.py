@@ -15,16 +15,11 @@ from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.lie_brackets.joint_reach import refuse_weak_joints
 from purcell_cli.mechanics.bead_table import bead_table
 from purcell_cli.mechanics.configuration import Configuration, Deviation
-from purcell_cli.mechanics.joint_motion import refuse_displacement
-from purcell_cli.mechanics.joints import named
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.mechanics.wall import refuse_wall
 from purcell_cli.motion.blocks import Block, block_displacements, energies, starting_shapes
-from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.limits import Limits, LimitsReport
 from purcell_cli.motion.limits_check import check_legs
 from purcell_cli.motion.memory import refuse_huge
@@ -41,6 +36,7 @@ from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.simultaneous import quickened
 from purcell_cli.planner.ways.around import around
+from purcell_cli.query import refuse_query
 from purcell_cli.verification.certificate import Certificate, judged
 from purcell_cli.verification.replay import TOLERANCE_L, TOLERANCE_RAD, Replay, replay
 
@@ -243,30 +239,6 @@ def plan(
     return tried[0] if len(tried) == 1 else min(tried, key=rank)
 
 
-def refuse_query(
-    start: Configuration, goal: Configuration, swimmer: Swimmer, options: PlanOptions, named: str = "start"
-) -> None:
-    """Refuse a start, a goal or an option with which nothing is planned.
-
-    Args:
-        start: The start configuration.
-        goal: The goal configuration.
-        swimmer: The swimmer.
-        options: What is asked of the plan.
-        named: What the start is called.
-
-    Raises:
-        ParameterError: See `plan`.
-    """
-    limits = Limits.of(options)
-    refuse_wall(swimmer)
-    for name, configuration in ((named, start), ("goal", goal)):
-        refuse_large(swimmer, name, configuration)
-        limits.refuse(swimmer, name, configuration)
-    if not swimmer.ball_joints:
-        refuse_joints(swimmer, start, goal, options)
-
-
 def _reconfigured(
     swimmer: Swimmer,
     start: Configuration,
@@ -290,26 +262,6 @@ def _reconfigured(
         return reconfigure(careful, begin, end, gaits, Effort.QUICK, minimize, limits, silent, ())
 
     return around(swimmer, start, goal, limits, leg, seed, progress) or direct
-
-
-def refuse_joints(swimmer: Swimmer, start: Configuration, goal: Configuration, options: PlanOptions) -> None:
-    """Refuse what no plan by the joints can do, whatever the way.
-
-    Raises:
-        ParameterError: A goal out of reach, joints that cannot move the base, or simultaneous controls.
-    """
-    refuse_displacement(swimmer, start, goal)
-    refuse_weak_joints(swimmer, start.shape)
-    if {joint.kind for joint in swimmer.joints} == {"ball", "fixed"}:
-        raise ParameterError(
-            "swimmer: a universal joint, whose loops close, beside a limb that is fixed, is wanted by the planner as "
-            f"it is, found {named(swimmer.joints)}"
-        )
-    if options.controls == Controls.SIMULTANEOUS:
-        raise ParameterError(
-            "controls: primitive, since only ball joints turn at once so far, is wanted, "
-            f"found simultaneous with {named(swimmer.joints)}"
-        )
 
 
 def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:

@@ -19,7 +19,7 @@ FLOORS = [
     ("lie_brackets", "motion"),
     ("gaits", "verification"),
     ("planner",),
-    ("files",),
+    ("files", "query"),
     ("solution",),
     ("missions",),
     ("explanation",),

@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 import pytest
 from helpers import Run, mostly_slow, runner
 
-import purcell_cli.solution
+import purcell_cli.missions
 from purcell_cli import Configuration, __version__, plan, write_csv
 from purcell_cli.solution import Solution
 
@@ -132,7 +132,7 @@ PHASE_KEYS = {
 }
 VIOLATION_KEYS = dict.fromkeys(("limit", "excess", "unit", "time_s", "phase", "what"))
 LIMIT_KEYS = dict.fromkeys(
-    ("clearance_m", "max_bend_rad", "workspace_m", "workspace_violation_m", "kept", "violations")
+    ("clearance_m", "max_bend_rad", "workspace_m", "workspace_violation_m", "obstacle", "kept", "violations")
 )
 PLAN_KEYS = {
     "schema": None,
@@ -150,6 +150,8 @@ PLAN_KEYS = {
     "clearance_m": None,
     "largest_bend_rad": None,
     "limits": LIMIT_KEYS,
+    "waypoints": None,
+    "follow": None,
     "rows": None,
     "trajectory": None,
     "plan_document": None,
@@ -177,6 +179,9 @@ VERIFY_KEYS = {
     "clearance_m": None,
     "largest_bend_rad": None,
     "workspace_violation_m": None,
+    "obstacle_distance_m": None,
+    "waypoints": None,
+    "follow": None,
     "judged": dict.fromkeys(
         (
             "clearance_m",
@@ -353,7 +358,7 @@ def test_a_plan_that_does_not_arrive_is_no_success(run: Run, folder: Path, monke
         elsewhere = dataclasses.replace(found.plan, goal=Configuration(pose, found.plan.goal.shape))
         return Solution(elsewhere, found.options, found.replay, found.limits)
 
-    monkeypatch.setattr(purcell_cli.solution, "plan", almost)
+    monkeypatch.setattr(purcell_cli.missions, "plan", almost)
     code, out, err = run("plan", "start.yaml", "goal.yaml", "--json")
     document = document_of(out)
     assert (code, err, document["verdict"]) == (NOT_REACHED, "", "not reached")
@@ -832,7 +837,7 @@ def test_an_interrupt_while_planning_writes_nothing(run: Run, folder: Path, monk
         raise KeyboardInterrupt
 
     before = contents(folder)
-    monkeypatch.setattr(purcell_cli.solution, "plan", interrupted)
+    monkeypatch.setattr(purcell_cli.missions, "plan", interrupted)
     for arguments in ([], ["--json"]):
         code, out, err = run("plan", "start.yaml", "goal.yaml", *arguments)
         assert code not in {DONE, NOT_REACHED, MISUSE}

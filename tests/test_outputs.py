@@ -53,6 +53,7 @@ INPUTS: dict[tuple[str, str], str] = {
     ("export", "servo_map"): "servos",
     ("export", "swimmer"): "swimmer",
     ("view", "beside"): "trajectory",
+    ("view", "scenario"): "scenario",
     ("simulate", "trajectory"): "trajectory",
     ("simulate", "swimmer"): "swimmer",
     ("simulate", "model"): "swimmer",

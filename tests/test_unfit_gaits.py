@@ -65,7 +65,7 @@ def test_a_plan_names_what_it_leaves_out_and_is_as_without_it(folder: Path, monk
         return realised(gait, *others)
 
     monkeypatch.setattr(gait_sequence.pure_stroke, "realise_displacement", noted)
-    goal = Configuration.from_angles((0.01, 0.0, 0.0))
+    goal = Configuration.from_angles((1.0, 0.0, 0.0))
     quick = PlanOptions(effort="quick")
     found = plan(Configuration(), goal, options=quick, gaits={**stored_gaits(), **own})
     assert set(found.plan.left_out) == {"drifty", "ajar", "flat", "x-motion"}

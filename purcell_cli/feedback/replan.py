@@ -15,7 +15,8 @@ from purcell_cli.motion.verdict import Verdict
 from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.rest import of_primitives, rest
 from purcell_cli.planner.way import Way
-from purcell_cli.solution import Solution, carried_out, plan, refuse_query
+from purcell_cli.query import refuse_query
+from purcell_cli.solution import Solution, carried_out, plan
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -24,7 +24,9 @@ from purcell_cli.files.scalars import Number, Text
 from purcell_cli.files.stl_file import load_mesh
 
 _LENGTH = Number(above=0.0, at_most=1e9)
+"""A length [m]."""
 _POINT = ListOf(COORDINATE, 3)
+"""A point [m]."""
 _FILE = Text(meaning="the path of a file")
 
 

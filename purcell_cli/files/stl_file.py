@@ -29,6 +29,7 @@ _HEAD = 84
 """Bytes before the triangles of a binary file: 80 of anything, and their number."""
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+"""A triangle of a binary file."""
 
 _CORNER = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)")
 

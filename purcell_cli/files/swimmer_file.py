@@ -58,6 +58,7 @@ _SIZES = _each_link(
 )
 
 _VECTOR = ListOf(Number(at_least=-FARTHEST_M, at_most=FARTHEST_M), 3)
+"""A point [m] or a direction."""
 
 _WALL = Made(
     Record(

@@ -11,6 +11,7 @@ from purcell_cli.kernel.arrays import Array, address, doubles, wholes
 from purcell_cli.kernel.library import KERNEL
 
 _MOST_ROWS, _MOST_TIMES = 8, 64
+"""The most steps of one extrapolation, and the most times at which it evaluates: what the kernel has room for."""
 
 
 def extrapolated(

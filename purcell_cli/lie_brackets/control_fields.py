@@ -113,7 +113,7 @@ class Frame:
         partial = np.stack([high.derivative(twist, first + k)[: len(low)] for k in range(steps.shape[1])], axis=1)
         flat = partial.reshape(len(low), steps.shape[1], -1)
         turned = np.swapaxes(steps[: len(low)], 1, 2)
-        return low.product(turned, flat, np.matmul).reshape(len(low), -1, *partial.shape[2:])
+        return low.product(turned, flat, np.matmul).reshape(*turned.shape[:2], *partial.shape[2:])
 
     def _carried(self, own: Array, twist: Array, degree: int) -> Array:
         """Return xi_c V_c eta - eta_c V_c xi of the controls' twists xi and others eta. Shape (monomials, c, n, 6)."""

@@ -12,6 +12,7 @@ import functools
 import numpy as np
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING, piece_displacements
@@ -89,5 +90,5 @@ def _spread(unit: Swimmer, parts: tuple[PrimitiveSequence, ...]) -> tuple[Array,
     poses = se3.prefix_products(piece_displacements(unit, Pieces.between(fine, shapes), SEARCHING))
     share = np.linspace(0.0, 1.0, len(poses))
     mean = se3.exp(share[:, None] * se3.log(poses[-1]))
-    ends = link_ends(unit, se3.normalised(se3.inverse(mean) @ poses), shapes[..., 0])
+    ends = link_ends(unit, se3.normalised(matmul(se3.inverse(mean), poses)), shapes[..., 0])
     return ends[..., 0].ravel(), np.sqrt(ends[..., 1] ** 2 + ends[..., 2] ** 2).ravel()
