@@ -81,7 +81,7 @@ def space_figure(table: Table, swimmer: Swimmer, title: str, around: Surrounding
                     axes.plot(*(np.stack([mark.place_m, tip]) @ _VIEW.T).T, color=BLACK, linewidth=1.2, zorder=8)
                     _label(axes, tip, letter, (2, 2), 7)
             axes.plot(*(_VIEW @ mark.place_m), **_dot(mark.placed), zorder=9)
-            _label(axes, mark.place_m, mark.name, (6, 6 if mark.placed else -13))
+            _label(axes, mark.place_m, mark.name, (6, 6 if mark.placed and mark.orientation is None else -13))
         _draw_scale(axes, low, size)
         handles: list[Artist] = [
             Line2D([], [], color=colour, linewidth=2.6, label=name) for colour, name in _LINKS[::-1]
