@@ -5,6 +5,8 @@ Conventions: `rotations`; lengths in units of L.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -23,10 +25,10 @@ _IN_A_ROW = 5
 
 _MOST = 20
 """Where controls switch more often, poses are drawn at even times."""
-_LINKS = (ORANGE, BLACK, BLUE)
+LINKS = (ORANGE, BLACK, BLUE)
 """Colours of limb 2, base and limb 1."""
 
-_NAMES = ("limb 2", "base", "limb 1")
+NAMES = ("limb 2", "base", "limb 1")
 _MARK_L = 0.35
 """Length of the marks that show how far a link has rolled [L]: they stand out of the links and do not meet."""
 
@@ -51,12 +53,11 @@ def roll_marks(swimmer: Swimmer, trajectory: Trajectory, row: int, side: int) ->
     return np.stack([middles, middles + _MARK_L * along], axis=1)
 
 
-def draw_links(axes: Axes, flat: Array, alpha: float = 1.0) -> None:
+def draw_links(axes: Axes, flat: Array, alpha: float = 1.0, width: float = 2.2, level: int = 2) -> None:
     """Draw the three links between four points of a picture. Shape (4, 2)."""
-    for k, colour in enumerate(_LINKS):
-        axes.plot(
-            flat[k : k + 2, 0], flat[k : k + 2, 1], color=colour, linewidth=2.2, alpha=alpha, solid_capstyle="round"
-        )
+    style: dict[str, Any] = {"linewidth": width, "alpha": alpha, "zorder": level, "solid_capstyle": "round"}
+    for k, colour in enumerate(LINKS):
+        axes.plot(flat[k : k + 2, 0], flat[k : k + 2, 1], color=colour, **style)
 
 
 def poses_figure(swimmer: Swimmer, trajectory: Trajectory, title: str) -> Figure:
@@ -92,14 +93,14 @@ def poses_figure(swimmer: Swimmer, trajectory: Trajectory, title: str) -> Figure
             if swimmer.body_radius_m:
                 middle = 0.5 * (flat[k, 1] + flat[k, 2])
                 axes.add_patch(Circle(middle, swimmer.body_radius_m / swimmer.length_m, color=BLACK, alpha=0.4))
-            for mark, colour in zip(roll_marks(swimmer, trajectory, rows[k], up), _LINKS, strict=True):
+            for mark, colour in zip(roll_marks(swimmer, trajectory, rows[k], up), LINKS, strict=True):
                 axes.plot(mark[:, 0], mark[:, up], color=colour, linewidth=1.2, solid_capstyle="butt")
                 axes.plot(*mark[1, [0, up]], marker=".", markersize=4, color=colour)
             axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
             axes.set_title(names[k], fontsize=8, color=GREY)
         figure.suptitle(f"{title}, seen in the plane x-{'xyz'[up]}", fontsize=10)
         handles = [
-            Line2D([], [], color=colour, linewidth=2.2, label=name) for colour, name in zip(_LINKS, _NAMES, strict=True)
+            Line2D([], [], color=colour, linewidth=2.2, label=name) for colour, name in zip(LINKS, NAMES, strict=True)
         ]
         mark = f"marks: each link's own {'xyz'[up]}, which a roll turns out of the picture"
         handles.append(Line2D([], [], color=GREY, linewidth=1.2, marker=".", markersize=4, label=mark))

@@ -19,8 +19,9 @@ from matplotlib.patheffects import withStroke
 from purcell_cli.geometry.rotations import Array, from_quaternion
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.trajectory_table import Table
-from purcell_cli.pictures.colours import AMBER, BLACK, BLUE, GREEN, GREY, ORANGE
+from purcell_cli.pictures.colours import AMBER, BLACK, GREEN, GREY
 from purcell_cli.pictures.html_view import origin_told
+from purcell_cli.pictures.poses_plot import LINKS, NAMES, draw_links
 from purcell_cli.pictures.style import styled
 from purcell_cli.pictures.surroundings import Surroundings
 from purcell_cli.wording import length_unit
@@ -35,7 +36,6 @@ _VIEW = np.stack([_RIGHT, np.cross(_NEAR, _RIGHT)])
 """Onto the picture. Shape (2, 3)."""
 _TINTS = {"obstacle": (0.62, 0.70, 0.82), "tolerance": (0.90, 0.62, 0.0)}
 """Colours of surfaces that face the eye; those that do not are darker."""
-_LINKS = ((ORANGE, "limb 2"), (BLACK, "base"), (BLUE, "limb 1"))
 _APART_L = 3.6
 """Swimmers on the way are drawn at least so far apart [L]: no more than their tips meet."""
 _AXIS_L = 0.6
@@ -71,7 +71,7 @@ def space_figure(table: Table, swimmer: Swimmer, title: str, around: Surrounding
         axes.plot(*(table.position_m @ _VIEW.T).T, color=GREEN, linewidth=1.1, zorder=4)
         for k, points in enumerate(swimmers):
             at_end = k in {0, len(swimmers) - 1}
-            _draw_links(axes, points @ _VIEW.T, 1.0 if at_end else 0.45)
+            draw_links(axes, points @ _VIEW.T, 1.0 if at_end else 0.45, width=3.0, level=6)
         for name, points in (("start", swimmers[0]), ("goal", swimmers[-1])):
             _label(axes, points[3], name, (6, 5))
         for mark in marks:
@@ -83,9 +83,8 @@ def space_figure(table: Table, swimmer: Swimmer, title: str, around: Surrounding
             axes.plot(*(_VIEW @ mark.place_m), **_dot(mark.placed), zorder=9)
             _label(axes, mark.place_m, mark.name, (6, 6 if mark.placed and mark.orientation is None else -13))
         _draw_scale(axes, low, size)
-        handles: list[Artist] = [
-            Line2D([], [], color=colour, linewidth=2.6, label=name) for colour, name in _LINKS[::-1]
-        ]
+        links = list(zip(LINKS, NAMES, strict=True))[::-1]
+        handles: list[Artist] = [Line2D([], [], color=colour, linewidth=2.6, label=name) for colour, name in links]
         handles.append(Line2D([], [], color=GREEN, linewidth=1.1, label="base's path"))
         if around.obstacles is not None:
             handles.append(Patch(color=_TINTS["obstacle"], label="obstacle"))
@@ -144,12 +143,6 @@ def _draw_skin(axes: Axes, triangles: Array, tint: tuple[float, float, float], a
     skin = PolyCollection(list(triangles[order] @ _VIEW.T), facecolors=colours[order], edgecolors="none", zorder=1)
     skin.set_rasterized(True)  # in pictures of lines, too: there are thousands
     axes.add_collection(skin, autolim=False)
-
-
-def _draw_links(axes: Axes, flat: Array, alpha: float) -> None:
-    """Draw the three links between four points of the picture. Shape (4, 2)."""
-    for k, (colour, _) in enumerate(_LINKS):
-        axes.plot(*flat[k : k + 2].T, color=colour, linewidth=3.0, alpha=alpha, solid_capstyle="round", zorder=6)
 
 
 def _dot(placed: bool) -> dict[str, Any]:
