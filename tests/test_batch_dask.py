@@ -26,7 +26,7 @@ from purcell_cli.errors import InputError, ResultsError
 pytest.importorskip("distributed")
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="a worker is killed as POSIX does it")
 
-SCENARIOS = [still("first", 1), *(roll(f"r{k}", k + 1) for k in range(16)), "name: bad\nstart: 1\ngoal: {}"]
+SCENARIOS = [still("first", 1), *(roll(f"r{k}", k + 1) for k in range(32)), "name: bad\nstart: 1\ngoal: {}"]
 
 
 def scheduler_alone(file: Path, **options: Any) -> subprocess.Popen[bytes]:
@@ -75,16 +75,16 @@ def test_a_cluster_gives_the_same_bytes_even_when_a_worker_is_killed_half_way(
     scenarios = written(tmp_path / "s", SCENARIOS)
     there = process(str(scenarios), "--out", "there", "--dask", address, cwd=tmp_path)
     here = process(str(scenarios), "--out", "here", "--jobs", "1", cwd=tmp_path)
-    while not (tmp_path / "there" / "r2.json").exists():
+    while not (tmp_path / "there" / "r0.json").exists():
         assert there.poll() is None, there.communicate()
         time.sleep(0.005)
     workers[0].send_signal(signal.SIGKILL)
-    assert not (tmp_path / "there" / "r15.json").exists(), "there was work left to do"
+    assert not (tmp_path / "there" / "r31.json").exists(), "there was work left to do"
     for batch in (there, here):
         _, err = batch.communicate()
         assert batch.returncode == 1, err
         assert "bad: verdict: wanted reached, found error" in err
-        assert "18 of 18" in err
+        assert "34 of 34" in err
     assert results(tmp_path / "there") == results(tmp_path / "here")
 
 

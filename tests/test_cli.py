@@ -400,6 +400,7 @@ def test_a_plan_says_how_near_it_comes_to_its_limits(run: Run, folder: Path) -> 
         "max_bend_rad": 1.0,
         "workspace_m": {"min": [-1.0, -1.0, -1.0], "max": [1.0, 1.0, 1.0]},
         "workspace_violation_m": 0.0,
+        "obstacle": None,
         "kept": True,
         "violations": [],
     }

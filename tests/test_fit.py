@@ -249,8 +249,9 @@ def command(capsys: pytest.CaptureFixture[str]) -> Run:
 
 @pytest.mark.slow
 def test_the_command_writes_a_swimmer_that_every_command_takes(
-    command: Run, tmp_path: Path, table: list[dict[str, str]], capsys: pytest.CaptureFixture[str]
+    command: Run, tmp_path: Path, table: list[dict[str, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setenv("COLUMNS", "120")
     out = tmp_path / "fitted.yaml"
     code, printed, _ = command(str(tmp_path / "real.csv"), "--out", str(out), "--json")
     document = json.loads(printed)

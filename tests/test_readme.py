@@ -132,7 +132,7 @@ def test_the_readme_is_short() -> None:
 def test_files_that_are_shown_can_be_read(tmp_path: Path) -> None:
     readers = {
         "start.yaml": load_configuration, "goal.yaml": load_configuration, "u.yaml": load_configuration,
-        "swimmer.yaml": load_swimmer, "thin.yaml": load_swimmer, "robot.yaml": load_swimmer, "truth.yaml": load_swimmer,
+        "swimmer.yaml": load_swimmer, "thin.yaml": load_swimmer, "robot.yaml": load_swimmer,
         "across.yaml": load_scenario, "scenario.yaml": load_scenario, "ahead.yaml": load_scenario,
         "tour.yaml": load_scenario,
         "my-gaits/pitch-cruise.yaml": load_gait, "my-gaits/twist.yaml": load_gait,
