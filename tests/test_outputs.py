@@ -53,7 +53,7 @@ INPUTS: dict[tuple[str, str], str] = {
     ("export", "servo_map"): "servos",
     ("export", "swimmer"): "swimmer",
     ("view", "beside"): "trajectory",
-    ("view", "scenario"): "scenario",
+    **{(command, "scenario"): "scenario" for command in ("view", "plot")},
     ("simulate", "trajectory"): "trajectory",
     ("simulate", "swimmer"): "swimmer",
     ("simulate", "model"): "swimmer",
