@@ -195,6 +195,8 @@ def contents(folder: Path) -> dict[str, bytes]:
 def words(command: str, name: str, value: str) -> list[str]:
     """Return a command with one of its inputs given, and its places filled."""
     places = {**POSITIONAL.get(command, {}), **({name: value} if name in POSITIONAL.get(command, {}) else {})}
+    if (command, name) == ("plot", "scenario"):  # it stands around a trajectory, not a gait
+        places["what"] = "trajectory.yaml"
     given = [] if name in places else option(command, name, value)
     needs = {"simulate": "swimmer", "track": "truth"}.get(command, name)
     more = ALWAYS.get(command, [])
