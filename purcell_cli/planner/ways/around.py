@@ -161,7 +161,7 @@ class _Search:
             if (plan.limits is not None and not plan.limits.kept) or not self._arrives(end, there, within):
                 return None
             out.append(plan)
-            here = end
+            here = Configuration(end.pose, there.shape)  # to rounding: the next leg need not straighten what is no bend
         return out
 
     def _arrives(self, end: Configuration, there: Configuration, within: float) -> bool:
@@ -173,7 +173,7 @@ class _Search:
         blocks: list[Block] = []
         for plan in legs[:-1]:
             blocks += plan.blocks
-            here = ended(dataclasses.replace(plan, start=here))
+            here = Configuration(ended(dataclasses.replace(plan, start=here)).pose, plan.goal.shape)
         if len(legs) > 1:
             last = self.roadmap.path()
             bend_rad = self.roadmap.edge(last[-2], GOAL).bend_rad if last else query.swimmer.max_bend_rad
