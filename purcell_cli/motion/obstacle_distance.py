@@ -12,10 +12,10 @@ import dataclasses
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.environment.scene import Scene
 from purcell_cli.errors import ParameterError
-from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.pieces import Pieces
@@ -219,25 +219,16 @@ class _Search:
             poses: The base's poses there [m]. Shape (r, 4, 4).
             piece: Which piece begins at each place of the path.
         """
-        part, depth, durations = np.zeros(len(row), dtype=np.int64), 0, path.pieces.durations
-        moves, axes = path.ahead(piece[row], part, depth, 1.0)
-        first = self._distances(row, np.zeros(len(row)), poses, path.pieces.shapes[piece[row], :, :, 0])
-        last = self._distances(row, durations[piece[row]], matmul(poses, moves), axes)
-        while len(row):
-            here = piece[row]
-            length = durations[here] / 2**depth
+
+        def more(here: Rows, first: Array, last: Array, length: Array) -> NDArray[np.bool_]:
             bound = np.min(0.5 * (first + last - speeds[here] * length[:, None]), axis=1)
-            open_ = bound < self.best.distance_m - self.slack_m
-            if np.count_nonzero(open_) > _MOST_STRETCHES:
-                open_[:] = False
-            self.floor_m = min(self.floor_m, float(np.min(bound[~open_], initial=np.inf)))
-            row, part, poses, first, last, length = (x[open_] for x in (row, part, poses, first, last, length))
-            moves, axes = path.ahead(piece[row], part, depth, 0.5)
-            middle = matmul(poses, moves)
-            between = self._distances(row, (part + 0.5) * length, middle, axes)
-            row, part, depth = np.tile(row, 2), np.concatenate([2 * part, 2 * part + 1]), depth + 1
-            poses = np.concatenate([poses, middle])
-            first, last = np.concatenate([first, between]), np.concatenate([between, last])
+            cut = np.asarray(bound < self.best.distance_m - self.slack_m)
+            if np.count_nonzero(cut) > _MOST_STRETCHES:
+                cut[:] = False
+            self.floor_m = min(self.floor_m, float(np.min(bound[~cut], initial=np.inf)))
+            return cut
+
+        path.halve(row, poses, piece, self._distances, more)
 
     def _distances(self, row: Rows, time: Array, poses: Array, axes: Array) -> Array:
         """Return how far links are from obstacles [m], and keep the least. Shape (n, k)."""

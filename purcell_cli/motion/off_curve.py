@@ -11,8 +11,8 @@ import dataclasses
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
-from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -70,32 +70,27 @@ def farthest(
     """
     path = PathParts(swimmer, pieces, displacements)
     speed = middle_speed(swimmer, path.circles)
-    row, part, depth = np.arange(len(poses)), np.zeros(len(poses), dtype=np.int64), 0
-    moves, _ = path.ahead(piece, part, depth, 1.0)
-    first, last = curve.distance_m(poses[:, :3, 3]), curve.distance_m(matmul(poses, moves)[:, :3, 3])
-    k = int(np.argmax(first))
-    best = OffCurve(float(first[k]), k, 0.0)
-    if len(last) and float(np.max(last)) > best.distance_m:
-        k = int(np.argmax(last))
-        best = OffCurve(float(last[k]), k, float(pieces.durations[piece[k]]))
-    while len(row):
-        exact = _exact_m(swimmer, best, tolerance_m)
-        length = pieces.durations[piece[row]] / 2**depth
-        bound = 0.5 * (first + last + speed[piece[row]] * length)
-        more = bound > best.distance_m + exact
-        if np.count_nonzero(more) > _MOST:
-            return dataclasses.replace(best, error_m=float(np.max(bound)) - best.distance_m)
-        row, part, poses, first, last, length = (x[more] for x in (row, part, poses, first, last, length))
-        moves, _ = path.ahead(piece[row], part, depth, 0.5)
-        middle = matmul(poses, moves)
-        between = curve.distance_m(middle[:, :3, 3])
-        if len(between) and float(np.max(between)) > best.distance_m:
-            k = int(np.argmax(between))
-            best = OffCurve(float(between[k]), int(row[k]), float((part[k] + 0.5) * length[k]))
-        row, part, depth = np.tile(row, 2), np.concatenate([2 * part, 2 * part + 1]), depth + 1
-        poses = np.concatenate([poses, middle])
-        first, last = np.concatenate([first, between]), np.concatenate([between, last])
-    return dataclasses.replace(best, error_m=_exact_m(swimmer, best, tolerance_m))
+    best, error_m = OffCurve(), None
+
+    def look(row: Rows, time_s: Array, poses: Array, _axes: Array) -> Array:
+        nonlocal best
+        off = curve.distance_m(poses[:, :3, 3])
+        if len(off) and float(np.max(off)) > best.distance_m:
+            k = int(np.argmax(off))
+            best = OffCurve(float(off[k]), int(row[k]), float(time_s[k]))
+        return off
+
+    def more(here: Rows, first: Array, last: Array, length: Array) -> NDArray[np.bool_]:
+        nonlocal error_m
+        bound = 0.5 * (first + last + speed[here] * length)
+        cut = np.asarray(bound > best.distance_m + _exact_m(swimmer, best, tolerance_m))
+        if np.count_nonzero(cut) > _MOST:
+            error_m = float(np.max(bound)) - best.distance_m
+            cut[:] = False
+        return cut
+
+    path.halve(np.arange(len(poses)), poses, piece, look, more)
+    return dataclasses.replace(best, error_m=_exact_m(swimmer, best, tolerance_m) if error_m is None else error_m)
 
 
 def _exact_m(swimmer: Swimmer, best: OffCurve, tolerance_m: float) -> float:

@@ -179,26 +179,20 @@ def largest_excess(
     box = _Box(swimmer, workspace)
     speeds = end_speeds(swimmer, path.circles)[..., None]
     most = np.max(speeds, axis=(1, 2), initial=0.0)
-    row, part, depth = np.arange(len(poses)), np.zeros(len(poses), dtype=np.int64), 0
-    moves, axes = path.ahead(piece, part, depth, 1.0)
-    first = box.beyond(row, np.zeros(len(row)), poses, pieces.shapes[piece, :, :, 0])
-    last = box.beyond(row, pieces.durations[piece], matmul(poses, moves), axes)
-    while len(row):
-        here = piece[row]
-        length = pieces.durations[here] / 2**depth
+    error_m = box.error_m
+
+    def more(here: Rows, first: Array, last: Array, length: Array) -> NDArray[np.bool_]:
+        nonlocal error_m
         bound = np.max(0.5 * (first + last + speeds[here] * length[:, None, None]), axis=(1, 2))
-        open_ = bound > box.best.distance_m + (box.error_m if box.best.distance_m > 0.0 else 0.0)
-        open_ &= most[here] * length > box.error_m
-        if np.count_nonzero(open_) > _MOST_STRETCHES:
-            return dataclasses.replace(box.best, error_m=float(np.max(bound)) - box.best.distance_m)
-        row, part, poses, first, last, length = (x[open_] for x in (row, part, poses, first, last, length))
-        moves, axes = path.ahead(piece[row], part, depth, 0.5)
-        middle = matmul(poses, moves)
-        between = box.beyond(row, (part + 0.5) * length, middle, axes)
-        row, part, depth = np.tile(row, 2), np.concatenate([2 * part, 2 * part + 1]), depth + 1
-        poses = np.concatenate([poses, middle])
-        first, last = np.concatenate([first, between]), np.concatenate([between, last])
-    return dataclasses.replace(box.best, error_m=box.error_m)
+        cut = np.asarray(bound > box.best.distance_m + (box.error_m if box.best.distance_m > 0.0 else 0.0))
+        cut &= most[here] * length > box.error_m
+        if np.count_nonzero(cut) > _MOST_STRETCHES:
+            error_m = float(np.max(bound)) - box.best.distance_m
+            cut[:] = False
+        return cut
+
+    path.halve(np.arange(len(poses)), poses, piece, box.beyond, more)
+    return dataclasses.replace(box.best, error_m=error_m)
 
 
 def excess_of(swimmer: Swimmer, workspace: Workspace, pose: Array, shape: Array) -> Excess:
