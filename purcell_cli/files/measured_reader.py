@@ -14,9 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from purcell_cli.errors import InputError
-from purcell_cli.files.paths import UnreadableError, is_folder, readable
 from purcell_cli.files.place import shortened
-from purcell_cli.files.used_files import note_input
+from purcell_cli.files.used_files import note_large_input
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import MEASURED_SLACK, Array, from_euler, from_quaternion
 from purcell_cli.motion.measured_trajectory import MeasuredTrajectory
@@ -44,14 +43,7 @@ def read_measured(path: Path | str) -> MeasuredTrajectory:
         InputError: The file is missing, lacks a column, or has a row that no swimmer can be in; the row is told.
     """
     source = Path(path)
-    try:
-        size = readable(source).st_size
-    except UnreadableError as error:
-        found = "a folder" if is_folder(source) else error
-        raise InputError(f"{source}: wanted a measured trajectory's file, found {found}") from None
-    if size > _LARGEST_BYTES:
-        raise InputError(f"{source}: wanted at most {_LARGEST_BYTES >> 30} GiB, found more")
-    note_input(source)
+    note_large_input(source, "a measured trajectory's file", _LARGEST_BYTES)
     line = 1
     try:
         with source.open(encoding="utf-8-sig", newline="") as stream:

@@ -6,17 +6,15 @@ Read here rather than by a mesh library: the form is fifty bytes a triangle, and
 from __future__ import annotations
 
 import hashlib
-import os
 import re
-import stat
 from pathlib import Path
 
 import numpy as np
 
 from purcell_cli.environment.mesh import Mesh
 from purcell_cli.errors import ParameterError
-from purcell_cli.files.paths import UnreadableError, readable
-from purcell_cli.files.used_files import note_input
+from purcell_cli.files.paths import UnreadableError
+from purcell_cli.files.yaml_source import file_bytes
 from purcell_cli.geometry.rotations import Array
 
 MOST_TRIANGLES = 200_000
@@ -59,16 +57,7 @@ def load_mesh(path: Path, scale: float) -> Mesh:
 
 
 def _bytes(path: Path) -> bytes:
-    readable(path)
-    note_input(path)
-    try:
-        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-        with os.fdopen(descriptor, "rb") as stream:
-            if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-                raise UnreadableError("something that is no regular file")
-            data = stream.read(_MOST_BYTES + 1)
-    except OSError as error:
-        raise UnreadableError(f"none ({error.strerror or error})") from error
+    data = file_bytes(path, _MOST_BYTES)
     if len(data) > _MOST_BYTES:
         raise UnreadableError(f"more than {_MOST_BYTES} bytes")
     return data

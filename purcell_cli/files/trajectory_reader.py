@@ -14,10 +14,9 @@ from typing import IO
 import numpy as np
 
 from purcell_cli.errors import InputError
-from purcell_cli.files.paths import UnreadableError, is_folder, readable
 from purcell_cli.files.place import shortened
 from purcell_cli.files.trajectory_csv import COLUMNS, polars
-from purcell_cli.files.used_files import note_input
+from purcell_cli.files.used_files import note_large_input
 from purcell_cli.geometry.rotations import INPUT_SLACK, Array
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.processes import outside_forks
@@ -119,14 +118,7 @@ def read_parts(path: Path | str) -> Iterator[Table]:
         InputError: As for `read_csv`; what is wrong in a part is found when it is read.
     """
     source = Path(path)
-    try:
-        size = readable(source).st_size
-    except UnreadableError as error:
-        found = "a folder" if is_folder(source) else error
-        raise InputError(f"{source}: wanted a trajectory file, found {found}") from None
-    if size > _LARGEST_BYTES:
-        raise InputError(f"{source}: wanted at most {_LARGEST_BYTES >> 30} GiB, found more")
-    note_input(source)
+    note_large_input(source, "a trajectory file", _LARGEST_BYTES)
     before: tuple[Array, Names] | None = None
     row = 0
     try:

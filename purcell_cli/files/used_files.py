@@ -18,7 +18,7 @@ from contextvars import ContextVar
 from pathlib import Path
 
 from purcell_cli.errors import InputError
-from purcell_cli.files.paths import status
+from purcell_cli.files.paths import UnreadableError, is_folder, readable, status
 
 Identity = tuple[int, int]
 """A file's device and its number there."""
@@ -152,3 +152,24 @@ def _alike(folder: Path, name: str, other: str) -> bool:
     finally:
         with contextlib.suppress(OSError):
             first.unlink(missing_ok=True)
+
+
+def note_large_input(path: Path, wanted: str, most_bytes: int) -> None:
+    """Note a file that a command is about to read row by row, and refuse it where it cannot be read.
+
+    Args:
+        path: The file.
+        wanted: What it is to be.
+        most_bytes: How large it may be.
+
+    Raises:
+        InputError: There is no such file, it is too large, or the command writes it, too.
+    """
+    try:
+        size = readable(path).st_size
+    except UnreadableError as error:
+        found = "a folder" if is_folder(path) else error
+        raise InputError(f"{path}: wanted {wanted}, found {found}") from None
+    if size > most_bytes:
+        raise InputError(f"{path}: wanted at most {most_bytes >> 30} GiB, found more")
+    note_input(path)

@@ -51,8 +51,12 @@ _CORE = {
 }
 
 
-def file_bytes(path: Path) -> bytes:
+def file_bytes(path: Path, most: int = _LONG_PLAN * MOST_BYTES) -> bytes:
     """Return what a regular file holds, at most one byte more than is allowed.
+
+    Args:
+        path: The file.
+        most: How many bytes are allowed.
 
     Raises:
         UnreadableError: There is no such file, or it cannot be read.
@@ -65,7 +69,7 @@ def file_bytes(path: Path) -> bytes:
         with os.fdopen(descriptor, "rb") as stream:
             if not stat.S_ISREG(os.fstat(descriptor).st_mode):
                 raise UnreadableError("something that is no regular file")
-            return stream.read(_LONG_PLAN * MOST_BYTES + 1) or b""
+            return stream.read(most + 1) or b""
     except OSError as error:
         raise UnreadableError(f"none ({error.strerror or error})") from error
 
