@@ -53,6 +53,7 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "equations": (_SIZE, [*_RULE, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 6]),
     "bend_rows": (_SIZE, [_SIZE, *[_ARRAY] * 5, _NUMBER, *[_ARRAY] * 3]),
     "bounded_step": (None, [*[_SIZE] * 3, *[_ARRAY] * 4, _NUMBER, *[_ARRAY] * 2]),
+    "rows_as_text": (_SIZE, [*[_SIZE] * 2, *[_ARRAY] * 6]),
     "flow_and_derivatives": (_SIZE, [*_RULE, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 4]),
 }
 """What each function returns and takes."""
