@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from purcell_cli.files.builtin import data_folder, own_gaits, stored_gaits
 from purcell_cli.files.gaits_as_json import NAME, gaits_in_json, json_text
+from purcell_cli.mechanics.lift import run_displacements
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.planner import prepared
+from purcell_cli.planner.library.plan_library import MotionLibrary, stored_plans
 
 
 def parts(value: Any) -> Any:
@@ -46,3 +52,32 @@ def test_gaits_in_json_do_not_count_when_a_yaml_file_has_changed(tmp_path: Path)
     assert gaits_in_json(folder) is None
     (folder / NAME).unlink()
     assert gaits_in_json(folder) is None
+
+
+def test_the_planner_s_tables_are_what_it_computes() -> None:
+    sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tools"))
+    try:
+        from prepare_tables import tables
+    finally:
+        sys.path.pop(0)
+    computed = tables()
+    kept = {file.name: np.load(file) for file in prepared.FOLDER.glob("*.npy")}
+    assert sorted(kept) == sorted(computed), "python tools/prepare_tables.py makes them anew"
+    assert all(kept[name].tobytes() == table.tobytes() for name, table in computed.items())
+
+
+def test_a_table_is_that_of_its_own_swimmer(monkeypatch: pytest.MonkeyPatch) -> None:
+    computed = []
+
+    def counted(*given: Any) -> np.ndarray:
+        computed.append(given[0])
+        return run_displacements(*given)
+
+    monkeypatch.setattr(prepared, "run_displacements", counted)
+    unit, other = Swimmer().scaled(), Swimmer(base_half_length_m=0.04).scaled()
+    plans = stored_plans()[:5]
+    MotionLibrary(stored_plans(), unit)
+    assert computed == []
+    MotionLibrary(stored_plans(), other)  # another swimmer
+    MotionLibrary(plans, unit)  # another library
+    assert computed == [other, unit]
