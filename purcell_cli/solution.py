@@ -15,7 +15,6 @@ from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.bead_table import bead_table
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -34,8 +33,6 @@ from purcell_cli.planner.limbs.quarter_rolls import QuarterRolls
 from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.reconfiguration import reconfigure
-from purcell_cli.planner.refine.simultaneous import quickened
-from purcell_cli.planner.ways.around import around
 from purcell_cli.query import refuse_query
 from purcell_cli.verification.certificate import Certificate, judged
 from purcell_cli.verification.replay import TOLERANCE_L, TOLERANCE_RAD, Replay, replay
@@ -209,6 +206,8 @@ def plan(
     body, limits = swimmer or Swimmer(), Limits.of(options)
     refuse_query(start, goal, body, options)
     if body.fluid == "beads":
+        from purcell_cli.mechanics.bead_table import bead_table
+
         bead_table(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
     packaged = stored_gaits()
     left_out = unfit_gaits([gait for name, gait in stored.items() if packaged.get(name) is not gait], body)
@@ -229,7 +228,10 @@ def plan(
     for effort in efforts:
         made = _reconfigured(body, *seen, stored, effort, weighed, limits, options.seed, progress)
         made = dataclasses.replace(made, left_out=left_out)
-        made = quickened(made, limits, options.objective, effort) if simultaneous else made
+        if simultaneous:
+            from purcell_cli.planner.refine.simultaneous import quickened
+
+            made = quickened(made, limits, options.objective, effort)
         tried.append(carried_out(rolls.played(made, start, goal), options))
 
     def rank(one: Solution) -> tuple[bool, float]:
@@ -253,6 +255,8 @@ def _reconfigured(
     """Return a plan: the one that knows no obstacles where it is clear of them, else one round them if any is found."""
     if limits.obstacles is None:
         return reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress)
+    from purcell_cli.planner.ways.around import around
+
     direct = reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress, ())
     if not direct.blocks or (direct.limits is not None and direct.limits.kept):
         return direct

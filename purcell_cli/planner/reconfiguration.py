@@ -30,8 +30,6 @@ from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.candidates import generate, ranked
 from purcell_cli.planner.effort import EFFORTS
 from purcell_cli.planner.exploration import Exploration
-from purcell_cli.planner.joints.candidates import joint_candidates
-from purcell_cli.planner.joints.effort import JOINT_EFFORTS
 from purcell_cli.planner.objectives import generated_for, known_measure
 from purcell_cli.planner.problem import Problem
 from purcell_cli.planner.progress import Progress, silent
@@ -129,18 +127,29 @@ def _searched(
     problems = [problem.minimizing(objective) for objective in dict.fromkeys(("travel", generated_for(minimize)))]
     search = Exploration(query, Refinement(careful, start, kept_to, minimize), progress=progress)
     found: list[Candidate] = []
-    wide = JOINT_EFFORTS[effort]
-    for k, stage in enumerate(EFFORTS[effort] if unit.ball_joints else [one.stage for one in wide]):
+    if unit.ball_joints:
+        stages = EFFORTS[effort]
+
+        def generated(stage: int) -> list[Candidate]:
+            return ranked(problem, [*found, *(c for one in problems for c in generate(one, stages[stage].breadth))])
+    else:
+        from purcell_cli.planner.joints.candidates import joint_candidates
+        from purcell_cli.planner.joints.effort import JOINT_EFFORTS
+
+        wide = JOINT_EFFORTS[effort]
+        stages = tuple(one.stage for one in wide)
+
+        def generated(stage: int) -> list[Candidate]:
+            new = joint_candidates(unit, start.shape, goal.shape, wanted, wide[stage].breadth)
+            return sorted([*found, *new], key=lambda c: round(c.estimate_rad, 9))
+
+    for k, stage in enumerate(stages):
         if stage.last_resort:
             if search.incumbent.arrives:
                 break
             found = []  # those have all been tried
         try:
-            if unit.ball_joints:
-                found = ranked(problem, [*found, *(c for one in problems for c in generate(one, stage.breadth))])
-            else:
-                new = joint_candidates(unit, start.shape, goal.shape, wanted, wide[k].breadth)
-                found = sorted([*found, *new], key=lambda c: round(c.estimate_rad, 9))
+            found = generated(k)
             search.explore(stage, found)
         except KeyboardInterrupt:
             if not (stage.interrupt_keeps_best and search.incumbent.good):
