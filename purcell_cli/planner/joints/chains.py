@@ -17,7 +17,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul, normal_numbers
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel import screw_chains
-from purcell_cli.planner.joints.loops import Loops, Rows
+from purcell_cli.planner.joints.loops import Rows, Screws
 
 _DIRECTIONS = 400
 """Directions of the displacement space in each of which the best loop is kept."""
@@ -52,7 +52,7 @@ class Chains:
         return Chains(*several, self.missing, self.travel * count)
 
 
-def best_loops(loops: Loops, rows: tuple[int, ...], most: int, seed: int = 0) -> Rows:
+def best_loops(loops: Screws, rows: tuple[int, ...], most: int, seed: int = 0) -> Rows:
     """Return the loops that go farthest per joint travel in some direction, the most useful first.
 
     Those are the corners of the convex hull of what loops do per joint travel. Each direction is measured by the
@@ -80,7 +80,7 @@ def best_loops(loops: Loops, rows: tuple[int, ...], most: int, seed: int = 0) ->
     return np.array(list(dict.fromkeys([*found, *order]))[:most], dtype=np.int64)
 
 
-def solved_chains(loops: Loops, words: Rows, starts: Array, wanted: Array, rows: tuple[int, ...]) -> Chains:
+def solved_chains(loops: Screws, words: Rows, starts: Array, wanted: Array, rows: tuple[int, ...]) -> Chains:
     """Return chains brought to a displacement by Newton's method, from some numbers of cycles.
 
     Args:
@@ -96,7 +96,7 @@ def solved_chains(loops: Loops, words: Rows, starts: Array, wanted: Array, rows:
 
 
 def chains_for(
-    loops: Loops, wanted: Array, rows: tuple[int, ...], counts: tuple[int, int, int], seed: int = 0
+    loops: Screws, wanted: Array, rows: tuple[int, ...], counts: tuple[int, int, int], seed: int = 0
 ) -> Chains:
     """Return chains of loops that make a displacement, the least joint travel first.
 
@@ -124,7 +124,7 @@ def chains_for(
     return _sorted(_together(found, most))
 
 
-def _reach(loops: Loops, words: Rows, wanted: Array) -> Array:
+def _reach(loops: Screws, words: Rows, wanted: Array) -> Array:
     """Return how many cycles go the way, or turn by up to half a turn: the size of the first numbers of cycles."""
     twist = se3.log(wanted)
     way, turn = float(np.sqrt(np.sum(twist[:3] ** 2))), float(np.sqrt(np.sum(twist[3:] ** 2)))
@@ -136,7 +136,7 @@ def _reach(loops: Loops, words: Rows, wanted: Array) -> Array:
     return np.asarray(0.7 * reach)
 
 
-def _children(rng: np.random.Generator, loops: Loops, parents: Chains, wanted: Array) -> tuple[Rows, Array]:
+def _children(rng: np.random.Generator, loops: Screws, parents: Chains, wanted: Array) -> tuple[Rows, Array]:
     """Return chains like the best ones: one of their loops is another, its place another, or cycles are others."""
     few = min(_PARENTS, len(parents.loops))
     words = np.repeat(parents.loops[:few], _CHILDREN, axis=0)
