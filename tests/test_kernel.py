@@ -22,6 +22,7 @@ from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
 from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_the_digits
 from purcell_cli.kernel.pairs import pair_prices
 from purcell_cli.kernel.program import penalised
+from purcell_cli.kernel.screw_chains import solved
 from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.mechanics.base_velocity import kernel_numbers
 from purcell_cli.mechanics.collocation import Accuracy, flow_of
@@ -43,6 +44,7 @@ MODULES = (
     "pairs",
     "poses",
     "program",
+    "screw_chains",
     "shapes",
     "shooting",
 )
@@ -277,6 +279,9 @@ def everything(seed: int) -> bytes:
         *searched(flow, primitives, shapes),
         played(with_twice_the_digits(np.eye(4)), flow.pieces(*pieces), 5),
         pair_prices(poses.exp(pieces[1]), poses.exp(pieces[1]), pieces[2], pieces[2], np.linspace(0.1, 0.8, 8)),
+        *solved(
+            rng.integers(30, size=(20, 7)), rng.normal(size=(20, 7)), pieces[1], pieces[2] + 0.1, np.eye(4), range(6)
+        ),
         *penalised(*program(rng, 40, 6, 10)),
         random_program(seed).solved(),
         random_program(seed, curved=True).solved(),
