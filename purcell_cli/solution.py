@@ -181,7 +181,7 @@ def plan(
     swimmer: Swimmer | None = None,
     options: PlanOptions = PlanOptions(),
     gaits: Mapping[str, Gait] | None = None,
-    progress: Progress = lambda _done, _of, _news: None,
+    progress: Progress = silent,
 ) -> Solution:
     """Plan a motion from a start to a goal configuration, and check it.
 
@@ -202,6 +202,32 @@ def plan(
         ParameterError: A start, a goal or an option that the swimmer's joints do not allow.
         GaitError: No stored gait for a motion that is needed.
     """
+    efforts = [options.effort]
+    if options.controls == Controls.SIMULTANEOUS and options.effort == Effort.THOROUGH:
+        efforts.insert(0, Effort.STANDARD)  # so that it is never worse
+    body, tried = swimmer or Swimmer(), []
+    for effort in efforts:
+        asked = dataclasses.replace(options, effort=effort)
+        made = planned(start, goal, swimmer=body, options=asked, gaits=gaits, progress=progress)
+        tried.append(carried_out(made, options))
+
+    def rank(one: Solution) -> tuple[bool, float]:
+        spent = cost(options.objective, body, one.plan.blocks, start.shape)
+        return one.verdict != Verdict.REACHED, spent
+
+    return tried[0] if len(tried) == 1 else min(tried, key=rank)
+
+
+def planned(
+    start: Configuration,
+    goal: Configuration,
+    *,
+    swimmer: Swimmer | None = None,
+    options: PlanOptions = PlanOptions(),
+    gaits: Mapping[str, Gait] | None = None,
+    progress: Progress = silent,
+) -> Plan:
+    """Return the plan of a motion, not yet carried out; arguments and errors as of `plan`."""
     stored = stored_gaits() if gaits is None else gaits
     body, limits = swimmer or Swimmer(), Limits.of(options)
     refuse_query(start, goal, body, options)
@@ -219,26 +245,14 @@ def plan(
     if simultaneous and options.objective == Objective.SENSITIVITY:
         raise ParameterError("minimize: sensitivity goes with the controls primitive, found simultaneous")
     # One after the other, joints spend as much time as they travel; of simultaneous plans each is made from such a one.
-    timed = options.objective == Objective.TIME
-    weighed = Objective.TRAVEL if timed else options.objective
-    efforts = [options.effort]
-    if simultaneous and options.effort == Effort.THOROUGH:
-        efforts.insert(0, Effort.STANDARD)  # so that it is never worse
-    tried = []
-    for effort in efforts:
-        made = _reconfigured(body, *seen, stored, effort, weighed, limits, options.seed, progress)
-        made = dataclasses.replace(made, left_out=left_out)
-        if simultaneous:
-            from purcell_cli.planner.refine.simultaneous import quickened
+    weighed = Objective.TRAVEL if options.objective == Objective.TIME else options.objective
+    made = _reconfigured(body, *seen, stored, options.effort, weighed, limits, options.seed, progress)
+    made = dataclasses.replace(made, left_out=left_out)
+    if simultaneous:
+        from purcell_cli.planner.refine.simultaneous import quickened
 
-            made = quickened(made, limits, options.objective, effort)
-        tried.append(carried_out(rolls.played(made, start, goal), options))
-
-    def rank(one: Solution) -> tuple[bool, float]:
-        spent = cost(options.objective, body, one.plan.blocks, start.shape)
-        return one.verdict != Verdict.REACHED, spent
-
-    return tried[0] if len(tried) == 1 else min(tried, key=rank)
+        made = quickened(made, limits, options.objective, options.effort)
+    return rolls.played(made, start, goal)
 
 
 def _reconfigured(

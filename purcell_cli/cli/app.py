@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import functools
 import gc
+import re
 import signal
 import sys
 from typing import Annotated, Any, NoReturn
@@ -35,7 +36,7 @@ from purcell_cli.cli.warnings import warnings_on_stderr
 
 
 class _Bare:
-    """A command whose help shows no type after an option that takes no value."""
+    """A command whose help shows units, and no type after an option that takes no value."""
 
     def get_params(self, context: Any) -> list[Any]:
         """Return the options and arguments."""
@@ -44,6 +45,12 @@ class _Bare:
             if getattr(param, "is_flag", False):
                 param.metavar = ""
         return list(params)
+
+    def format_help(self, context: Any, formatter: Any) -> None:
+        """Write the help. Units in square brackets are no markup."""
+        for param in self.get_params(context):
+            param.help = re.sub(r"(?<!\\)\[", r"\\[", param.help or "")
+        super().format_help(context, formatter)  # type: ignore[misc]
 
 
 class _Group(_Bare, TyperGroup):
