@@ -102,7 +102,7 @@ class Box(Obstacle):
         object.__setattr__(self, "orientation", tuple(tuple(float(x) for x in row) for row in turned))
 
     def distance(self, first: Array, last: Array) -> Array:
-        """Return the signed distances of segments, exact outside, to 1e-8 of their length inside [m]. (n, 3) to (n,)."""
+        """Return the signed distances of segments, exact outside, to 1e-8 of their length inside [m]. (n, 3), (n,)."""
         half = 0.5 * np.array(self.size_m)
         return from_box(first, last, np.array(self.centre_m), np.array(self.orientation), half)
 
