@@ -62,7 +62,7 @@ def main() -> None:
     asked = parser.parse_args()
     os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # for the planners' processes
     results = [json.loads(line) for line in asked.out.read_text().splitlines()] if asked.out.exists() else []
-    done = {(r["kind"], r["number"], r["planner"]) for r in results}
+    done = {(r["kind"], r["number"], r["planner"]) for r in results if not r["fault"]}
     with asked.out.open("a", encoding="utf-8") as file:
         for number in range(asked.count):
             for kind in [asked.only] if asked.only else CLASSES:

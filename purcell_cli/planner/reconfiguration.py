@@ -12,13 +12,14 @@ is taken into account.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration, Deviation, displacement_between
 from purcell_cli.mechanics.joint_motion import flattened
 from purcell_cli.mechanics.lift import SEARCHING
@@ -29,10 +30,8 @@ from purcell_cli.motion.options import Objective
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.candidates import generate, ranked
-from purcell_cli.planner.effort import EFFORTS
+from purcell_cli.planner.effort import EFFORTS, Stage
 from purcell_cli.planner.exploration import Exploration
-from purcell_cli.planner.joints.candidates import joint_candidates
-from purcell_cli.planner.joints.effort import JOINT_EFFORTS
 from purcell_cli.planner.objectives import generated_for, known_measure
 from purcell_cli.planner.problem import Problem
 from purcell_cli.planner.progress import Progress, silent
@@ -168,18 +167,14 @@ def _searched(
         found = begun.candidates  # what travels least often spends least of anything else
         if begun.search.incumbent.good:
             search.incumbent.least_rad = begun.search.incumbent.joint_travel_rad
-    wide = JOINT_EFFORTS[effort]
-    for k, stage in enumerate(EFFORTS[effort] if unit.ball_joints else [one.stage for one in wide]):
+    stages, candidates = _generators(problem, wanted, effort)
+    for k, stage in enumerate(stages):
         if stage.last_resort:
             if search.incumbent.arrives or (begun is not None and begun.search.incumbent.arrives):
                 break
             found = []  # those have all been tried
         try:
-            if unit.ball_joints:
-                found = ranked(problem, [*found, *generate(problem, stage.breadth)])
-            else:
-                new = joint_candidates(unit, start.shape, goal.shape, wanted, wide[k].breadth)
-                found = sorted([*found, *new], key=lambda c: round(c.estimate_rad, 9))
+            found = candidates(k, found)
             search.explore(stage, found)
         except KeyboardInterrupt:
             if not (stage.interrupt_keeps_best and search.incumbent.good):
@@ -188,3 +183,22 @@ def _searched(
     if begun is not None:
         search.take(begun.search)
     return _Searched(search, found)
+
+
+def _generators(
+    problem: Problem, wanted: Array, effort: str
+) -> tuple[tuple[Stage, ...], Callable[[int, list[Candidate]], list[Candidate]]]:
+    """Return an effort's stages, and what gives the candidates of each beside those that are known, the best first."""
+    if problem.swimmer.ball_joints:
+        stages = EFFORTS[effort]
+        return stages, lambda k, known: ranked(problem, [*known, *generate(problem, stages[k].breadth)])
+    from purcell_cli.planner.joints.candidates import joint_candidates
+    from purcell_cli.planner.joints.effort import JOINT_EFFORTS
+
+    wide = JOINT_EFFORTS[effort]
+
+    def by_joints(k: int, known: list[Candidate]) -> list[Candidate]:
+        new = joint_candidates(problem.swimmer, problem.start, problem.goal, wanted, wide[k].breadth)
+        return sorted([*known, *new], key=lambda c: round(c.estimate_rad, 9))
+
+    return tuple(one.stage for one in wide), by_joints
