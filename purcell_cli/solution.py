@@ -28,6 +28,7 @@ from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, check_spacing, sample, schedule
 from purcell_cli.motion.verdict import PlanVerdict, Verdict
 from purcell_cli.planner.arcs.straight_way import advice
+from purcell_cli.planner.effort import LEG
 from purcell_cli.planner.gait_sequence import unfit_gaits
 from purcell_cli.planner.limbs.quarter_rolls import QuarterRolls
 from purcell_cli.planner.objectives import cost
@@ -212,7 +213,7 @@ def plan(
         tried.append(carried_out(made, options))
 
     def rank(one: Solution) -> tuple[bool, float]:
-        spent = cost(options.objective, body, one.plan.blocks, start.shape)
+        spent = cost(options.objective, *one.paced, start.shape)
         return one.verdict != Verdict.REACHED, spent
 
     return tried[0] if len(tried) == 1 else min(tried, key=rank)
@@ -277,7 +278,7 @@ def _reconfigured(
 
     def leg(begin: Configuration, end: Configuration, bend_rad: float) -> Plan:
         careful = dataclasses.replace(swimmer, max_bend_rad=min(bend_rad, swimmer.max_bend_rad))
-        return reconfigure(careful, begin, end, gaits, Effort.QUICK, minimize, limits, silent, ())
+        return reconfigure(careful, begin, end, gaits, LEG, minimize, limits, silent, ())
 
     return around(swimmer, start, goal, limits, leg, seed, progress) or direct
 
