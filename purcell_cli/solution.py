@@ -36,7 +36,7 @@ from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.simultaneous import quickened
-from purcell_cli.planner.ways.around import around
+from purcell_cli.planner.ways.around import SHORTER, around
 from purcell_cli.query import refuse_query
 from purcell_cli.verification.certificate import Certificate, judged
 from purcell_cli.verification.replay import TOLERANCE_L, TOLERANCE_RAD, Replay, replay
@@ -262,7 +262,7 @@ def _reconfigured(
         careful = dataclasses.replace(swimmer, max_bend_rad=min(bend_rad, swimmer.max_bend_rad))
         return reconfigure(careful, begin, end, gaits, LEG, minimize, limits, silent, ())
 
-    return around(swimmer, start, goal, limits, leg, seed, progress) or direct
+    return around(swimmer, start, goal, limits, leg, seed, SHORTER[effort], progress) or direct
 
 
 def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
