@@ -56,7 +56,7 @@ def test_it_arrives_where_one_plan_alone_misses(goal: Configuration) -> None:
 
 @pytest.mark.slow
 def test_every_replan_stays_clear_of_obstacles() -> None:
-    """A ball where a limb would swing, and a floor: the first plan misses, and it and all that follow are clear of both."""
+    """A ball where a limb would swing, and a floor: the first plan misses, and all plans are clear of both."""
     scene = Scene((Sphere((0.2, 0.14, 0.0), 0.03), HalfSpace((0, 0, -0.15), (0, 0, 1))))
     goal = Configuration.from_angles((0.04, 0.0, 0.0), (10, 0, 0))
     found = track(START, goal, TRUTH, options=PlanOptions(obstacles=scene, effort="quick", clearance_m=0.002))
