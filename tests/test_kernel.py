@@ -17,21 +17,37 @@ from scipy.optimize import linprog
 
 from purcell_cli.kernel import distances, library, linear, poses, shooting, sources
 from purcell_cli.kernel.certificate import extrapolated
+from purcell_cli.kernel.descent import Descent
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
 from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_the_digits
 from purcell_cli.kernel.pairs import pair_prices
 from purcell_cli.kernel.program import penalised
+from purcell_cli.kernel.screw_chains import solved
 from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.mechanics.base_velocity import kernel_numbers
 from purcell_cli.mechanics.collocation import Accuracy, flow_of
 from purcell_cli.mechanics.lift import EXACT, SEARCHING
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.pieces import Pieces
+from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 
 SWIMMER = Swimmer().scaled()
 FOLDER = library.HERE
-MODULES = ("certificate", "convex", "elementary", "flow", "linear", "pairs", "poses", "program", "shapes", "shooting")
+MODULES = (
+    "certificate",
+    "convex",
+    "descent",
+    "elementary",
+    "flow",
+    "linear",
+    "pairs",
+    "poses",
+    "program",
+    "screw_chains",
+    "shapes",
+    "shooting",
+)
 """The modules of the kernel that call it."""
 
 
@@ -233,6 +249,17 @@ def bounded(rng: np.random.Generator, *shape: int) -> list[np.ndarray]:
     return [begun, rng.uniform(0.1, 1.0, shape), begun - rng.uniform(0.1, 2.0, shape), np.full(shape, np.inf)]
 
 
+def searched(flow: Flow, sequence: PrimitiveSequence, shapes: np.ndarray) -> list[np.ndarray]:
+    """Return what searches for the angles of primitives find, some steps long."""
+    where = np.arange(10), np.ones(10), 10, [], shapes[0], poses.exp(np.full((1, 6), 0.05))[0], [10], shapes[1:2]
+    search = Descent(
+        flow, sequence.control, np.zeros(10), *where, np.zeros((10, 2)), np.zeros(10, int), 0.5, watched=False
+    )
+    angle, *rest, off = search.approached(sequence.angle, 1e-9, 0.1, 2, 9)
+    short, *missed = search.shortened(angle, np.ones(10), 10.0, 3, (0.1, 0.5, 1e-4), 0.1, np.inf)
+    return [angle, *rest, np.array([off, *missed]), short]
+
+
 def everything(seed: int) -> bytes:
     """Return what all functions of the kernel in use find for random input."""
     rng = np.random.default_rng(seed)
@@ -282,8 +309,12 @@ def everything(seed: int) -> bytes:
             primitives.control, primitives.angle, primitives.shapes(shapes[0]), np.ones((10, 2)), np.zeros(10, int), 9.0
         ),
         shooting.bounded_step(rng.normal(size=(8, 30)), np.ones(8), rng.normal(size=4), rng.normal(size=(4, 30)), 0.1),
+        *searched(flow, primitives, shapes),
         played(with_twice_the_digits(np.eye(4)), flow.pieces(*pieces), 5),
         pair_prices(poses.exp(pieces[1]), poses.exp(pieces[1]), pieces[2], pieces[2], np.linspace(0.1, 0.8, 8)),
+        *solved(
+            rng.integers(30, size=(20, 7)), rng.normal(size=(20, 7)), pieces[1], pieces[2] + 0.1, np.eye(4), range(6)
+        ),
         *penalised(*program(rng, 40, 6, 10)),
         random_program(seed).solved(),
         random_program(seed, curved=True).solved(),
