@@ -270,7 +270,7 @@ def _reconfigured(
     """Return a plan: the one that knows no obstacles where it is clear of them, else one round them if any is found."""
     if limits.obstacles is None:
         return reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress)
-    from purcell_cli.planner.ways.around import around
+    from purcell_cli.planner.ways.around import SHORTER, around
 
     direct = reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress, ())
     if not direct.blocks or (direct.limits is not None and direct.limits.kept):
@@ -280,7 +280,7 @@ def _reconfigured(
         careful = dataclasses.replace(swimmer, max_bend_rad=min(bend_rad, swimmer.max_bend_rad))
         return reconfigure(careful, begin, end, gaits, LEG, minimize, limits, silent, ())
 
-    return around(swimmer, start, goal, limits, leg, seed, progress) or direct
+    return around(swimmer, start, goal, limits, leg, seed, SHORTER[effort], progress) or direct
 
 
 def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
