@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from purcell_cli.errors import UnknownNameError
+from purcell_cli.errors import ParameterError, UnknownNameError
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
 from purcell_cli.mechanics.configuration import Configuration, Deviation, displacement_between
@@ -25,7 +25,9 @@ from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import apart_bend_rad
 from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.memory import budget_gb, most_primitives, too_huge
 from purcell_cli.motion.plan import Plan
+from purcell_cli.planner.arcs.primitive_counts import advice
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.candidates import generate, ranked
 from purcell_cli.planner.effort import EFFORTS
@@ -78,6 +80,7 @@ def reconfigure(
     Raises:
         GaitError: No stored gait for a motion that is needed.
         UnknownNameError: No effort or measure has this name.
+        ParameterError: No candidate whose motion fits into the memory that it may take.
     """
     known_measure(minimize)
     if effort not in EFFORTS:
@@ -99,6 +102,9 @@ def reconfigure(
         if other.incumbent.better_than(search.incumbent):
             search, found = other, others
     best = search.incumbent.best
+    if best is None and search.left_out:
+        refused = too_huge(min(search.left_out), 0.0, budget_gb(kept_to.max_memory_gb))
+        raise ParameterError(f"{refused}{advice(swimmer, gaits)}")
     blocks = () if best is None else played(best.motion)
     return Plan(swimmer, start, goal, blocks, search.structures(found), None if best is None else best.report)
 
@@ -127,12 +133,13 @@ def _searched(
     problem = Problem(unit, start.shape, goal.shape, sought, gaits, minimize, clearance)
     # What travels least often spends least of anything else.
     problems = [problem.minimizing(objective) for objective in dict.fromkeys(("travel", generated_for(minimize)))]
-    search = Exploration(query, Refinement(careful, start, kept_to, minimize), progress=progress)
+    most = most_primitives(budget_gb(kept_to.max_memory_gb))
+    search = Exploration(query, Refinement(careful, start, kept_to, minimize), progress=progress, most_primitives=most)
     found: list[Candidate] = []
     wide = JOINT_EFFORTS[effort]
     for k, stage in enumerate(EFFORTS[effort] if unit.ball_joints else [one.stage for one in wide]):
         if stage.last_resort:
-            if search.incumbent.arrives:
+            if search.incumbent.arrives or (search.left_out and search.incumbent.best is None):
                 break
             found = []  # those have all been tried
         try:
