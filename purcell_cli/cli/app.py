@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import functools
+import re
 import signal
 import sys
 from typing import Annotated, Any, NoReturn
@@ -34,7 +35,7 @@ from purcell_cli.cli.warnings import warnings_on_stderr
 
 
 class _Bare:
-    """A command whose help shows no type after an option that takes no value."""
+    """A command whose help shows no type after an option that takes no value, and units in brackets as they are."""
 
     def get_params(self, context: Any) -> list[Any]:
         """Return the options and arguments."""
@@ -42,6 +43,7 @@ class _Bare:
         for param in params:
             if getattr(param, "is_flag", False):
                 param.metavar = ""
+            param.help = re.sub(r"(?<!\\)\[", r"\\[", param.help or "")
         return list(params)
 
 
