@@ -9,6 +9,7 @@ import dataclasses
 import functools
 import math
 from collections.abc import Mapping
+from typing import Protocol
 
 import numpy as np
 
@@ -36,6 +37,16 @@ _KNOTS_RAD = np.array(
 _SMALLER, _LEAST_RAD = 0.8, 1e-6
 """Where even the first amplitude bends limbs beyond their limit, smaller ones are tabulated, each this part of the
 next, until one does not, or is below this [rad]."""
+
+
+class Rolling(Protocol):
+    """What rolls between arcs."""
+
+    def travel(self, angle: Array) -> Array:
+        """Return about how much joint travel rolls by angles take [rad]. Shape (...)."""
+
+    def blocks(self, angle: float) -> list[Block]:
+        """Return the strokes that roll by an angle [rad]."""
 
 
 class RollStroke:
