@@ -72,10 +72,14 @@ def query(seed: int) -> Query:
     rng = np.random.default_rng(seed)
     while True:
         swimmer = of_its_own(rng, drawn(rng)) if seed % _OF_ITS_OWN == 1 else drawn(rng)
+        if not promised(swimmer, stored_gaits()):
+            continue
+        joints = str(rng.choice(list(COMBINATIONS))) if seed % _JOINTED == 2 else ""
+        if not joints:
+            break
+        swimmer = jointed(rng, swimmer, COMBINATIONS[joints])
         if promised(swimmer, stored_gaits()):
             break
-    joints = str(rng.choice(list(COMBINATIONS))) if seed % _JOINTED == 2 else ""
-    swimmer = jointed(rng, swimmer, COMBINATIONS[joints]) if joints else swimmer
 
     def limb() -> np.ndarray:
         spread = np.degrees(min(swimmer.max_bend_rad, 1.0))

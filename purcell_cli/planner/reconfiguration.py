@@ -29,7 +29,7 @@ from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.memory import budget_gb, most_primitives, too_huge
 from purcell_cli.motion.options import Objective
 from purcell_cli.motion.plan import Plan
-from purcell_cli.planner.arcs.primitive_counts import advice
+from purcell_cli.planner.arcs.primitive_counts import LEAST_BEND_RAD, advice
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.candidates import generate, ranked
 from purcell_cli.planner.effort import EFFORTS, Stage
@@ -80,7 +80,7 @@ def reconfigure(
     Raises:
         GaitError: No stored gait for a motion that is needed.
         UnknownNameError: No effort or measure has this name.
-        ParameterError: No candidate whose motion fits into the memory that it may take.
+        ParameterError: No candidate whose motion fits into the memory that it may take, or none for such small bends.
     """
     known_measure(minimize)
     if effort not in EFFORTS:
@@ -111,6 +111,11 @@ def reconfigure(
     if best is None and found.search.left_out:
         refused = too_huge(min(found.search.left_out), 0.0, budget_gb(kept_to.max_memory_gb))
         raise ParameterError(f"{refused}{advice(swimmer, gaits)}")
+    if best is None and not swimmer.ball_joints and swimmer.max_bend_rad < LEAST_BEND_RAD:
+        raise ParameterError(
+            f"max_bend_rad: strokes of these joints that reach the goal are wanted, found none within "
+            f"{swimmer.max_bend_rad:g} rad (plans for other than ball joints are promised from {LEAST_BEND_RAD:g} on)"
+        )
     blocks = () if best is None else played(best.motion)
     structures = found.search.structures(found.candidates)
     return Plan(swimmer, start, goal, blocks, structures, None if best is None else best.report)
