@@ -108,17 +108,29 @@ def reconfigure(
     if minimize != Objective.TRAVEL and not found.interrupted:
         found = least(minimize, found)
     best = found.search.incumbent.best
-    if best is None and found.search.left_out:
-        refused = too_huge(min(found.search.left_out), 0.0, budget_gb(kept_to.max_memory_gb))
-        raise ParameterError(f"{refused}{advice(swimmer, gaits)}")
-    if best is None and not swimmer.ball_joints and swimmer.max_bend_rad < LEAST_BEND_RAD:
+    if best is None:
+        _refuse_hopeless(swimmer, gaits, found.search.left_out, kept_to.max_memory_gb)
+    blocks = () if best is None else played(best.motion)
+    structures = found.search.structures(found.candidates)
+    return Plan(swimmer, start, goal, blocks, structures, None if best is None else best.report)
+
+
+def _refuse_hopeless(swimmer: Swimmer, gaits: Mapping[str, Gait], left_out: list[int], most_gb: float) -> None:
+    """Refuse what has no candidate, where it is known what would help.
+
+    Args:
+        swimmer: The swimmer.
+        gaits: The stored gaits.
+        left_out: How many primitives the candidates have that were left out.
+        most_gb: The memory that a motion may take; see `budget_gb` [GB].
+    """
+    if left_out:
+        raise ParameterError(f"{too_huge(min(left_out), 0.0, budget_gb(most_gb))}{advice(swimmer, gaits)}")
+    if not swimmer.ball_joints and swimmer.max_bend_rad < LEAST_BEND_RAD:
         raise ParameterError(
             f"max_bend_rad: strokes of these joints that reach the goal are wanted, found none within "
             f"{swimmer.max_bend_rad:g} rad (plans for other than ball joints are promised from {LEAST_BEND_RAD:g} on)"
         )
-    blocks = () if best is None else played(best.motion)
-    structures = found.search.structures(found.candidates)
-    return Plan(swimmer, start, goal, blocks, structures, None if best is None else best.report)
 
 
 def careful_bend_rad(swimmer: Swimmer, limits: Limits) -> float:

@@ -53,8 +53,8 @@ PROMISED = PrimitiveCounts(50_000.0, 200_000.0, 1_000.0)
 Of 120 random swimmers 82 % need fewer."""
 
 LEAST_BEND_RAD = 0.3
-"""The least bend limit of swimmers on other joints than ball joints for which plans are promised [rad]: below, chains of
-their loops are often not found. All of 13 random ones from it on were planned, none of 2 below 0.1."""
+"""The least bend limit of swimmers on other joints than ball joints for which plans are promised [rad]: below, chains
+of their loops are often not found. All of 13 random ones from it on were planned, none of 2 below 0.1."""
 
 
 def _side_rad(loops: Fan, knot: int) -> float:
