@@ -109,7 +109,7 @@ def test_with_noise_it_ends_within_what_the_noise_hides() -> None:
     measuring = Measuring(1e-3, 0.1, seed=4)
     found, same = (track(START, GOAL, TRUTH, measuring=measuring) for _ in range(2))
     assert found.arrived
-    assert found.off.within(4e-3 * TRUTH.length_m, math.radians(0.4))
+    assert found.off.within(3e-3 * TRUTH.length_m, math.radians(0.3))
     assert np.array_equal(found.parts[-1].end.pose, same.parts[-1].end.pose)
     assert not np.array_equal(found.parts[-1].end.pose, found.parts[-1].measured.pose)
 

@@ -15,8 +15,11 @@ from purcell_cli.mechanics.configuration import Configuration
 
 _MOST = {"position_l": 1.0, "base_deg": 45.0}
 """The most noise of each kind: beyond, nothing is measured."""
-_HIDDEN = 2.5
-"""A measurement's three components are off by more standard deviations than this together once in ten times."""
+AT_REST = 4
+"""So often a swimmer that rests is measured; the mean counts, whose deviation is half as large."""
+_HIDDEN = 2.5 / AT_REST**0.5
+"""An arrival is believed where that mean is so many of one measurement's deviations beyond the tolerance: its three
+components are off by more together once in ten times."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -56,7 +59,7 @@ class Measuring:
         Args:
             configuration: Where the swimmer really is.
             length_m: The swimmer's L [m].
-            normal: Normal numbers of unit deviation. Shape (2, 3).
+            normal: Normal numbers of unit deviation, or the mean of several. Shape (2, 3).
         """
         if not (self.position_l or self.base_deg):
             return configuration

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from purcell_cli.errors import ParameterError
-from purcell_cli.feedback.measured import EXACTLY, Measuring
+from purcell_cli.feedback.measured import AT_REST, EXACTLY, Measuring
 from purcell_cli.feedback.replan import done_by, way_of
 from purcell_cli.feedback.simulate import refuse_other_joints, simulate
 from purcell_cli.feedback.tracker import TOLERANCE_L, TOLERANCE_RAD, Tracker
@@ -134,19 +134,22 @@ def track(
     noise = np.random.default_rng(measuring.seed)
     parts: list[Part] = []
 
-    def measuring_at(swum: Trajectory, row: int) -> Configuration:
+    def measured_in(swum: Trajectory, row: int) -> Configuration:
         at = Configuration(swum.pose[row], swum.shape[row])
         return measuring.of(at, body.length_m, normal_numbers(noise, (2, 3)))
 
+    def measured_at_rest(at: Configuration) -> Configuration:
+        return measuring.of(at, body.length_m, np.add.reduce(normal_numbers(noise, (AT_REST, 2, 3))) / AT_REST)
+
     here, swum_s = start, math.inf
-    measured = measuring.of(here, body.length_m, normal_numbers(noise, (2, 3)))
+    measured = measured_at_rest(here)
     while not tracker.arrived(measured) and len(parts) <= replans:
         solution = tracker.update(measured, swum_s, anew=True)
         swum_s = _until(solution, first=not parts) if len(parts) < replans else math.inf
         while True:
             swum = simulate(as_table(solution.trajectory.until(swum_s)), truth, begun=here.pose).trajectory
-            seen = [(float(swum.time_s[row]), measuring_at(swum, row)) for row in _seen_on_the_way(swum)]
-            measured = measuring_at(swum, -1)
+            seen = [(float(swum.time_s[row]), measured_in(swum, row)) for row in _seen_on_the_way(swum)]
+            measured = measured_at_rest(swum.end)
             if swum_s == math.inf or not tracker.on_its_way(measured, swum_s):
                 break
             swum_s = math.inf

@@ -41,38 +41,44 @@ static double bend_of(const struct swimmer *s, const double a[3], double *cosine
     return bend < s->reach ? bend : s->reach;
 }
 
-/* A part of the table's sum over one limb's bend, for all the rest: with the polynomials, and with their slopes. */
+/* A part of the table's sum over one limb's bend, for all the rest: with the polynomials, and with their slopes. Chebyshev
+ * series converge fast, so that most coefficients of high degree in all three are rounding: they are left out. */
 static void fix(const struct swimmer *s, int limb, double bend, struct known *out) {
     const int n = (int)s->bends, m = (int)s->multiples, rest = m * RESISTANCE;
     const SIZE stride = limb ? rest : (SIZE)n * rest, row = limb ? (SIZE)n * rest : rest;
+    const double *counts = s->table + (2 * out->exact + limb) * n * m, *coefficients = s->table + 4 * n * m;
     double weight[MOST_BENDS], slope[MOST_BENDS];
     if (out->limb == limb && out->bend == bend) return;
     chebyshev(2.0 * bend / s->reach - 1.0, 2.0 / s->reach, n, weight, slope);
     out->limb = limb;
     out->bend = bend;
+    out->used = 1;
+    for (int c = 0; c < m; c++) out->many[c] = 0;
     for (int b = 0; b < n; b++)
         for (int c = 0; c < m; c++) {
-            const double *table = s->table + b * row + c * RESISTANCE;
+            const int count = (int)counts[b * m + c];
+            const double *table = coefficients + b * row + c * RESISTANCE;
             double *const sum = out->sums[0] + b * rest + c * RESISTANCE;
             double *const sloped = out->sums[1] + b * rest + c * RESISTANCE;
-            for (int e = 0; e < out->entries; e++) sum[e] = weight[0] * table[e];
-            for (int a = 1; a < n; a++)
+            for (int e = 0; e < out->entries; e++) sum[e] = 0.0;
+            for (int e = 0; out->slopes && e < out->entries; e++) sloped[e] = 0.0;
+            if (count) out->many[c] = b + 1;
+            if (count && c >= out->used) out->used = c + 1;
+            for (int a = 0; a < count; a++)
                 for (int e = 0; e < out->entries; e++) sum[e] += weight[a] * table[a * stride + e];
-            if (!out->slopes) continue;
-            for (int e = 0; e < out->entries; e++) sloped[e] = slope[1] * table[stride + e]; /* T_0 has none */
-            for (int a = 2; a < n; a++)
+            for (int a = 1; out->slopes && a < count; a++) /* T_0 has none */
                 for (int e = 0; e < out->entries; e++) sloped[e] += slope[a] * table[a * stride + e];
         }
 }
 
 /* The sum over the other limb's bend. */
-static void contracted(const double *sums, const double *weight, int n, int m, int entries, double *out) {
-    for (int c = 0; c < m; c++) {
-        const double *from = sums + c * RESISTANCE;
+static void contracted(const struct known *known, int slopes, const double *weight, int m, double *out) {
+    for (int c = 0; c < known->used; c++) {
+        const double *from = known->sums[slopes] + c * RESISTANCE;
         double *const to = out + c * RESISTANCE;
-        for (int e = 0; e < entries; e++) to[e] = weight[0] * from[e];
-        for (int b = 1; b < n; b++)
-            for (int e = 0; e < entries; e++) to[e] += weight[b] * from[b * m * RESISTANCE + e];
+        for (int e = 0; e < known->entries; e++) to[e] = 0.0;
+        for (int b = 0; b < known->many[c]; b++)
+            for (int e = 0; e < known->entries; e++) to[e] += weight[b] * from[b * m * RESISTANCE + e];
     }
 }
 
@@ -128,7 +134,8 @@ static void turning_about_x(double full[COLUMNS][COLUMNS], double out[COLUMNS][C
  * base, at [3 i + j] of `change`. */
 static void looked_up(const struct swimmer *s, double axes[2][3], const struct known *known, double *out,
                       double (*change)[RESISTANCE]) {
-    const int n = (int)s->bends, m = (int)s->multiples, entries = known->entries, other = 1 - known->limb;
+    const int n = (int)s->bends, m = (int)s->multiples, used = known->used, entries = known->entries;
+    const int other = 1 - known->limb;
     double cosine[2], sine[2], bend[2], weight[MOST_BENDS], slope[MOST_BENDS];
     double even[MOST_MULTIPLES], odd[MOST_MULTIPLES], even_slope[MOST_MULTIPLES], odd_slope[MOST_MULTIPLES];
     double all[MOST_MULTIPLES * RESISTANCE], by_bend[2][MOST_MULTIPLES * RESISTANCE];
@@ -136,28 +143,28 @@ static void looked_up(const struct swimmer *s, double axes[2][3], const struct k
     for (int limb = 0; limb < 2; limb++) bend[limb] = bend_of(s, axes[limb], cosine + limb, sine + limb);
     const double turn = cosine[0] * cosine[1] + sine[0] * sine[1], aside = cosine[0] * sine[1] - sine[0] * cosine[1];
     chebyshev(2.0 * bend[other] / s->reach - 1.0, 2.0 / s->reach, n, weight, slope);
-    multiples(turn, aside, m, even, odd);
-    contracted(known->sums[0], weight, n, m, entries, all);
-    summed(all, even, odd, m, entries, full);
+    multiples(turn, aside, used, even, odd);
+    contracted(known, 0, weight, m, all);
+    summed(all, even, odd, used, entries, full);
     turned_about_x(full, cosine[0], sine[0], out); /* back from the frame in which limb 1 is bent along y */
     if (!known->slopes) return;
     double by_angle[COLUMNS][COLUMNS], whole[COLUMNS][COLUMNS], bent[2][COLUMNS][COLUMNS], quotient[2];
     double sharp[2][COLUMNS][COLUMNS];
-    for (int c = 0; c < m; c++) {
+    for (int c = 0; c < used; c++) {
         even_slope[c] = -c * odd[c];
         odd_slope[c] = c * even[c];
     }
-    contracted(known->sums[1], weight, n, m, entries, by_bend[known->limb]);
-    contracted(known->sums[0], slope, n, m, entries, by_bend[other]);
-    summed(all, even_slope, odd_slope, m, entries, by_angle);
+    contracted(known, 1, weight, m, by_bend[known->limb]);
+    contracted(known, 0, slope, m, by_bend[other]);
+    summed(all, even_slope, odd_slope, used, entries, by_angle);
     turning_about_x(full, whole);
     for (int limb = 0; limb < 2; limb++) {
         double mixed[COLUMNS][COLUMNS], spun[COLUMNS][COLUMNS], aside_of, along_of;
-        summed(by_bend[limb], even, odd, m, entries, bent[limb]);
+        summed(by_bend[limb], even, odd, used, entries, bent[limb]);
         purcell_sin_cos_of(bend[limb], &aside_of, &along_of);
         quotient[limb] = bend[limb] < STRAIGHT ? 1.0 : along_of / aside_of;
         if (bend[limb] >= STRAIGHT) continue;
-        summed(by_bend[limb], even_slope, odd_slope, m, entries, mixed);
+        summed(by_bend[limb], even_slope, odd_slope, used, entries, mixed);
         turning_about_x(bent[limb], spun);
         for (int i = 0; i < COLUMNS; i++)
             for (int j = 0; j < COLUMNS; j++) sharp[limb][i][j] = limb ? mixed[i][j] : spun[i][j] - mixed[i][j];
@@ -242,6 +249,7 @@ void purcell_at_shape(const struct swimmer *s, double axes[2][3], int changes, d
     struct known known;
     double cosine, sine;
     known.limb = -1;
+    known.exact = 1;
     known.slopes = changes;
     known.entries = RESISTANCE;
     fix(s, 0, bend_of(s, axes[0], &cosine, &sine), &known);

@@ -27,9 +27,12 @@ def swimmer_numbers(swimmer: ArrayLike) -> Array:
         raise ValueError(f"swimmer: an array of shape ({NUMBERS},) or more is wanted, found {found.shape}")
     reach, bends, multiples = (float(x) for x in found[NUMBERS - 3 : NUMBERS])
     known = reach > 0.0 and 2 <= bends <= MOST_BENDS and 1 <= multiples <= MOST_MULTIPLES
-    wanted = NUMBERS + (int(bends) ** 2 * int(multiples) * RESISTANCE if known else 0)
+    wanted = NUMBERS + (int(bends) * int(multiples) * (4 + int(bends) * RESISTANCE) if known else 0)
     if len(found) != wanted or not (known or (reach, bends, multiples) == (0.0, 0.0, 0.0)):
         raise ValueError(f"swimmer: an array of shape ({wanted},) is wanted, found {found.shape}")
+    counts = found[NUMBERS : NUMBERS + 4 * int(bends) * int(multiples)]
+    if known and not (np.min(counts) >= 0.0 and np.max(counts) <= bends):
+        raise ValueError(f"swimmer: at most {bends:g} coefficients of a sum are wanted")
     return found
 
 

@@ -254,6 +254,7 @@ SIZE purcell_mesh(const struct swimmer *s, const struct rule *rule, const double
     }
     struct field field;
     field.count = 0;
+    known->exact = rule->stages > ROUGH_STAGES;
     known->slopes = wanted >= CHANGE;
     known->entries = wanted == POWER ? RESISTANCE : WITHOUT_POWER;
     const SIZE panels = (SIZE)(c.sweep * duration / PANEL_RAD) + 1;

@@ -257,8 +257,8 @@ API void purcell_connections(const double *numbers, SIZE n, const double *axes, 
             for (int w = 0; w < LANES; w++) {
                 double axes_of[2][3], found[7][RESISTANCE];
                 for (int i = 0; i < 6; i++) axes_of[i / 3][i % 3] = a[i / 3][i % 3][w];
-                purcell_at_shape(s, axes_of, 1, found);
-                for (int e = 0; e < 7 * RESISTANCE; e++) given[e / RESISTANCE][e % RESISTANCE][w] = found[e / RESISTANCE][e % RESISTANCE];
+                purcell_at_shape(s, axes_of, change != 0, found);
+                for (int e = 0; e < (change ? 7 : 1) * RESISTANCE; e++) given[e / RESISTANCE][e % RESISTANCE][w] = found[e / RESISTANCE][e % RESISTANCE];
             }
         purcell_connection(s, a, u, s->reach > 0.0 ? given : 0, out, change ? slopes : 0, per_rate ? each : 0, power ? &work : 0);
         for (int w = 0; w < LANES && k + w < n; w++) {

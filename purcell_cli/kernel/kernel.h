@@ -81,7 +81,10 @@ struct swimmer {
     /* Of links that feel each other, and else 0: up to which bend the table reaches [rad], how many Chebyshev
      * polynomials of each limb's bend it has, and how many multiples of the angle between their planes. */
     double reach, bends, multiples;
-    double table[]; /* (bends, bends, multiples, 78) */
+    /* (2, 2, bends, multiples) numbers of coefficients that count, roughly and exactly, for the sums over limb 1's bend at
+     * one of limb 2's polynomials and a multiple, and for those over limb 2's; then (bends, bends, multiples, 78)
+     * coefficients. */
+    double table[];
 };
 #define SWIMMER_NUMBERS 25
 
@@ -104,6 +107,8 @@ static inline int entry(int i, int j) {
 /* What is left of the table when one limb's bend is known: its sums with the polynomials, and with their slopes. */
 struct known {
     int limb, slopes, entries; /* limb: -1 at first; entries: of a resistance, all or without those of the power alone */
+    int exact;                 /* whether every coefficient that counts is summed, or only those that do for a search */
+    int used, many[MOST_MULTIPLES]; /* of how many multiples, and of how many of the other limb's polynomials by the multiple */
     double bend;
     double sums[2][MOST_BENDS * MOST_MULTIPLES * RESISTANCE];
 };

@@ -35,6 +35,9 @@ _BENDS, _ANGLES = 15, 13
 _MIRRORED = np.array([0, 0, 1, 1, 1, 0, 1, 1, 0, 1, 1, 0])
 """Which components of (v, omega, u_1, u_2) change their sign in the mirror of the x-y plane."""
 
+_ROUGH, _EXACT = 1e-10, 1e-14
+"""Coefficients below these parts of the largest are left out in a search, whose flows err by 1e-7, and else."""
+
 Progress = Callable[[int, int], None]
 """Is told how many of how many samples are made."""
 
@@ -119,7 +122,7 @@ def _samples(unit: Swimmer, grid: Grid, progress: Progress) -> Array:
 
 
 def made_table(swimmer: Swimmer, progress: Progress = lambda _done, _of: None, grid: Grid = FINE) -> Array:
-    """Return the kernel's table of a swimmer: its numbers of the table, and the coefficients. Shape (3 + n n m 78,).
+    """Return the kernel's table of a swimmer: its numbers, what counts, and coefficients. Shape (3 + n m (4 + n 78),).
 
     Args:
         swimmer: The swimmer.
@@ -139,7 +142,18 @@ def made_table(swimmer: Swimmer, progress: Progress = lambda _done, _of: None, g
     out = out.transpose(2, 0, 1, 3).reshape(m, -1)
     sums = [matmul(series, out).reshape(m, n, n, -1) for series in (even, odd)]
     table = np.where(mixed, sums[1], sums[0]).transpose(1, 2, 0, 3)
-    return np.concatenate([[grid.reach_rad, n, m], table.ravel()])
+    return np.concatenate([[grid.reach_rad, n, m], _counts(table).ravel(), table.ravel()])
+
+
+def _counts(table: Array) -> Array:
+    """Return how many coefficients count in the sums over each limb's bend: roughly, exactly. Shape (2, 2, n, m)."""
+    size = np.max(np.abs(table), axis=-1)
+    out = []
+    for part in (_ROUGH, _EXACT):
+        for axis in (0, 1):
+            big = np.moveaxis(size > part * np.max(size), axis, -1)
+            out.append(np.max(big * (1 + np.arange(len(size))), axis=-1))
+    return np.array(out, dtype=np.float64).reshape(2, 2, len(size), -1)
 
 
 _known: dict[str, Array] = {}
@@ -159,7 +173,7 @@ def bead_table(swimmer: Swimmer, progress: Progress = lambda _done, _of: None) -
     refuse_wall(swimmer)
     unit = swimmer.scaled()
     sizes = *unit.halves_m, *unit.radii_m
-    key = f"{DIGEST} {FINE.reach_rad!r} {FINE.many_bends} {FINE.many_angles} {sizes!r}"
+    key = f"{DIGEST} {FINE.reach_rad!r} {FINE.many_bends} {FINE.many_angles} {_ROUGH!r} {_EXACT!r} {sizes!r}"
     if key not in _known:
         table = kept("beads", key, lambda: made_table(unit, progress, FINE))
         table.setflags(write=False)
