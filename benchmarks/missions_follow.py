@@ -19,10 +19,10 @@ from purcell_cli import Configuration, Curve, Follow, Mission, PlanOptions, Purc
 L_M = 0.1
 TOLERANCES = {
     "line": (1.0, 0.5, 0.3, 0.2, 0.1),
-    "circle": (1.0, 0.7),
+    "circle": (1.0, 0.7, 0.5, 0.3),
     "helix": (1.0, 0.7),
-    "Z": (1.0, 0.7),
-    "loop": (1.0,),
+    "Z": (1.0, 0.7, 0.3),
+    "loop": (1.0, 0.5),
 }
 """The tolerances that each curve is followed within [L]."""
 

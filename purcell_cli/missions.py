@@ -11,13 +11,13 @@ from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
 from purcell_cli.mechanics.bead_table import bead_table
 from purcell_cli.mechanics.configuration import Configuration
-from purcell_cli.mechanics.joint_motion import home_shape
+from purcell_cli.mechanics.joint_motion import home_shape, plane_axis, refuse_displacement
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.mission import Follow, Mission, Order, Passage, Waypoint
-from purcell_cli.motion.options import PlanOptions
+from purcell_cli.motion.options import Controls, PlanOptions
 from purcell_cli.motion.plan import Plan, Structure
 from purcell_cli.planner.missions.curve_legs import CurveLegs
 from purcell_cli.planner.missions.leg_price import LegPrice
@@ -27,6 +27,7 @@ from purcell_cli.planner.missions.one_motion import one_motion
 from purcell_cli.planner.missions.waypoint_order import best_order, leg_prices
 from purcell_cli.planner.missions.waypoint_poses import Touring
 from purcell_cli.planner.progress import Progress, silent
+from purcell_cli.query import refuse_query
 from purcell_cli.solution import Solution, carried_out, plan, planned
 from purcell_cli.wording import counted
 
@@ -55,7 +56,11 @@ def plan_mission(
     body = swimmer or Swimmer()
     if mission.plain:
         return plan(mission.start, mission.goal, swimmer=body, options=options, gaits=gaits, progress=progress)
+    refuse_query(mission.start, mission.goal, body, options)
     if mission.follow is not None:
+        if plane_axis(body) is not None:
+            for pose in mission.follow.poses(mission.start):
+                refuse_displacement(body, mission.start, Configuration(pose, mission.start.shape), "follow")
         return followed(mission, mission.follow, body, options, gaits, progress)
     refuse_waypoints(mission, body, options)
     if body.fluid == "beads":
@@ -74,8 +79,9 @@ def plan_mission(
     def in_place(here: Configuration, waypoint: Waypoint) -> Plan | None:
         return turned_in_place(body, here, waypoint, options)
 
+    dear = options.controls == Controls.SIMULTANEOUS
     stops = [Stop(mission.via[k], one) for k, one in zip(order, chosen, strict=True)]
-    legs = MissionLegs(body, touring.price, Limits.of(options), leg, in_place).between(
+    legs = MissionLegs(body, touring.price, Limits.of(options), leg, in_place, dear).between(
         mission.start, stops, mission.goal
     )
     return carried_out(joined(body, mission, order, legs), options)
@@ -128,6 +134,7 @@ def refuse_waypoints(mission: Mission, swimmer: Swimmer, options: PlanOptions) -
     for k, one in enumerate(mission.via):
         filled = one.filled(Configuration(mission.start.pose, home))
         refuse_large(swimmer, f"via.{k}", filled)
+        refuse_displacement(swimmer, mission.start, filled, f"via.{k}")
         known = one.position_m is not None and one.orientation is not None
         (limits if known else dataclasses.replace(limits, workspace=None, obstacles=None)).refuse(
             swimmer, f"via.{k}", filled

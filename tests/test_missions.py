@@ -14,6 +14,8 @@ from helpers import assert_close, dop853_rates, is_close, runner
 
 from purcell_cli import (
     Configuration,
+    Curve,
+    Follow,
     Mission,
     Order,
     PlanDocument,
@@ -29,6 +31,7 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.joints import Joint
 from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.limb_circles import bends
 from purcell_cli.motion.trajectory import schedule
@@ -223,6 +226,16 @@ def test_there_and_back_again_is_no_contradiction() -> None:
 def test_a_waypoint_names_something() -> None:
     with pytest.raises(ParameterError, match="names a position, an orientation or a limb is wanted, found nothing"):
         Waypoint()
+
+
+def test_what_leaves_the_plane_of_parallel_hinges_is_refused_by_its_name() -> None:
+    swimmer = Swimmer(joints=(Joint("hinge", "yaw"), Joint("hinge", "yaw")))
+    goal = Configuration.from_angles((0.4, 0.0, 0.0))
+    with pytest.raises(ParameterError, match=r"via\.0: base: a pose in the start's x-y plane.*z off by 0\.1 m"):
+        plan_mission(Mission(Configuration(), goal, (at(0.2, 0.0, 0.1),)), swimmer=swimmer)
+    rising = Follow(Curve(np.array([[0.0, 0.0, 0.0], [0.2, 0.0, 0.1], [0.4, 0.0, 0.0]])), 0.1)
+    with pytest.raises(ParameterError, match=r"follow: base: a pose in the start's x-y plane"):
+        plan_mission(Mission(Configuration(), goal, follow=rising), swimmer=swimmer)
 
 
 def test_a_waypoint_whose_limbs_overlap_is_refused() -> None:

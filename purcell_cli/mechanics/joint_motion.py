@@ -186,8 +186,14 @@ def refuse_shape(swimmer: Swimmer, name: str, configuration: Configuration) -> N
                 )
 
 
-def refuse_displacement(swimmer: Swimmer, start: Configuration, goal: Configuration) -> None:
+def refuse_displacement(swimmer: Swimmer, start: Configuration, goal: Configuration, called: str = "goal") -> None:
     """Refuse a goal that the joints cannot reach from a start, whatever they do.
+
+    Args:
+        swimmer: The swimmer.
+        start: The start.
+        goal: The goal.
+        called: What the goal is called.
 
     Raises:
         ParameterError: A fixed limb that is to turn, or a base that is to leave the plane of two parallel hinges.
@@ -196,7 +202,7 @@ def refuse_displacement(swimmer: Swimmer, start: Configuration, goal: Configurat
         turned = float(angle_between(start.shape[limb], goal.shape[limb]))
         if joint.kind == "fixed" and turned > MISFIT_RAD:
             raise ParameterError(
-                f"goal: limb {limb + 1}: the start's orientation, since its joint is fixed, is wanted, "
+                f"{called}: limb {limb + 1}: the start's orientation, since its joint is fixed, is wanted, "
                 f"found one {math.degrees(turned):.6g} degrees from it"
             )
     axis = plane_axis(swimmer)
@@ -211,6 +217,6 @@ def refuse_displacement(swimmer: Swimmer, start: Configuration, goal: Configurat
     found += [f"{what} off by {math.degrees(off):.6g} degrees" for what, off in others if abs(off) > PLANE_SLACK]
     if found:
         raise ParameterError(
-            f"goal: base: a pose in {plane}, since both limbs hang on {axis} hinges, is wanted, "
+            f"{called}: base: a pose in {plane}, since both limbs hang on {axis} hinges, is wanted, "
             f"found its {' and its '.join(found)}"
         )

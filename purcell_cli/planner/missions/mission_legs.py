@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.reproducible import matmul
+from purcell_cli.geometry.reproducible import matmul, norm
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.joint_motion import plane_axis
@@ -25,6 +25,8 @@ LegPlanner = Callable[[Configuration, Configuration, float], Plan]
 InPlace = Callable[[Configuration, Waypoint], Plan | None]
 """Plans a leg in which limbs turn where they are."""
 
+_STRAIGHT = 0.8
+"""Nor are they where the straight line is less than this part of the line through them: to price a way takes longer."""
 _ON_THE_WAY = 0.9
 """Waypoints are on the way from one stop to another where going there straight away costs at least this part of going
 through them."""
@@ -65,6 +67,7 @@ class MissionLegs:
         limits: What legs keep besides the bend limit.
         plan_leg: Plans a leg.
         in_place: Turns limbs where they are.
+        dear: Whether to plan a leg takes long, so that each is planned once.
     """
 
     swimmer: Swimmer
@@ -72,6 +75,7 @@ class MissionLegs:
     limits: Limits
     plan_leg: LegPlanner
     in_place: InPlace
+    dear: bool = False
 
     def between(self, start: Configuration, stops: Sequence[Stop], goal: Configuration) -> list[Plan]:
         """Return the legs from the start to each stop in turn, and to the goal; each begins where the one before ends.
@@ -112,12 +116,14 @@ class MissionLegs:
     ) -> int:
         """Return up to which stop those from the first on are all on the way; the first where none is."""
         poses, last = [here.pose], first
+        if self.dear or not self.swimmer.ball_joints or self.limits.obstacles is not None:
+            return first
         for k in range(first, len(every)):
             one = every[k]
             if one is None:
                 break
             poses.append(one.pose)
-            if k > first and self._price(poses[0], poses[-1]) >= _ON_THE_WAY * self._price(*poses):
+            if k > first and _straight(poses) and self._price(poses[0], poses[-1]) >= _ON_THE_WAY * self._price(*poses):
                 last = k
             if k < len(stops) and not free_but_for_place(stops[k].waypoint):
                 break
@@ -128,7 +134,7 @@ class MissionLegs:
     ) -> list[Plan] | None:
         """Return legs through stops on the way to the last configuration, if they cost no more than is promised."""
         goal = every[-1]
-        if not stops or goal is None or not self.swimmer.ball_joints or self.limits.obstacles is not None:
+        if not stops or goal is None:
             return None
         direct = self.plan_leg(here, goal, _ROOM)
         found = legs_through(self.swimmer, direct, [one.waypoint for one in stops], self.limits)
@@ -139,7 +145,7 @@ class MissionLegs:
     def _anew(self, first: Plan, second: Plan, stop: Stop) -> tuple[Plan, Plan]:
         """Return two legs, by way of another heading between them where that costs less and they are dear."""
         best, before = (first, second), first.joint_travel_rad + second.joint_travel_rad
-        if stop.waypoint.orientation is not None or stop.configuration is None:
+        if self.dear or stop.waypoint.orientation is not None or stop.configuration is None:
             return best
         ends = (first.start.pose, second.goal.pose)
         if before < max(_SHORT_RAD, _DEAR * self._price(ends[0], stop.configuration.pose, ends[1])):
@@ -160,3 +166,9 @@ class MissionLegs:
         axis = plane_axis(self.swimmer)
         about = [1, 2] if axis is None else [2 if axis == "yaw" else 1]
         return [size * np.eye(3)[k] for size in _TURNS_RAD for k in reversed(about)]
+
+
+def _straight(poses: Sequence[Array]) -> bool:
+    """Return whether a way through places is about as long as the straight one."""
+    places = np.stack(poses)[:, :3, 3]
+    return float(norm(places[-1] - places[0])) >= _STRAIGHT * float(np.sum(norm(np.diff(places, axis=0))))
