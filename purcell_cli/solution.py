@@ -280,7 +280,8 @@ def _reconfigured(
         careful = dataclasses.replace(swimmer, max_bend_rad=min(bend_rad, swimmer.max_bend_rad))
         return reconfigure(careful, begin, end, gaits, LEG, minimize, limits, silent, ())
 
-    return around(swimmer, start, goal, limits, leg, seed, SHORTER[effort], progress) or direct
+    found = around(swimmer, start, goal, limits, leg, seed, SHORTER[effort], progress)
+    return dataclasses.replace(direct, blocked=found) if isinstance(found, str) else found
 
 
 def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
