@@ -284,7 +284,8 @@ def _reconfigured(
         except ParameterError:  # such small bends take too many primitives
             return Plan(careful, begin, end, ())
 
-    return around(swimmer, start, goal, limits, leg, seed, SHORTER[effort], progress) or direct
+    found = around(swimmer, start, goal, limits, leg, seed, SHORTER[effort], progress)
+    return dataclasses.replace(direct, blocked=found) if isinstance(found, str) else found
 
 
 def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -169,6 +170,23 @@ def test_poses_near_a_path_make_it_cheaper_and_never_dearer() -> None:
     again = roadmap.path()
     assert again is not None
     assert again[:2] != path[:2], "an edge that turns out dear is left"
+
+
+def test_what_blocks_the_way_is_told() -> None:
+    """Before a wall with a ball on either side: the nearest pose is this side, and the wall is named, not the balls."""
+    scene = Scene((Sphere((0.0, 0.9, 0.0), 0.1), HalfSpace((0.6, 0, 0), (-1, 0, 0)), Sphere((1.3, 0.9, 0), 0.1)))
+    start, goal = collinear((0, 0, 0)).pose, collinear((1.4, 0, 0)).pose
+    roadmap = Roadmap(Region.of(scene, swings(PAPER)[3:], 0.1, 0.0, start, goal), start, goal)
+    roadmap.grow(np.random.default_rng(0), 12)
+    assert roadmap.path() is None
+    told = re.fullmatch(
+        r"the nearest attempt comes to \((.*)\) m, (.*) L from the goal; (.*) is in.*", roadmap.blocked()
+    )
+    assert told is not None
+    place = np.array([float(x) for x in told[1].split(",")])
+    assert place[0] < 0.6
+    assert abs(float(told[2]) - 10.0 * np.linalg.norm(place - [1.4, 0.0, 0.0])) < 0.02
+    assert told[3] == "obstacle 2 (half_space)"
 
 
 def test_legs_make_one_motion_that_ends_at_the_goal() -> None:

@@ -42,6 +42,7 @@ class Plan:
         left_out: Gaits of the user's own that could not be planned with, and why.
         passages: The waypoints that it passes, in order; each begins a leg, with phases of its own.
         follow: The curve that it follows, if there is one.
+        blocked: How near the search came and what stands in the way, in words, where it found no way round obstacles.
     """
 
     swimmer: Swimmer
@@ -53,6 +54,7 @@ class Plan:
     left_out: Mapping[str, str] = dataclasses.field(default_factory=dict)
     passages: tuple[Passage, ...] = ()
     follow: Follow | None = None
+    blocked: str = ""
 
     def __repr__(self) -> str:
         return (

@@ -79,8 +79,8 @@ def around(
     seed: int,
     shorter: int,
     progress: Progress,
-) -> Plan | None:
-    """Return a plan round obstacles, or None where none is found.
+) -> Plan | str:
+    """Return a plan round obstacles, or what is in the way where none is found.
 
     Args:
         swimmer: The swimmer.
@@ -96,11 +96,12 @@ def around(
         ParameterError: The goal is shown to be out of reach.
     """
     if limits.obstacles is None:
-        return None
+        return ""
     refuse_closed_off(swimmer, limits.obstacles, limits.clearance_m, start, goal)
     scene = with_walls(limits.obstacles, limits.workspace)
     axis = plane_axis(swimmer)
     region = Region.of(scene, swings(swimmer), swimmer.length_m, limits.clearance_m, start.pose, goal.pose, axis)
+    region = dataclasses.replace(region, walls=len(scene.obstacles) - len(limits.obstacles.obstacles))
     roadmap, rng = Roadmap(region, start.pose, goal.pose), np.random.default_rng(seed)
     search = _Search(_Query(swimmer, start, goal, limits, leg), roadmap)
     for k in range(_ROUNDS + 1):
@@ -116,7 +117,7 @@ def around(
             return _shorter(search, rng, found, shorter, progress)
         if search.spent >= _LEGS:
             break
-    return None
+    return roadmap.blocked()
 
 
 def _shorter(search: _Search, rng: np.random.Generator, found: Plan, rounds: int, progress: Progress) -> Plan:

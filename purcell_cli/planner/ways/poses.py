@@ -72,6 +72,7 @@ class Region:
         low: The least x, y and z [m]. Shape (3,).
         high: The largest [m]. Shape (3,).
         plane: The plane that the swimmer stays in, if its joints keep it in one.
+        walls: How many of the last obstacles are walls of the workspace.
     """
 
     scene: Scene
@@ -81,6 +82,12 @@ class Region:
     low: Array
     high: Array
     plane: Plane | None = None
+    walls: int = 0
+
+    @property
+    def obstacles(self) -> int:
+        """How many of the scene's obstacles are the scenario's own; walls of the workspace come after them."""
+        return len(self.scene.obstacles) - self.walls
 
     @classmethod
     def of(

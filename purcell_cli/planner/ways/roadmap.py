@@ -15,7 +15,7 @@ import itertools
 import numpy as np
 
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.reproducible import matmul
+from purcell_cli.geometry.reproducible import matmul, norm
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.planner.arcs.arc_price import ArcPrice
 from purcell_cli.planner.ways.edges import Edge, clear_edges
@@ -161,6 +161,20 @@ class Roadmap:
     def edge(self, begin: int, end: int) -> Edge:
         """Return the edge from one pose to another."""
         return self.edges[begin, end] if begin < end else self.edges[end, begin].backwards()
+
+    def blocked(self) -> str:
+        """Return how near to the goal the poses come that edges lead to, and what stands between, in words."""
+        reached, scene = {START}, self.region.scene
+        while more := {b for pair in self.edges for a, b in (pair, pair[::-1]) if a in reached} - reached:
+            reached |= more
+        every = sorted(reached - {GOAL})
+        left = self._rough_prices(self.poses[every], self.poses[[GOAL]])[:, 0]
+        place, goal = self.poses[every[int(np.argmin(left))], :3, 3], self.poses[GOAL, :3, 3]
+        _, which = scene.distance(place[None], goal[None])
+        at = ", ".join(f"{x:.4g}" for x in place)
+        away = float(norm(goal - place)) / self.region.length_m
+        between = scene.name(int(which[0])) if int(which[0]) < self.region.obstacles else "a wall of the workspace"
+        return f"the nearest attempt comes to ({at}) m, {away:.3g} L from the goal; {between} is in the way from there"
 
     def path(self) -> list[int] | None:
         """Return the poses along the cheapest path from the start to the goal; None where there is none."""
