@@ -214,7 +214,7 @@ def plan(
         tried.append(carried_out(made, options))
 
     def rank(one: Solution) -> tuple[bool, float]:
-        spent = cost(options.objective, body, one.plan.blocks, start.shape)
+        spent = cost(options.objective, *one.paced, start.shape)
         return one.verdict != Verdict.REACHED, spent
 
     return tried[0] if len(tried) == 1 else min(tried, key=rank)
