@@ -271,7 +271,7 @@ def _reconfigured(
     """Return a plan: the one that knows no obstacles where it is clear of them, else one round them if any is found."""
     if limits.obstacles is None:
         return reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress)
-    from purcell_cli.planner.ways.around import around
+    from purcell_cli.planner.ways.around import SHORTER, around
 
     direct = reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress, ())
     if not direct.blocks or (direct.limits is not None and direct.limits.kept):
@@ -284,7 +284,7 @@ def _reconfigured(
         except ParameterError:  # such small bends take too many primitives
             return Plan(careful, begin, end, ())
 
-    return around(swimmer, start, goal, limits, leg, seed, progress) or direct
+    return around(swimmer, start, goal, limits, leg, seed, SHORTER[effort], progress) or direct
 
 
 def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:

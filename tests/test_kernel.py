@@ -17,6 +17,7 @@ from scipy.optimize import linprog
 
 from purcell_cli.kernel import distances, library, linear, poses, shooting, sources
 from purcell_cli.kernel.certificate import extrapolated
+from purcell_cli.kernel.decimals import rows_as_text
 from purcell_cli.kernel.descent import Descent
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
 from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_the_digits
@@ -463,6 +464,7 @@ CALLS = {
     linear.solve: ("matrices", "sides"),
     (lambda rows: linear.orthogonal_rows(rows, 1e-9)): ("rows",),
     linear.orthogonal_by_rotations: ("rows",),
+    (lambda rows: rows_as_text(rows, ["", ",b"], [0, 1])): ("rows",),
     linear.inner: ("rates", "rates"),
     linear.cross: ("speeds", "speeds"),
     linear.nearest_on_segments: ("speeds", "speeds", "speeds"),
