@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from convex_programs import random_program
 from helpers import random_sequence, random_shapes, random_swimmer
+from purcell_cli.kernel.decimals import rows_as_text
 from reference import base_velocity, lift, lift_derivatives
 from scipy.optimize import linprog
 
 from purcell_cli.kernel import distances, library, linear, poses, shooting, sources
 from purcell_cli.kernel.certificate import extrapolated
-from purcell_cli.kernel.decimals import rows_as_text
 from purcell_cli.kernel.descent import Descent
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
 from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_the_digits
