@@ -47,11 +47,6 @@ def _refuse_joints(swimmer: Swimmer, start: Configuration, goal: Configuration, 
     """
     refuse_displacement(swimmer, start, goal)
     refuse_weak_joints(swimmer, start.shape)
-    if {joint.kind for joint in swimmer.joints} == {"ball", "fixed"}:
-        raise ParameterError(
-            "swimmer: a universal joint, whose loops close, beside a limb that is fixed, is wanted by the planner as "
-            f"it is, found {named(swimmer.joints)}"
-        )
     if options.controls == Controls.SIMULTANEOUS:
         raise ParameterError(
             "controls: primitive, since only ball joints turn at once so far, is wanted, "
