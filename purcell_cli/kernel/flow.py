@@ -56,13 +56,14 @@ class Flow:
     Attributes:
         swimmer: Its numbers, in the order of `struct swimmer` in `kernel.h`. Shape (25 + the table's,).
         rule: How it is integrated.
+        head: Where both stand, as the kernel's functions take them first.
     """
 
     def __init__(self, swimmer: ArrayLike, rule: Rule) -> None:
         self.swimmer, self.rule = swimmer_numbers(swimmer), rule
         m = len(rule.nodes)
         arrays = address(rule.nodes), address(rule.weights), address(rule.to_node)
-        self._head = (address(self.swimmer), m, *arrays, float(rule.step), float(rule.settled))
+        self.head = (address(self.swimmer), m, *arrays, float(rule.step), float(rule.settled))
 
     def pieces(self, shapes: ArrayLike, rates: ArrayLike, durations: ArrayLike) -> Array:
         """Return the displacements on pieces of constant limb rates.
@@ -110,7 +111,7 @@ class Flow:
         sizes = (144, 48, 8, 128, 192)
         for low in range(0, n, _BLOCK):
             places = [start + low * size if start else None for start, size in zip(at, sizes, strict=True)]
-            _refuse(KERNEL.purcell_flow_of_pieces(*self._head, min(_BLOCK, n - low), *places), low)
+            refuse(KERNEL.purcell_flow_of_pieces(*self.head, min(_BLOCK, n - low), *places), low)
         return out
 
     def work(self, shapes: ArrayLike, rates: ArrayLike, durations: ArrayLike, root: bool = False) -> Array:
@@ -123,8 +124,8 @@ class Flow:
         for low in range(0, n, _BLOCK):
             places = [start + low * size for start, size in zip(at, (144, 48, 8), strict=True)]
             many = min(_BLOCK, n - low)
-            found = KERNEL.purcell_work_on_pieces(*self._head, many, *places, int(root), address(out) + 8 * low)
-            _refuse(found, low)
+            found = KERNEL.purcell_work_on_pieces(*self.head, many, *places, int(root), address(out) + 8 * low)
+            refuse(found, low)
         return out
 
     def with_derivatives(
@@ -153,12 +154,12 @@ class Flow:
         n = len(amount)
         shape = doubles(shapes, "shapes", (n + 1, 2, 3, 3))
         control = control_numbers(controls, n)
-        parts = _repeats(repeats, n)
+        parts = repeats_of(repeats, n)
         pose, derivative = np.empty((4, 4)), np.empty((6, n) if control is not None else (6, n, 6))
         room = np.empty(94 * n + 36 * len(parts))
         places = address(shape), None if control is None else address(control), address(amount), len(parts)
         rest = address(parts), address(room), address(pose), address(derivative)
-        _refuse(KERNEL.purcell_flow_and_derivatives(*self._head, n, *places, *rest), 0)
+        refuse(KERNEL.purcell_flow_and_derivatives(*self.head, n, *places, *rest), 0)
         return pose, derivative
 
     def equations(
@@ -191,7 +192,7 @@ class Flow:
         """
         angle = doubles(angles, "angles", (-1,))
         n = len(angle)
-        control, parts, stop = control_numbers(controls, n), _repeats(repeats, n), wholes(stops, "stops", (-1,))
+        control, parts, stop = control_numbers(controls, n), repeats_of(repeats, n), wholes(stops, "stops", (-1,))
         t = len(stop)
         begun, wanted = doubles(start, "start", (2, 3, 3)), doubles(wanted_inverse, "wanted_inverse", (4, 4))
         end = doubles(ends, "ends", (t, 2, 3, 3))
@@ -201,12 +202,16 @@ class Flow:
         room = np.empty(94 * n + 36 * len(parts))
         places = address(begun), address(control), address(angle), len(parts), address(parts), address(wanted), t
         rest = (address(part) for part in (stop, end, room, shapes, residual, derivative))
-        _refuse(KERNEL.purcell_equations(*self._head, n, *places, *rest), 0)
+        refuse(KERNEL.purcell_equations(*self.head, n, *places, *rest), 0)
         return shapes, residual, derivative
 
 
-def _repeats(repeats: ArrayLike, n: int) -> Whole:
-    """Return the parts of n pieces that are played more than once. Shape (k, 3)."""
+def repeats_of(repeats: ArrayLike, n: int) -> Whole:
+    """Return the parts of n pieces that are played more than once. Shape (k, 3).
+
+    Raises:
+        ValueError: They overlap, or are beyond the pieces.
+    """
     parts = wholes(repeats, "repeats").reshape(-1, 3)
     if len(parts):
         edges = parts[:, :2].ravel()
@@ -216,7 +221,12 @@ def _repeats(repeats: ArrayLike, n: int) -> Whole:
     return parts
 
 
-def _refuse(number: int, before: int) -> None:
+def refuse(number: int, before: int) -> None:
+    """Refuse a piece that is too long, by its number, counted from 1 after those before; 0 is none.
+
+    Raises:
+        ValueError: There is one.
+    """
     if number:
         raise ValueError(f"piece {before + number - 1}: it is too long, it would take more than two million steps")
 

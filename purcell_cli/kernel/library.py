@@ -18,6 +18,8 @@ FILE = HERE / file_name(sys.platform)
 _SIZE, _ARRAY, _NUMBER = ctypes.c_int64, ctypes.c_void_p, ctypes.c_double
 _RULE = [_ARRAY, _SIZE, _ARRAY, _ARRAY, _ARRAY, _NUMBER, _NUMBER, _SIZE]
 """The swimmer, the collocation's rule, step and tolerance, and how many pieces there are."""
+_MOTION = [*_RULE, _SIZE, *[_ARRAY] * 3, _SIZE, _ARRAY, _SIZE, *[_ARRAY] * 7, _SIZE, _NUMBER, *[_ARRAY] * 6]
+"""Those, and a motion whose angles are looked for; see `descent.c`."""
 _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list[type]]] = {
     "sine": (_NUMBER, [_NUMBER]),
     "cosine": (_NUMBER, [_NUMBER]),
@@ -34,6 +36,9 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "bead_resistance": (_SIZE, [_SIZE, *[_ARRAY] * 7]),
     "looked_up": (None, [_ARRAY, _SIZE, *[_ARRAY] * 2]),
     "segments": (None, [_SIZE, *[_ARRAY] * 4]),
+    "from_balls": (None, [_SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 4]),
+    "from_box": (None, [_SIZE, *[_ARRAY] * 5, _SIZE, _ARRAY]),
+    "inside_cones": (None, [_SIZE, *[_ARRAY] * 2, *[_SIZE] * 2, *[_ARRAY] * 7]),
     "program": (_SIZE, [*[_SIZE] * 3, _NUMBER, *[_ARRAY] * 8]),
     "convex": (_SIZE, [*[_SIZE] * 3, *[_NUMBER] * 2, *[_ARRAY] * 11]),
     "orthogonal_by_rotations": (None, [*[_SIZE] * 2, _ARRAY]),
@@ -54,6 +59,10 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "equations": (_SIZE, [*_RULE, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 6]),
     "bend_rows": (_SIZE, [_SIZE, *[_ARRAY] * 5, _NUMBER, *[_ARRAY] * 3]),
     "bounded_step": (None, [*[_SIZE] * 3, *[_ARRAY] * 4, _NUMBER, *[_ARRAY] * 2]),
+    "descent_room": (_SIZE, [_SIZE] * 5),
+    "descend": (_SIZE, [*_MOTION, _ARRAY, *[_NUMBER] * 3, _SIZE, *[_ARRAY] * 3]),
+    "approach": (_SIZE, [*_MOTION, *[_NUMBER] * 2, *[_SIZE] * 2, *[_ARRAY] * 5]),
+    "rows_as_text": (_SIZE, [*[_SIZE] * 2, *[_ARRAY] * 6]),
     "flow_and_derivatives": (_SIZE, [*_RULE, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 4]),
 }
 """What each function returns and takes."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+from typing import Protocol
 
 import numpy as np
 
@@ -32,6 +33,16 @@ _KNOTS_RAD = np.array(
     [*(0.003, 0.01, 0.02, 0.035, 0.05, 0.07, 0.09, 0.12, 0.15, 0.2, 0.25, 0.3, 0.36, 0.43), *np.linspace(0.5, 1.7, 13)]
 )
 """Amplitudes of the tabulated roll strokes [rad], denser where the guesses of the gait's free angles are rough."""
+
+
+class Rolling(Protocol):
+    """What rolls between arcs."""
+
+    def travel(self, angle: Array) -> Array:
+        """Return about how much joint travel rolls by angles take [rad]. Shape (...)."""
+
+    def blocks(self, angle: float) -> list[Block]:
+        """Return the strokes that roll by an angle [rad]."""
 
 
 class RollStroke:

@@ -91,6 +91,50 @@ def _steered(problem: Problem, breadth: Breadth) -> list[Candidate]:
     return out
 
 
+def arcs_in_plane(loops: Fan, wanted: Array, breadth: Breadth) -> list[Candidate]:
+    """Return motions by arcs that stay in the x-y plane, from the collinear shape and back to it.
+
+    Args:
+        loops: The swimmer's loops, bent aside in the plane.
+        wanted: The displacement, in that plane. Shape (4, 4).
+        breadth: How widely to search.
+    """
+    way = steer(_seen_at(loops.centre, wanted[None]), loops, breadth.starts, plane="yaw")
+    travel = loops.cost(way.arc[..., 0], np.abs(way.arc[..., 2])).sum(axis=1)
+    arcs = [_swum(loops, _fewest(loops, way.arc[k])) for k in _distinct(travel)]
+    chains = linked(_NoRolls(), (loops,), arcs, np.zeros(len(arcs)), np.zeros(len(arcs), dtype=np.int64))
+    chains = chains[np.argsort(np.round(chains.costs()[0], 9), kind="stable")[: breadth.chains]]
+    n = len(chains)
+    if not n:
+        return []
+    chains, off, spent = _settled(chains, np.repeat(wanted[None], n, axis=0), np.zeros(n), breadth)
+    return [
+        Candidate(
+            counted(chains.arcs(k), "arc"),
+            float(spent[k]),
+            functools.partial(_blocks_of, chains, k),
+            bool(off[k] > _FAR_OFF),
+        )
+        for k in range(n)
+        if not chains.idle(k)
+    ]
+
+
+def _blocks_of(chains: Chains, k: int) -> tuple[Block, ...]:
+    return tuple(_last_apart(chains.blocks(k)))
+
+
+class _NoRolls:
+    """What rolls where nothing can."""
+
+    def travel(self, angle: Array) -> Array:
+        return 0.0 * angle
+
+    def blocks(self, angle: float) -> list[Block]:
+        del angle
+        return []
+
+
 def _rolling(problem: Problem) -> list[Gait]:
     """Return the stored gaits that roll by their amplitude."""
     return [g for g in problem.gaits.values() if g.moves == "roll" and g.amplitude_is_displacement]

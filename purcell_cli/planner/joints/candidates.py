@@ -22,6 +22,7 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.joints.chains import Chains, best_loops, chains_for
 from purcell_cli.planner.joints.effort import JointBreadth
+from purcell_cli.planner.joints.hinge_arcs import arcs_by_hinges
 from purcell_cli.planner.joints.loop import Loop
 from purcell_cli.planner.joints.loops import Loops, loops_of
 from purcell_cli.planner.joints.outer_phases import Way, ways_home
@@ -64,9 +65,12 @@ def joint_candidates(
     axis = plane_axis(swimmer)
     rows = tuple(range(6)) if axis is None else in_plane(axis)
     pairs = _outer(swimmer, start, goal, home, wanted)[: breadth.ways]
-    every = loops_of(swimmer, home)
     found: list[Candidate] = []
-    if len(every.screws):
+    if breadth.arcs and axis is not None:
+        for first, last, missing in pairs:
+            found += arcs_by_hinges(swimmer, home, missing, breadth.arcs, functools.partial(_around, first, last))
+    every = loops_of(swimmer, home) if breadth.chains else None
+    if every is not None and len(every.screws):
         best = best_loops(every.screws, rows, _LOOPS if axis is None else _LOOPS_PLANAR)
         pairs_of_loops = np.arange(len(every.screws) - every.pairs, len(every.screws))
         few = every.some(np.unique(np.concatenate([best, pairs_of_loops])) if every.pairs else best)
@@ -84,7 +88,7 @@ def joint_candidates(
     found.sort(key=lambda c: round(c.estimate_rad, 9))
     least = min((c.estimate_rad for c in found), default=math.inf)
     far = float(np.max(np.abs(se3.log(pairs[0][2]))))
-    if least < _SHORT_RAD or (not found and far < _MANY_L):
+    if breadth.short and (least < _SHORT_RAD or (not found and far < _MANY_L)):
         found += _short_plans(swimmer, start, goal, wanted, pairs, breadth, seed)
     return sorted(found, key=lambda c: (c.astray, round(c.estimate_rad, 9)))
 

@@ -19,7 +19,7 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.planner.refine.active_set import bounded_step
-from purcell_cli.planner.refine.inequalities import bend_rows, least_cosines
+from purcell_cli.planner.refine.inequalities import ACTIVE, bend_rows, least_cosines, rows_besides
 from purcell_cli.planner.refine.minimum_travel import offered
 from purcell_cli.planner.refine.shooting import Equations, Values
 
@@ -52,14 +52,10 @@ _PLAIN = 2e-6
 """Above this, residuals at the rough accuracy are right to a few per cent and need no exact flow [L, rad]."""
 _SPOILT = 30.0
 """Residual at which the last rotations take over, in units of what rounding to the clock adds to the residual."""
-_STRICT = 100.0
-"""Weight of a broken bend limit beside a missed goal on the approach, since the last steps change bends too."""
-_ROUNDS = 20
-"""The most Newton steps of `approach`."""
+_NEVER = 1000
+"""More steps than `approach` takes."""
 _LOST = 2
 """Rounds without a halved residual before `approach` gives a motion up."""
-_SHORTER = (1.0, 0.4, 0.15, 0.05)
-"""Parts of a Newton step that are tried, in turn, until the residual falls."""
 
 
 def approach(
@@ -67,7 +63,7 @@ def approach(
     max_bend_rad: float,
     reach_rad: float = _REACH_RAD,
     patience: int = _LOST,
-    stuck: int = _ROUNDS,
+    stuck: int = _NEVER,
 ) -> tuple[Equations, Values, float]:
     """Return the motion with its angles changed to arrive, by short steps within the bend limit.
 
@@ -82,25 +78,9 @@ def approach(
         The motion, its equations' values, and the largest residual left [L, rad].
     """
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
-    angle = equations.angles
-    values = equations.at(angle)
-    best, kept, known, idle, halved, poor = np.inf, angle, values, 0, np.inf, 0
-    for _ in range(_ROUNDS):
-        room, slope = bend_rows(equations, values.sequence, values.shapes, least)
-        off = max(values.size, _STRICT * float(-np.min(room, initial=0.0)))
-        if off < best:
-            best, kept, known = off, angle, values
-        idle, halved = (0, best) if best < 0.5 * halved else (idle + 1, halved)
-        if best < CLOSE or idle > patience or poor > stuck:
-            break
-        step = bounded_step(values.derivative, values.residual, room, slope, reach_rad)
-        for shorter in _SHORTER:
-            there = equations.at(angle + shorter * step)
-            if there.size < values.size:
-                break
-        poor = poor + 1 if shorter == _SHORTER[-1] else 0
-        angle, values = angle + shorter * step, there
-    return equations.of(equations.with_angles(kept)), known, float(best)
+    search = equations.descent(least, ACTIVE, *rows_besides(equations, None))
+    angle, *known, off = search.approached(equations.angles, CLOSE, reach_rad, patience, stuck)
+    return equations.of(equations.with_angles(angle)), equations.values(angle, *known), off
 
 
 def arrive(

@@ -25,9 +25,9 @@ from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import clearances, distance_slope, limb_distance
 from purcell_cli.motion.limb_circles import LimbCircles
-from purcell_cli.planner.refine.shooting import Equations
+from purcell_cli.planner.refine.shooting import Equations, MoreRows
 
-_ACTIVE = 0.35
+ACTIVE = 0.35
 """Primitives within this of the bend limit are constraints, in the cosine of the bend."""
 _RANGE_MARGIN_RAD = 1e-7
 """Margin inside joints' ranges while a motion is refined: a hundred times what the last steps may change [rad]."""
@@ -73,12 +73,35 @@ def bend_rows(equations: Equations, sequence: PrimitiveSequence, shapes: Array, 
         cos(bend) - least at the ends or far sides of primitives near the limit that may change, shape (j,), and
         its derivative by the free angles, shape (j, n).
     """
-    room, slope = shooting.bend_rows(sequence.control, sequence.angle, shapes, least, equations.fixed, _ACTIVE)
+    room, slope = shooting.bend_rows(sequence.control, sequence.angle, shapes, least, equations.fixed, ACTIVE)
     found = room, equations.by_free_angles(slope)
     if equations.swimmer.ball_joints:
         return found
     ranges = range_rows(equations, sequence)
     return np.concatenate([found[0], ranges[0]]), np.concatenate([found[1], ranges[1]])
+
+
+def rows_besides(equations: Equations, clearance: float | None) -> tuple[MoreRows | None, int]:
+    """Return what gives the inequalities on a motion besides the bend limit, if any, and how many they are at most.
+
+    Args:
+        equations: The motion.
+        clearance: How far the limbs stay apart in phases 1 and 3 [L]; None where that does not matter.
+    """
+    count, apart = len(equations.phase), None if clearance is None else least_distances(equations, clearance)
+    meeting = apart is not None and bool(np.any(apart > -np.inf))
+    ranged = not equations.swimmer.ball_joints
+
+    def rows(sequence: PrimitiveSequence, shapes: Array) -> tuple[Array, Array]:
+        parts = []
+        if ranged:
+            parts.append(range_rows(equations, sequence))
+        if meeting and apart is not None:
+            parts.append(clearance_rows(equations, sequence, shapes, apart))
+        room, slope = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return room, slope
+
+    return (rows if ranged or meeting else None), 2 * count * ranged + count * meeting
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -136,7 +159,7 @@ def range_rows(equations: Equations, sequence: PrimitiveSequence) -> tuple[Array
         inside = np.where(at_known, 0.0, _RANGE_MARGIN_RAD)
         low, high = one.ends
         for room, sign in ((angle - low - inside, 1.0), (high - inside - angle, -1.0)):
-            active = np.flatnonzero(room < _ACTIVE)
+            active = np.flatnonzero(room < ACTIVE)
             rooms.append(room[active])
             slopes.append(sign * one.slope[active])
     return np.concatenate(rooms), np.concatenate(slopes)

@@ -13,36 +13,29 @@ exact l1 penalty and a second-order correction.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from purcell_cli.geometry.reproducible import matmul, normal_numbers
+from purcell_cli.geometry.reproducible import normal_numbers
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.kernel.program import penalised
 from purcell_cli.mechanics.lift import ROUGH, SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence
-from purcell_cli.planner.refine.active_set import bounded_step, loose
-from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, least_cosines, least_distances
-from purcell_cli.planner.refine.shooting import Equations, Values
-from purcell_cli.planner.refine.trust_region import descended
+from purcell_cli.planner.refine.inequalities import ACTIVE, least_cosines, rows_besides
+from purcell_cli.planner.refine.shooting import Equations
+from purcell_cli.planner.refine.trust_region import FIRST_REACH, LARGEST_REACH, LEAST_REACH
 
 NAME = "refined strokes"
 """Name of strokes that have been optimised together."""
 _DROPPED_RAD = 1e-6
 """Primitives of a smaller angle than this are dropped [rad]."""
-_WORTH_RAD = 1e-5
-"""A linear program that promises to save less joint travel than this is the last [rad]."""
-_RESTORING = 8
-"""The most Newton steps that move a point back to the arrival."""
-_RESTORED = 1e-4
-"""A point whose residuals and broken limits sum to less than this is at the arrival [L, rad]."""
-_REACH_RAD = 0.25
-"""The least reach of those Newton steps: the largest change of an angle in one [rad]."""
 _NEAR = 0.3
 """A search may begin at a point whose violations sum to less than this: linear programs bring it back [L, rad]."""
 _ASTRAY = 0.02
 """A point that begins or ends with larger violations than this, after Newton steps, is given up [L, rad]."""
+_REACHES = FIRST_REACH, LARGEST_REACH, LEAST_REACH
+"""The trust region's first radius, its largest and its least [rad]."""
 _UNEVEN = (0.02, 0.002, 0.0)
 """Standard deviations of the relative changes of the first angles, in turn until the motion can be moved back to the
 arrival; without any, a symmetric motion can be a saddle that no step leaves."""
@@ -67,68 +60,19 @@ class Pace:
     longest: int = 100
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class _Point:
-    """A point of the search: free angles, the equations there, the room below the limits, violation and merit."""
+def _searched(
+    equations: Equations, max_bend_rad: float, clearance: float, price: float
+) -> Callable[..., tuple[Array, float, float]]:
+    """Return what searches for angles of less joint travel; see `Descent.shortened`, after the price."""
+    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
+    search = equations.descent(least, ACTIVE, *rows_besides(equations, clearance))
 
-    angle: Array
-    values: Values
-    room: Array
-    room_derivative: Array
-    violation: float
-    merit: float
+    def shortened(
+        angle: Array, steps: int, close: float = math.inf, astray: float = math.inf
+    ) -> tuple[Array, float, float]:
+        return search.shortened(angle, equations.weight, price, steps, _REACHES, close, astray)
 
-
-class _Search:
-    def __init__(self, equations: Equations, max_bend_rad: float, clearance: float, price: float) -> None:
-        self.equations, self.price = equations, price
-        self.least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
-        self.apart = least_distances(equations, clearance)
-
-    def point(self, angle: Array) -> _Point:
-        values = self.equations.at(angle)
-        motion = self.equations, values.sequence, values.shapes
-        rows = bend_rows(*motion, self.least), clearance_rows(*motion, self.apart)
-        room, slope = (np.concatenate(part) for part in zip(*rows, strict=True))
-        violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(room, 0.0)))
-        merit = float(matmul(self.equations.weight, np.abs(angle))) + self.price * violation
-        return _Point(angle, values, room, slope, violation, merit)
-
-    def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
-        """Return the angles that minimise the linearised merit within reach, and that merit."""
-        angle, residual = here.angle, here.values.residual
-        within = reach * loose(here.values.derivative)
-        slope = np.concatenate([here.values.derivative, -here.room_derivative])
-        wanted = matmul(slope, angle) - np.concatenate([residual, -here.room])
-        bounds = angle - within, angle + within
-        return penalised(self.equations.weight, slope, wanted, len(residual), self.price, *bounds, angle)
-
-    def restored(self, here: _Point, reach: float) -> _Point:
-        """Return a point moved back to the arrival and within the bend limit by the angles in use."""
-        used = np.abs(here.angle) > 1e-9
-        if not np.any(used):
-            return here
-        for _ in range(_RESTORING):
-            if here.violation < _RESTORED:
-                break
-            move = np.zeros_like(here.angle)
-            values, slope = here.values, here.room_derivative[:, used]
-            move[used] = bounded_step(values.derivative[:, used], values.residual, here.room, slope, reach)
-            there = self.point(here.angle + move)
-            if there.violation > 0.9 * here.violation:
-                break
-            here = there
-        return here
-
-    def landed(self, here: _Point, angle: Array, promised: float, reach: float) -> _Point:
-        """Return the point at some angles, moved back to the arrival if it keeps less than half of its promise."""
-        there = self.point(angle)
-        if here.merit - there.merit < 0.5 * promised:
-            there = self.restored(there, max(reach, _REACH_RAD))
-        return there
-
-    def run(self, begun: _Point, steps: int) -> _Point:
-        return descended(begun, self.step, self.landed, steps, lambda _: _WORTH_RAD)
+    return shortened
 
 
 def offered(sequence: PrimitiveSequence, split: int, every: Sequence[int] = range(6)) -> PrimitiveSequence:
@@ -178,18 +122,15 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
                 s.renamed(NAME, offered(s.sequence, pace.split, found.controls)) if s.free else s for s in parts
             )
         tried = found.of(parts)
-        search = _Search(tried, max_bend_rad, clearance, pace.price)
+        search = _searched(tried, max_bend_rad, clearance, pace.price)
         for uneven in _UNEVEN:
-            begun = search.point(_uneven(tried.angles, uneven, rng))
-            if begun.violation < _NEAR:
+            astray = _ASTRAY if uneven else math.inf
+            angle, begun, violation = search(_uneven(tried.angles, uneven, rng), pace.steps, _NEAR, astray)
+            if begun < math.inf:
                 break
-            begun = search.restored(begun, _REACH_RAD)
-            if begun.violation < _ASTRAY:
-                break
-        ended = search.run(begun, pace.steps)
-        if ended.violation > _ASTRAY:
+        if violation > _ASTRAY:
             break
-        shorter = [s.renamed(NAME, merged(s.sequence)) if s.free else s for s in tried.with_angles(ended.angle)]
+        shorter = [s.renamed(NAME, merged(s.sequence)) if s.free else s for s in tried.with_angles(angle)]
         before, found = found.joint_travel_rad, found.of(shorter)
         if found.joint_travel_rad > 0.999 * before:
             break
@@ -198,13 +139,11 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
 
 def _arriving(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float) -> Equations:
     """Return a motion, shortened on a rough flow, moved back to the arrival."""
-    search = _Search(equations, max_bend_rad, clearance, pace.price)
-    begun = search.point(equations.angles)
-    ended = search.restored(begun, _REACH_RAD)
-    return equations if ended is begun else equations.of(equations.with_angles(ended.angle))
+    angle, _, _ = _searched(equations, max_bend_rad, clearance, pace.price)(equations.angles, 0, 0.0)
+    return equations.of(equations.with_angles(angle))
 
 
 def tightened(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float = 0.0) -> Equations:
     """Return the same primitives at angles of less joint travel, for a first look: no control is inserted."""
-    search = _Search(equations, max_bend_rad, clearance, pace.price)
-    return equations.of(equations.with_angles(search.run(search.point(equations.angles), pace.steps).angle))
+    angle, _, _ = _searched(equations, max_bend_rad, clearance, pace.price)(equations.angles, pace.steps)
+    return equations.of(equations.with_angles(angle))

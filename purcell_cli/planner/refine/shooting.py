@@ -12,7 +12,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.descent import Descent, More
 from purcell_cli.mechanics.collocation import Accuracy, flow_of
 from purcell_cli.mechanics.joint_motion import home_shape
 from purcell_cli.mechanics.lift import EXACT, run_displacements
@@ -29,6 +30,9 @@ from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.refine.segments import Segment, phase_ends
+
+MoreRows = Callable[[PrimitiveSequence, Array], tuple[Array, Array]]
+"""Inequalities at a sequence and its shapes: the room that is left, and its derivative by the free angles."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -199,7 +203,31 @@ class Equations:
         )
         return Values(residual, self.by_free_angles(derivative), sequence, shapes)
 
+    def descent(self, least: Array, near: float, more: MoreRows | None = None, most: int = 0) -> Descent:
+        """Return searches for the free angles, made in one call each.
+
+        Args:
+            least: The least cosine of each limb's bend on each primitive. Shape (k, 2).
+            near: More room below the bend limit than this does not matter, in the cosine of the bend.
+            more: Gives more inequalities at a sequence of other angles and its shapes, see `inequalities`, if any.
+            most: How many they are at most.
+        """
+        sequence, (stops, ends) = self.sequence, self._ends
+        rows = None if more is None else _at_angles(more, sequence)
+        motion = sequence.control, sequence.angle, self._index, self._sign, len(self.weight), self.repeats
+        wanted = self.start, self._wanted_inverse, stops, ends
+        return Descent(flow_of(self.swimmer, self.accuracy), *motion, *wanted, least, self.fixed, near, rows, most)
+
+    def values(self, angle: Array, residual: Array, derivative: Array, shapes: Array) -> Values:
+        """Return the equations' values at some free angles, where those are known; see `Values`."""
+        return Values(residual, derivative, self.sequence_at(angle), shapes)
+
     @functools.cached_property
     def _ends(self) -> tuple[NDArray[np.int64], Array]:
         """Before which primitives shapes are wanted, shape (t,), and those, shape (t, 2, 3, 3)."""
         return np.array([stop for stop, _ in self.targets]), np.array([shape for _, shape in self.targets])
+
+
+def _at_angles(rows: MoreRows, sequence: PrimitiveSequence) -> More:
+    """Return inequalities at a sequence as those at its angles."""
+    return lambda angle, shapes: rows(sequence.with_angles(angle.copy()), shapes)

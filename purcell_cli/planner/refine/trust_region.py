@@ -7,11 +7,11 @@ from typing import Protocol, TypeVar
 
 from purcell_cli.geometry.rotations import Array
 
-_FIRST_REACH = 0.1
+FIRST_REACH = 0.1
 """Radius of the trust region at the first step [rad]."""
-_LARGEST_REACH = 0.5
+LARGEST_REACH = 0.5
 """The largest radius [rad]."""
-_LEAST_REACH = 1e-4
+LEAST_REACH = 1e-4
 """The search ends when the radius is below this [rad]."""
 
 
@@ -39,7 +39,7 @@ def descended(
         steps: The most steps.
         worth: What a step must promise, from a point, to be worth it.
     """
-    reach = _FIRST_REACH
+    reach = FIRST_REACH
     for _ in range(steps):
         found = propose(here, reach)
         if found is None:
@@ -50,9 +50,9 @@ def descended(
         if kept > 0.02:
             here = there
         if kept > 0.6:
-            reach = min(2.0 * reach, _LARGEST_REACH)
+            reach = min(2.0 * reach, LARGEST_REACH)
         elif kept < 0.2:
             reach *= 0.35
-        if reach < _LEAST_REACH or promised < worth(here):
+        if reach < LEAST_REACH or promised < worth(here):
             break
     return here

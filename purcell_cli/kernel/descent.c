@@ -1,0 +1,340 @@
+/* Motions brought to their goal, and shortened: Newton steps and linear programs on the angles that are free.
+ *
+ * A primitive turns by its own angle, or by `sign` times the free angle `index`; one free angle may turn several. */
+#include <math.h>
+
+#include "kernel.h"
+#include "small.h"
+
+#define RESTORING 8      /* the most Newton steps that move a point back to the arrival */
+#define RESTORED 1e-4    /* a point whose residuals and broken limits sum to less than this is at the arrival [L, rad] */
+#define RETURN_REACH 0.25 /* the least reach of those Newton steps: the largest change of an angle in one [rad] */
+#define IN_USE 1e-9      /* only angles larger than this move a point back [rad] */
+#define HELPS 0.9        /* a Newton step that leaves more than this part of the violation is the last */
+#define WORTH 1e-5       /* a linear program that promises to save less joint travel than this is the last [rad] */
+#define STRICT 100.0     /* weight of a broken limit beside a missed goal on the approach: the last steps change bends too */
+#define APPROACHING 20   /* the most Newton steps of an approach */
+static const double parts[] = {1.0, 0.4, 0.15, 0.05}; /* of a Newton step, tried in turn until the residual falls */
+#define PARTS 4
+
+/* Adds inequalities at the angles and shapes that were told it; returns how many, or -1 to stop. */
+typedef SIZE watcher(void);
+
+struct motion {
+    const double *swimmer;
+    struct rule rule;
+    SIZE n, free, equations, most; /* primitives, free angles, equations, and inequalities at most */
+    const SIZE *control, *index, *fixed;
+    SIZE k, t;
+    const SIZE *repeats, *stops;
+    const double *start, *given, *sign, *wanted, *ends, *least, *weight;
+    double near, price;
+    watcher *watch;
+    double *told, *more_room, *more_slope; /* angles and shapes for the watcher, and what it adds */
+    double *flow, *columns, *places;       /* to work in */
+    int plain;                             /* whether every primitive has a free angle of its own */
+};
+
+struct point {
+    double *angle, *all, *shapes, *residual, *derivative, *room, *slope;
+    SIZE rooms;
+    double size, violation, merit;
+};
+
+static double *taken(double **room, SIZE count) {
+    double *const out = *room;
+    *room += count;
+    return out;
+}
+
+/* How many numbers are worked in; see `purcell_descend`. */
+API SIZE purcell_descent_room(SIZE n, SIZE free, SIZE equations, SIZE k, SIZE most) {
+    const SIZE r = equations + most, tall = r > n ? r : n;
+    const SIZE point = free + n + 18 * (n + 1) + equations + equations * free + most + most * free;
+    return 3 * point + 94 * n + 36 * k + tall * n + 6 * n + 4 * free + 2 * r * free + r + 7 * (r + free) + free +
+           free + 3 * r * free + 5 * r * r + 8 * r + 8;
+}
+
+static void point_of(const struct motion *m, double **room, struct point *p) {
+    p->angle = taken(room, m->free);
+    p->all = taken(room, m->n);
+    p->shapes = taken(room, 18 * (m->n + 1));
+    p->residual = taken(room, m->equations);
+    p->derivative = taken(room, m->equations * m->free);
+    p->room = taken(room, m->most);
+    p->slope = taken(room, m->most * m->free);
+}
+
+/* Derivatives by the free angles, of those by the angles of all primitives. */
+static void by_free(const struct motion *m, const double *columns, SIZE rows, double *out) {
+    for (SIZE i = 0; i < rows * m->free; i++) out[i] = 0.0;
+    for (SIZE i = 0; i < rows; i++, columns += m->n, out += m->free)
+        for (SIZE p = 0; p < m->n; p++)
+            if (m->index[p] >= 0) out[m->index[p]] += m->sign[p] * columns[p];
+}
+
+static double largest(SIZE n, const double *x) {
+    double out = 0.0;
+    for (SIZE i = 0; i < n; i++) {
+        const double size = fabs(x[i]);
+        if (size != size) return size;
+        out = size > out ? size : out;
+    }
+    return out;
+}
+
+/* The equations at a point's angles. Returns 0, or the number of a piece that is too long, counted from 1. */
+static SIZE equations(const struct motion *m, struct point *p) {
+    for (SIZE q = 0; q < m->n; q++) p->all[q] = m->index[q] < 0 ? m->given[q] : m->sign[q] * p->angle[m->index[q]];
+    const SIZE long_piece = purcell_equations(m->swimmer, m->rule.stages, m->rule.nodes, m->rule.weights, m->rule.to_node,
+                                              m->rule.step, m->rule.settled, m->n, m->start, m->control, p->all, m->k,
+                                              m->repeats, m->wanted, m->t, m->stops, m->ends, m->flow, p->shapes,
+                                              p->residual, m->plain ? p->derivative : m->columns);
+    if (!m->plain) by_free(m, m->columns, m->equations, p->derivative);
+    p->size = largest(m->equations, p->residual);
+    return long_piece;
+}
+
+/* The room below the limits there. Returns 0, or -1 to stop. */
+static SIZE limits(const struct motion *m, struct point *p) {
+    p->rooms = purcell_bend_rows(m->n, m->control, p->all, p->shapes, m->least, m->fixed, m->near, m->places, p->room,
+                                 m->plain ? p->slope : m->columns);
+    if (!m->plain) by_free(m, m->columns, p->rooms, p->slope);
+    if (!m->watch) return 0;
+    for (SIZE i = 0; i < m->n; i++) m->told[i] = p->all[i];
+    for (SIZE i = 0; i < 18 * (m->n + 1); i++) m->told[m->n + i] = p->shapes[i];
+    const SIZE more = m->watch();
+    if (more < 0 || p->rooms + more > m->most) return -1;
+    for (SIZE i = 0; i < more; i++) p->room[p->rooms + i] = m->more_room[i];
+    for (SIZE i = 0; i < more * m->free; i++) p->slope[p->rooms * m->free + i] = m->more_slope[i];
+    p->rooms += more;
+    return 0;
+}
+
+/* All of a point. Returns 0, -1 to stop, or the number of a piece that is too long. */
+static SIZE evaluate(const struct motion *m, struct point *p) {
+    const SIZE fault = equations(m, p);
+    if (fault) return fault;
+    if (limits(m, p) < 0) return -1;
+    double missed = 0.0, broken = 0.0, travel = 0.0;
+    for (SIZE i = 0; i < m->equations; i++) missed += fabs(p->residual[i]);
+    for (SIZE i = 0; i < p->rooms; i++) broken += p->room[i] < 0.0 ? p->room[i] : 0.0;
+    for (SIZE j = 0; j < m->free; j++) travel += m->weight[j] * fabs(p->angle[j]);
+    p->violation = missed - broken;
+    p->merit = travel + m->price * p->violation;
+    return 0;
+}
+
+struct descent {
+    struct motion m;
+    struct point points[3], *here, *there, *next;
+    double *low, *high, *x, *step, *table, *kept, *right, *room, *work;
+    SIZE *whole;
+};
+
+static void exchange(struct point **a, struct point **b) {
+    struct point *const kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+/* A point moved back to the arrival and within the limits by the angles in use: d->there. */
+static SIZE restore(struct descent *d, double reach) {
+    const struct motion *m = &d->m;
+    for (int round = 0; round < RESTORING && !(d->there->violation < RESTORED); round++) {
+        const struct point *p = d->there;
+        const SIZE rows = m->equations + p->rooms;
+        SIZE used = 0;
+        for (SIZE j = 0; j < m->free; j++)
+            if (fabs(p->angle[j]) > IN_USE) d->whole[used++] = j;
+        if (!used) return 0;
+        for (SIZE i = 0; i < rows; i++) {
+            const double *from = i < m->equations ? p->derivative + i * m->free : p->slope + (i - m->equations) * m->free;
+            for (SIZE j = 0; j < used; j++) d->table[i * used + j] = from[d->whole[j]];
+        }
+        purcell_bounded_step(m->equations, p->rooms, used, d->table, p->residual, p->room,
+                             d->table + m->equations * used, reach, d->work, d->step);
+        for (SIZE j = 0; j < m->free; j++) d->next->angle[j] = p->angle[j];
+        for (SIZE j = 0; j < used; j++) d->next->angle[d->whole[j]] += d->step[j];
+        const SIZE fault = evaluate(m, d->next);
+        if (fault) return fault;
+        if (d->next->violation > HELPS * d->there->violation) break;
+        exchange(&d->there, &d->next);
+    }
+    return 0;
+}
+
+/* The angles that minimise the linearised merit within reach: d->x. Returns whether there are any, and that merit. */
+static int propose(struct descent *d, double reach, double *merit) {
+    const struct motion *m = &d->m;
+    const struct point *p = d->here;
+    const SIZE rows = m->equations + p->rooms;
+    for (SIZE j = 0; j < m->free; j++) {
+        double square = p->derivative[j] * p->derivative[j];
+        for (int i = 1; i < 6; i++) square += p->derivative[i * m->free + j] * p->derivative[i * m->free + j];
+        const double within = reach / sqrt(1.0 + sqrt(square));
+        d->low[j] = p->angle[j] - within;
+        d->high[j] = p->angle[j] + within;
+        d->x[j] = p->angle[j];
+    }
+    for (SIZE i = 0; i < rows; i++) {
+        const int equal = i < m->equations;
+        const double *from = equal ? p->derivative + i * m->free : p->slope + (i - m->equations) * m->free;
+        double *to = d->kept + i * m->free, sum = 0.0;
+        for (SIZE j = 0; j < m->free; j++) {
+            to[j] = d->table[i * m->free + j] = equal ? from[j] : -from[j];
+            sum += to[j] * p->angle[j];
+        }
+        d->right[i] = sum - (equal ? p->residual[i] : -p->room[i - m->equations]);
+        if (!(fabs(d->right[i]) <= DBL_MAX)) return 0;
+    }
+    if (purcell_program(rows, m->free, m->equations, m->price, d->table, d->right, m->weight, d->low, d->high, d->x,
+                        d->room, d->whole) < 0)
+        return 0;
+    double travel = 0.0, missed = 0.0;
+    for (SIZE j = 0; j < m->free; j++) travel += m->weight[j] * fabs(d->x[j]);
+    for (SIZE i = 0; i < rows; i++) {
+        double miss = -d->right[i];
+        for (SIZE j = 0; j < m->free; j++) miss += d->kept[i * m->free + j] * d->x[j];
+        missed += i < m->equations ? fabs(miss) : miss > 0.0 ? miss : 0.0;
+    }
+    *merit = travel + m->price * missed;
+    return 1;
+}
+
+/* Linear programs within a trust region (Fletcher and de la Maza 1989). reaches: the first, the largest, the least. */
+static SIZE descend(struct descent *d, SIZE steps, const double reaches[3]) {
+    double reach = reaches[0];
+    for (SIZE k = 0; k < steps; k++) {
+        double merit;
+        if (!propose(d, reach, &merit)) break;
+        const double promised = d->here->merit - merit;
+        for (SIZE j = 0; j < d->m.free; j++) d->there->angle[j] = d->x[j];
+        SIZE fault = evaluate(&d->m, d->there);
+        if (!fault && d->here->merit - d->there->merit < 0.5 * promised)
+            fault = restore(d, reach > RETURN_REACH ? reach : RETURN_REACH);
+        if (fault) return fault;
+        const double kept = promised > 0.0 ? (d->here->merit - d->there->merit) / promised : 0.0;
+        if (kept > 0.02) exchange(&d->here, &d->there);
+        if (kept > 0.6)
+            reach = 2.0 * reach < reaches[1] ? 2.0 * reach : reaches[1];
+        else if (kept < 0.2)
+            reach *= 0.35;
+        if (reach < reaches[2] || promised < WORTH) break;
+    }
+    return 0;
+}
+
+static void begin(struct descent *d, double *room, SIZE *whole) {
+    struct motion *m = &d->m;
+    const SIZE r = m->equations + m->most;
+    m->plain = m->free == m->n;
+    for (SIZE p = 0; p < m->n && m->plain; p++) m->plain = m->index[p] == p && m->sign[p] == 1.0;
+    for (int i = 0; i < 3; i++) point_of(m, &room, d->points + i);
+    d->here = d->points;
+    d->there = d->points + 1;
+    d->next = d->points + 2;
+    m->flow = taken(&room, 94 * m->n + 36 * m->k);
+    m->columns = taken(&room, (r > m->n ? r : m->n) * m->n);
+    m->places = taken(&room, 6 * m->n);
+    d->low = taken(&room, m->free);
+    d->high = taken(&room, m->free);
+    d->x = taken(&room, m->free);
+    d->step = taken(&room, m->free);
+    d->table = taken(&room, r * m->free);
+    d->kept = taken(&room, r * m->free);
+    d->right = taken(&room, r);
+    d->room = taken(&room, 7 * (r + m->free) + m->free);
+    d->work = room;
+    d->whole = whole;
+}
+
+#define MOTION                                                                                                       \
+    const double *swimmer, SIZE stages, const double *nodes, const double *weights, const double *to_node, double step, \
+        double settled, SIZE n, SIZE free, const SIZE *control, const SIZE *index, const SIZE *fixed, SIZE k,        \
+        const SIZE *repeats, SIZE t, const SIZE *stops, const double *start, const double *given, const double *sign, \
+        const double *wanted, const double *ends, const double *least, SIZE most, double near, watcher *watch,        \
+        double *told, double *more_room, double *more_slope, double *room, SIZE *whole
+#define THE_MOTION                                                                                                   \
+    {                                                                                                                \
+        .swimmer = swimmer, .rule = {stages, nodes, weights, to_node, step, settled}, .n = n, .free = free,          \
+        .equations = 6 + 6 * t, .most = most, .control = control, .index = index, .fixed = fixed, .k = k, .t = t,    \
+        .repeats = repeats, .stops = stops, .start = start, .given = given, .sign = sign, .wanted = wanted,          \
+        .ends = ends, .least = least, .near = near, .watch = watch, .told = told, .more_room = more_room,            \
+        .more_slope = more_slope                                                                                     \
+    }
+
+/* Free angles of less joint travel, at which what is missing and limits broken, at a price, count as joint travel.
+ *
+ * control, fixed: see `purcell_bend_rows`. index, sign, given: of each of n primitives its free angle, -1 for none, its
+ * sign, and its angle where it has none. repeats, stops, start, wanted, ends: see `purcell_equations`. least: see
+ * `purcell_bend_rows`, as near. most: of inequalities. watch: null, or is told angles and shapes, (n,) and
+ * (n + 1, 2, 3, 3), and gives more inequalities and their derivatives, by free angles. room, whole: to work in,
+ * `purcell_descent_room` and 2 (6 + 6 t + most + free) numbers.
+ * weight: joint travel per free angle. A beginning that misses by `close` or more is moved back first, and given up
+ * where it then misses by `astray` or more. reaches: see `descend`. angle: the free angles, changed.
+ * missed: the violations where the programs begin, infinite where it is given up, and where they end.
+ * Returns 0, -1 where the watcher stopped it, or the number of a piece that is too long, counted from 1. */
+API SIZE purcell_descend(MOTION, const double *weight, double price, double close, double astray, SIZE steps,
+                         const double *reaches, double *angle, double *missed) {
+    struct descent d = {.m = THE_MOTION};
+    d.m.weight = weight;
+    d.m.price = price;
+    int given_up = 0;
+    begin(&d, room, whole);
+    for (SIZE j = 0; j < free; j++) d.there->angle[j] = angle[j];
+    SIZE fault = evaluate(&d.m, d.there);
+    if (!fault && !(d.there->violation < close)) {
+        fault = restore(&d, RETURN_REACH);
+        given_up = !(d.there->violation < astray);
+    }
+    exchange(&d.here, &d.there);
+    missed[0] = given_up ? INFINITY : d.here->violation;
+    if (!fault && !given_up) fault = descend(&d, steps, reaches);
+    missed[1] = d.here->violation;
+    for (SIZE j = 0; j < free; j++) angle[j] = d.here->angle[j];
+    return fault;
+}
+
+/* Free angles at which little is missing and no limit is broken, by Newton steps; see `purcell_descend`.
+ *
+ * enough: what may be missing. reach: the largest change of an angle in a step. patience: rounds without a halved
+ * residual, and stuck: steps in a row of which the smallest part or none helps, before it is given up.
+ * angle: changed. residual, derivative, shapes: there. off: what is missing there. Returns as above. */
+API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SIZE stuck, double *angle,
+                          double *residual, double *derivative, double *shapes, double *off) {
+    struct descent d = {.m = THE_MOTION};
+    const struct motion *m = &d.m;
+    double best = INFINITY, halved = INFINITY;
+    SIZE idle = 0, poor = 0;
+    begin(&d, room, whole);
+    for (SIZE j = 0; j < free; j++) d.here->angle[j] = angle[j];
+    SIZE fault = equations(m, d.here);
+    for (int round = 0; round < APPROACHING && !fault; round++) {
+        struct point *p = d.here;
+        double worst = 0.0;
+        if ((fault = limits(m, p))) break;
+        for (SIZE i = 0; i < p->rooms; i++) worst = p->room[i] < worst ? p->room[i] : worst;
+        const double left = p->size < STRICT * -worst ? STRICT * -worst : p->size;
+        if (left < best || !round) {
+            best = left < best ? left : best;
+            for (SIZE j = 0; j < free; j++) angle[j] = p->angle[j];
+            for (SIZE i = 0; i < m->equations; i++) residual[i] = p->residual[i];
+            for (SIZE i = 0; i < m->equations * free; i++) derivative[i] = p->derivative[i];
+            for (SIZE i = 0; i < 18 * (n + 1); i++) shapes[i] = p->shapes[i];
+        }
+        idle = best < 0.5 * halved ? 0 : idle + 1;
+        halved = idle ? halved : best;
+        if (best < enough || idle > patience || poor > stuck || !free) break;
+        purcell_bounded_step(m->equations, p->rooms, free, p->derivative, p->residual, p->room, p->slope, reach, d.work, d.step);
+        int part = 0;
+        for (; part < PARTS; part++) {
+            for (SIZE j = 0; j < free; j++) d.next->angle[j] = p->angle[j] + parts[part] * d.step[j];
+            if ((fault = equations(m, d.next)) || d.next->size < p->size) break;
+        }
+        poor = part >= PARTS - 1 ? poor + 1 : 0;
+        exchange(&d.here, &d.next);
+    }
+    *off = best;
+    return fault;
+}

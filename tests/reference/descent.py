@@ -1,0 +1,97 @@
+"""Searches for the free angles of a motion, step by step in Python: what the kernel's are compared with."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.program import penalised
+from purcell_cli.planner.refine.active_set import bounded_step, loose
+from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, least_cosines, least_distances
+from purcell_cli.planner.refine.shooting import Equations, Values
+from purcell_cli.planner.refine.trust_region import descended
+
+
+@dataclasses.dataclass(frozen=True)
+class Point:
+    """Free angles, the equations there, the room below the limits, violation and merit."""
+
+    angle: Array
+    values: Values
+    room: Array
+    slope: Array
+    violation: float
+    merit: float
+
+
+class Search:
+    """A search for angles of less joint travel; see `Descent.shortened`."""
+
+    def __init__(self, equations: Equations, max_bend_rad: float, clearance: float, price: float) -> None:
+        self.equations, self.price = equations, price
+        self.least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
+        self.apart = least_distances(equations, clearance)
+
+    def point(self, angle: Array) -> Point:
+        values = self.equations.at(angle)
+        motion = self.equations, values.sequence, values.shapes
+        rows = bend_rows(*motion, self.least), clearance_rows(*motion, self.apart)
+        room, slope = (np.concatenate(part) for part in zip(*rows, strict=True))
+        violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(room, 0.0)))
+        return Point(
+            angle, values, room, slope, violation, self.equations.weight @ np.abs(angle) + self.price * violation
+        )
+
+    def step(self, here: Point, reach: float) -> tuple[Array, float] | None:
+        within = reach * loose(here.values.derivative)
+        slope = np.concatenate([here.values.derivative, -here.slope])
+        wanted = slope @ here.angle - np.concatenate([here.values.residual, -here.room])
+        bounds = here.angle - within, here.angle + within
+        many = len(here.values.residual)
+        return penalised(self.equations.weight, slope, wanted, many, self.price, *bounds, here.angle)
+
+    def restored(self, here: Point, reach: float) -> Point:
+        used = np.abs(here.angle) > 1e-9
+        for _ in range(8 if np.any(used) else 0):
+            if here.violation < 1e-4:
+                break
+            move, values = np.zeros_like(here.angle), here.values
+            move[used] = bounded_step(
+                values.derivative[:, used], values.residual, here.room, here.slope[:, used], reach
+            )
+            there = self.point(here.angle + move)
+            if there.violation > 0.9 * here.violation:
+                break
+            here = there
+        return here
+
+    def landed(self, here: Point, angle: Array, promised: float, reach: float) -> Point:
+        there = self.point(angle)
+        return self.restored(there, max(reach, 0.25)) if here.merit - there.merit < 0.5 * promised else there
+
+    def run(self, begun: Point, steps: int) -> Point:
+        return descended(begun, self.step, self.landed, steps, lambda _: 1e-5)
+
+
+def approached(equations: Equations, max_bend_rad: float, reach: float, patience: int) -> tuple[Array, Values, float]:
+    """Return free angles at which little is missing, the values there, and what is missing."""
+    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
+    angle, values = equations.angles, equations.at(equations.angles)
+    best, kept, known, idle, halved = np.inf, angle, values, 0, np.inf
+    for _ in range(20):
+        room, slope = bend_rows(equations, values.sequence, values.shapes, least)
+        off = max(values.size, 100.0 * float(-np.min(room, initial=0.0)))
+        if off < best:
+            best, kept, known = off, angle, values
+        idle, halved = (0, best) if best < 0.5 * halved else (idle + 1, halved)
+        if best < 3e-4 or idle > patience:
+            break
+        step = bounded_step(values.derivative, values.residual, room, slope, reach)
+        for shorter in (1.0, 0.4, 0.15, 0.05):
+            there = equations.at(angle + shorter * step)
+            if there.size < values.size:
+                break
+        angle, values = angle + shorter * step, there
+    return kept, known, best
