@@ -48,11 +48,6 @@ def _refuse_joints(swimmer: Swimmer, start: Configuration, goal: Configuration, 
 
     refuse_displacement(swimmer, start, goal)
     refuse_weak_joints(swimmer, start.shape)
-    if {joint.kind for joint in swimmer.joints} == {"ball", "fixed"}:
-        raise ParameterError(
-            "swimmer: a universal joint, whose loops close, beside a limb that is fixed, is wanted by the planner as "
-            f"it is, found {named(swimmer.joints)}"
-        )
     if options.controls == Controls.SIMULTANEOUS and {joint.kind for joint in swimmer.joints}.difference(AT_ONCE):
         raise ParameterError(
             "controls: primitive, since only ball joints and hinges turn at once so far, is wanted, "

@@ -18,6 +18,10 @@ _HOPELESS = 1e-3
 
 A yaw and a pitch hinge have 0.025 and plans of hundreds of rad; one universal joint alone has 1e-4, and 0.1 L would
 take thousands of rad."""
+_HOPELESS_BALL = 0.02
+"""The same for a ball joint beside a fixed limb, whose loops a roll must close [L, rad per rad^depth].
+
+Beside a limb at 30 degrees it has 0.065 and 0.1 L takes 1,000 rad; at 15 degrees it has 0.015 and no plan was found."""
 _DEPTHS = {1: 6, 2: 6, 3: 5, 4: 4, 5: 3, 6: 3}
 """The deepest brackets that are looked at, by the number of controls."""
 _BENT_RAD = (0.6, 0.4)
@@ -48,7 +52,8 @@ def weak_directions(swimmer: Swimmer, fixed: bytes) -> tuple[str, ...]:
     twists = np.array([b.twist for b in found.brackets] or np.zeros((1, 6)))[:, rows]
     padded = np.concatenate([twists, np.zeros((len(rows), len(rows)))])
     _, values, directions = np.linalg.svd(padded, full_matrices=False)
-    weak = directions[values < _HOPELESS]
+    alone = {joint.kind for joint in swimmer.joints} == {"ball", "fixed"}
+    weak = directions[values < (_HOPELESS_BALL if alone else _HOPELESS)]
     shares = np.sum(weak**2, axis=0)
     return tuple(DIRECTIONS[row] for row, share in zip(rows, shares, strict=True) if share > _SHARE)
 

@@ -71,7 +71,9 @@ def joint_candidates(
             found += arcs_by_hinges(swimmer, home, missing, breadth.arcs, functools.partial(_around, first, last))
     every = loops_of(swimmer, home) if breadth.chains else None
     if every is not None and len(every.screws):
-        few = every.some(best_loops(every.screws, rows, _LOOPS if axis is None else _LOOPS_PLANAR))
+        best = best_loops(every.screws, rows, _LOOPS if axis is None else _LOOPS_PLANAR)
+        pairs_of_loops = np.arange(len(every.screws) - every.pairs, len(every.screws))
+        few = every.some(np.unique(np.concatenate([best, pairs_of_loops])) if every.pairs else best)
         counts = (6, 7, breadth.chains) if axis is None else (3, 4, breadth.chains)
         like = None
         for first, last, missing in pairs:

@@ -7,10 +7,13 @@ of which each closes by itself make the rectangle close exactly.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
-from purcell_cli.mechanics.primitives import PRIMITIVE_NAMES, PrimitiveSequence
+from purcell_cli.geometry.reproducible import arcsin, arctan2, matmul
+from purcell_cli.geometry.rotations import about_axis
+from purcell_cli.mechanics.primitives import EMPTY, PRIMITIVE_NAMES, PrimitiveSequence, joined
 
 Aside = tuple[int, float] | None
 """Another control, and the angle that it is kept at during a loop [rad]; None where all others rest at home."""
@@ -29,11 +32,16 @@ class Loop:
     cycle: PrimitiveSequence
 
     @property
+    def kind(self) -> str:
+        """What it is."""
+        return "loop" if len(self.cycle) < 10 else "mirrored loops"
+
+    @property
     def name(self) -> str:
         """What its stroke is called."""
         return " ".join(
             [
-                "loop" if len(self.cycle) == 4 else "mirrored loops",
+                self.kind,
                 *(PRIMITIVE_NAMES[c].replace("base ", "") for c in self.cycle.control[:2]),
             ]
         )
@@ -46,6 +54,75 @@ class Loop:
         moved = 0.5 * (1.0 - part) * sides
         approach = self.approach + PrimitiveSequence(self.cycle.control[:2], moved)
         return Loop(_merged(approach), self.cycle.with_angles(part * self.cycle.angle))
+
+
+Side = tuple[float, float, bool]
+"""The pitch and the yaw that a ball joint's loop begins with [rad], and whether it is played forward."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class RolledLoop(Loop):
+    """Loops of a ball joint's yaw and pitch, one after the other, which a roll closes: two axes of a limb alone do not.
+
+    Attributes:
+        limb: The limb, 0 or 1.
+        sides: What each begins with.
+    """
+
+    limb: int
+    sides: tuple[Side, ...]
+
+    def sized(self, part: float) -> Loop:
+        """Return the loops from the same corner, with their first two sides a part of what they are."""
+        return rolled(self.approach, self.limb, [(part * pitch, part * yaw, on) for pitch, yaw, on in self.sides])
+
+
+def rolled(approach: PrimitiveSequence, limb: int, sides: Sequence[Side]) -> RolledLoop:
+    """Return loops of a limb on a ball joint from one corner.
+
+    With R = Ry(pitch) Rz(yaw) the way back is Ry(a) Rz(b) Rx(c) = R^-1: its angles in the order y, z, x.
+    """
+    x, y, z = 3 * limb, 3 * limb + 1, 3 * limb + 2
+    played = []
+    for pitch, yaw, forward in sides:
+        back = matmul(about_axis(1, pitch), about_axis(2, yaw)).T
+        b = float(arcsin(np.clip(back[1, 0], -1.0, 1.0)))
+        a, c = float(arctan2(-back[2, 0], back[0, 0])), float(arctan2(-back[1, 2], back[1, 1]))
+        loop = PrimitiveSequence.of([(y, pitch), (z, yaw), (y, a), (z, b), (x, c)])
+        played.append(loop if forward else loop.inverse())
+    return RolledLoop(approach, joined(played), limb, tuple(sides))
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class PairedLoop(Loop):
+    """Two loops, one after the other, each from home and back.
+
+    Attributes:
+        loops: The loops.
+        forward: Whether each is played forward.
+    """
+
+    loops: tuple[Loop, Loop]
+    forward: tuple[bool, bool]
+
+    @property
+    def kind(self) -> str:
+        """What it is."""
+        return "paired loops"
+
+    def sized(self, part: float) -> Loop:
+        """Return both loops with their sides a part of what they are."""
+        first, second = (loop.sized(part) for loop in self.loops)
+        return paired((first, second), self.forward)
+
+
+def paired(loops: tuple[Loop, Loop], forward: tuple[bool, bool]) -> PairedLoop:
+    """Return two loops of a limb one after the other, forward or backward."""
+    played = []
+    for loop, on in zip(loops, forward, strict=True):
+        cycle = loop.cycle if on else loop.cycle.inverse()
+        played += [loop.approach, cycle, loop.approach.inverse()]
+    return PairedLoop(EMPTY, joined(played).busy(), loops, forward)
 
 
 def _merged(sequence: PrimitiveSequence) -> PrimitiveSequence:

@@ -20,7 +20,8 @@ from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import AXIS_OF, EMPTY, LIMB_OF, PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limits import BEND_MARGIN_RAD
-from purcell_cli.planner.joints.loop import Aside, Loop, rectangle
+from purcell_cli.planner.joints.loop import Aside, Loop, paired, rectangle, rolled
+from purcell_cli.planner.joints.paired import cancelling
 from purcell_cli.planner.joints.rectangles import Grid, Rectangles, rectangles_on
 
 Rows = NDArray[np.int64]
@@ -35,6 +36,14 @@ _LEAST_MIRRORED_RAD = 0.05
 """Angles that may go less far than this both ways make no mirrored loops [rad]."""
 _IMAGES = ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))
 """A rectangle and its mirror images, by the signs of its sides."""
+_ROLLED = ((-1.0, 1.0), (-0.5, 0.5), (-0.2, 0.2), (-1.0, 0.0), (0.0, 1.0), (-0.05, 0.05))
+"""The sides of loops of a ball joint alone, as parts of how far its angles may go."""
+_ABOUT_RAD = (0.0, 0.25 * math.pi, -0.25 * math.pi)
+"""The directions about the limb's axis in which they are looked at [rad]; quarter turns exchange yaw and pitch."""
+_LONE_SHARE = 0.95
+"""The part of its room that a ball joint alone takes: the repeated strokes have no angles that could bend less."""
+_SEVERAL = 10
+"""Loops of so many primitives are several already."""
 _STRAIGHT = 1.0 - 1e-9
 """The cosine of a bend above which a limb is straight: a yaw and a pitch then need nothing but mirrored loops."""
 _SENSES = ((1, 1, 1, 1), (1, 1, -1, -1), (1, -1, 1, -1), (1, -1, -1, 1))
@@ -62,6 +71,11 @@ class Screws:
     def __len__(self) -> int:
         return len(self.twist)
 
+    def and_more(self, other: Screws) -> Screws:
+        """Return these and others."""
+        pairs = (self.twist, other.twist), (self.travel, other.travel), (self.approach, other.approach)
+        return Screws(*(np.concatenate(pair) for pair in pairs))
+
     def some(self, rows: Rows) -> Screws:
         """Return some of them."""
         return Screws(self.twist[rows], self.travel[rows], self.approach[rows])
@@ -88,11 +102,13 @@ class EveryLoop:
         rectangles: Those on grids.
         others: The others.
         screws: What all do, those on grids first.
+        pairs: How many of them are pairs whose common rotation cancels: the last ones.
     """
 
     rectangles: Rectangles
     others: tuple[Loop, ...]
     screws: Screws
+    pairs: int = 0
 
     def some(self, rows: Rows) -> Loops:
         """Return some of the loops."""
@@ -137,7 +153,9 @@ def _all_loops(swimmer: Swimmer, home: Array) -> tuple[list[Grid], list[Loop]]:
     for pair in itertools.combinations(every, 2):
         same = LIMB_OF[pair[0]] == LIMB_OF[pair[1]]
         if same and swimmer.joints[int(LIMB_OF[pair[0]])].ball:
-            continue  # turns about two axes of the limb do not close
+            # Turns about two axes of the limb do not close; a roll closes them where there are no other loops.
+            others += _rolled(swimmer, home, pair) if len(every) == 3 and 0 not in AXIS_OF[list(pair)] else []
+            continue
         for aside in _asides(swimmer, home, pair):
             spans = _spans(swimmer, home, aside, pair)
             if spans is None:
@@ -163,6 +181,26 @@ def _small(pair: tuple[int, int], spans: list[Array], aside: Aside) -> Iterator[
     for side in _SMALL:
         if all(span[0] <= -side and side <= span[1] for span in spans):
             yield rectangle(pair, (-side, side), (-side, side), aside)
+
+
+def _rolled(swimmer: Swimmer, home: Array, pair: tuple[int, int]) -> Iterator[Loop]:
+    """Return the loops of a ball joint alone, from corners in some directions about the limb's axis at home."""
+    spans, limb = _spans(swimmer, home, None, pair), int(LIMB_OF[pair[0]])
+    if spans is None:
+        return
+    least = float(cos(bend_limits(swimmer, home)[limb] - BEND_MARGIN_RAD))
+    reach = _LONE_SHARE * float(min(spans[0][1], spans[1][1]))
+    for about, (a, b), (c, d) in itertools.product(_ABOUT_RAD, _ROLLED, _ROLLED):
+        corner = [(3 * limb, about), (pair[0], reach * a), (pair[1], reach * c)]
+        loop = rolled(PrimitiveSequence.of(corner).busy(), limb, [(reach * (b - a), reach * (d - c), True)])
+        bends = loop.cycle.shapes(loop.approach.shapes(home)[-1])[:, limb, 0, 0]
+        if np.min(bends) > least:
+            yield loop
+    for about, pitch, yaw in itertools.product(_ABOUT_RAD, _MIRRORED, _MIRRORED):
+        images = [(s * pitch * reach, t * yaw * reach) for s, t in _IMAGES]
+        for senses, order in itertools.product(_SENSES, _ORDERS):
+            sides = [(*images[k], senses[k] > 0) for k in order]
+            yield rolled(PrimitiveSequence.of([(3 * limb, about)]).busy(), limb, sides)
 
 
 def _mirrored(pair: tuple[int, int], spans: list[Array]) -> Iterator[Loop]:
@@ -206,8 +244,26 @@ def _every(swimmer: Swimmer, home: bytes) -> EveryLoop:
     shape = np.frombuffer(home).reshape(2, 3, 3)
     grids, others = _all_loops(swimmer, shape)
     found, more = rectangles_on(swimmer, shape, grids), _measured(swimmer, shape, others)
-    pairs = (found.twist, more.twist), (found.travel, more.travel), (found.approach, more.approach)
-    return EveryLoop(found, tuple(others), Screws(*(np.concatenate(pair) for pair in pairs)))
+    screws = Screws(found.twist, found.travel, found.approach).and_more(more)
+    every = EveryLoop(found, tuple(others), screws)
+    if len(set(LIMB_OF[list(swimmer.controls)].tolist())) > 1:
+        return every
+    pairs = _paired(every)
+    return EveryLoop(found, (*others, *pairs), screws.and_more(_measured(swimmer, shape, pairs)), len(pairs))
+
+
+def _paired(every: EveryLoop) -> list[Loop]:
+    """Return pairs of the loops of one limb that are single."""
+    many = len(every.rectangles)
+    single = [k for k in range(len(every.screws)) if k < many or len(every.others[k - many].cycle) < _SEVERAL]
+    some = np.array(single, dtype=np.int64)
+    screws = every.screws.some(some)
+    which, part = cancelling(screws.twist, screws.travel + screws.approach)
+    out: list[Loop] = []
+    for (i, j), share in zip(which.tolist(), part.tolist(), strict=True):
+        first, second = every.some(some[[i, j]]).loops
+        out.append(paired((first, second.sized(math.sqrt(abs(share)))), (True, share > 0.0)))
+    return out
 
 
 def loops_of(swimmer: Swimmer, home: Array) -> EveryLoop:
