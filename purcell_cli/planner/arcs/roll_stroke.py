@@ -15,6 +15,7 @@ from purcell_cli.gaits.gait import Gait
 from purcell_cli.gaits.pure_stroke import guessed
 from purcell_cli.geometry.reproducible import arctan2
 from purcell_cli.geometry.rotations import Array, wrapped
+from purcell_cli.kernel.chains import RollTable
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.pieces import Pieces
@@ -56,6 +57,11 @@ class RollStroke:
         self._amplitude = np.append(0.0, _KNOTS_RAD[some])
         self._travel = np.append(0.0, [block.joint_travel_rad for block in once[some]])
         self._largest = min(_LARGEST_RAD, float(self._rolled[-1]))
+
+    @property
+    def table(self) -> RollTable:
+        """Rolls of one stroke up to the largest, and what they travel [rad], as the kernel takes them."""
+        return RollTable(self._rolled, self._travel, self._largest)
 
     def travel(self, angle: Array) -> Array:
         """Return about how much joint travel rolls by angles take [rad]. Shape (...)."""

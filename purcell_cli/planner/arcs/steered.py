@@ -32,7 +32,7 @@ _SLIGHT_RAD = 0.3
 _SAME = 1e-4
 """Neighbouring arcs become one if their separate cost is at most this part above the cost of the one."""
 _FAR_OFF = 0.02
-"""Chains that miss by more than this, measured by `chain.missed`, are astray [L, rad]."""
+"""Chains that miss by more than this, measured by `Chains.settled`, are astray [L, rad]."""
 
 _SETTLED = 3e-3
 """While no chain misses by less than this, in the last resort, all are made longer: what loops as large as may be lack,
@@ -118,7 +118,7 @@ def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> 
         breadth: How widely to search.
 
     Returns:
-        The chains, what they miss by (`chain.missed`), shape (n,), and what is spent in all, shape (n,).
+        The chains, what they miss by (see `Chains.settled`), shape (n,), and what is spent in all, shape (n,).
     """
     chains, off, spent = chains.settled(wanted, breadth.rounds)
     spent = spent + around
