@@ -23,6 +23,7 @@ from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_t
 from purcell_cli.kernel.pairs import pair_prices
 from purcell_cli.kernel.program import penalised
 from purcell_cli.kernel.shapes import shapes_along
+from purcell_cli.kernel.steering import steered
 from purcell_cli.mechanics.base_velocity import kernel_numbers
 from purcell_cli.mechanics.collocation import Accuracy, flow_of
 from purcell_cli.mechanics.lift import EXACT, SEARCHING
@@ -46,6 +47,7 @@ MODULES = (
     "program",
     "shapes",
     "shooting",
+    "steering",
 )
 """The modules of the kernel that call it."""
 
@@ -288,6 +290,7 @@ def everything(seed: int) -> bytes:
         shooting.bounded_step(rng.normal(size=(8, 30)), np.ones(8), rng.normal(size=4), rng.normal(size=(4, 30)), 0.1),
         *searched(flow, primitives, shapes),
         *chained(rng),
+        *steered(0.05, 0.02, [0.0, 0.7, 1.5], [1.0, 1.1, 0.9], poses.exp(pieces[1]), rng.normal(size=(30, 10))),
         played(with_twice_the_digits(np.eye(4)), flow.pieces(*pieces), 5),
         pair_prices(poses.exp(pieces[1]), poses.exp(pieces[1]), pieces[2], pieces[2], np.linspace(0.1, 0.8, 8)),
         *penalised(*program(rng, 40, 6, 10)),

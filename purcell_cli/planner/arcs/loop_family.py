@@ -84,6 +84,11 @@ class Fan:
         self._size = size[order]
 
     @property
+    def reach(self) -> tuple[Array, Array]:
+        """Bearings, of turn against advance in what a unit cost makes of either at most, and what goes that way."""
+        return self._bearing, self._size
+
+    @property
     def measure(self) -> str:
         """What costs are; see `Loops`."""
         return self.loops.measure

@@ -69,9 +69,10 @@ def _steered(problem: Problem, breadth: Breadth) -> list[Candidate]:
     fans, steering, pairs = problem.fans, tightest(problem.fans), problem.pairs(breadth)
     way = steer(_seen_at(steering.centre, pairs.missing), steering, math.ceil(breadth.starts / len(pairs)))
     around = pairs.joint_travel_rad[way.displacement]
-    travel = steering.cost(way.arc[..., 0], hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1) + around
+    each = steering.cost(way.arc[..., 0], hypot(way.arc[..., 1], way.arc[..., 2]))
+    travel = each.sum(axis=1) + around
     picked = np.array(_distinct(travel), dtype=np.int64)
-    arcs = [_swum(steering, _fewest(steering, way.arc[k])) for k in picked]
+    arcs = [_swum(steering, _fewest(steering, way.arc[k], each[k])) for k in picked]
     # The cheapest loops at every arc; and, since only those go exactly straight, loops that are bent in the plane.
     only = np.repeat([-1, fans.index(next(f for f in fans if not f.loops.across))], len(picked))
     picked = np.concatenate([picked, picked])
@@ -173,17 +174,19 @@ def _distinct(travel: Array) -> list[int]:
     return out
 
 
-def _fewest(loops: Fan, arc: Array) -> Array:
-    """Return arcs without slight ones, neighbours of one direction made one. Shape (n, 3)."""
+def _fewest(loops: Fan, arc: Array, travel: Array) -> Array:
+    """Return arcs without slight ones, neighbours of one direction made one. Shapes (n, 3) and (n,) to (m, 3)."""
     out: list[Array] = []
-    for one in arc:
-        travel = _cost(loops, one)
-        if travel < _SLIGHT_RAD:
+    last = 0.0
+    for one, own in zip(arc, travel.tolist(), strict=True):
+        if own < _SLIGHT_RAD:
             continue
-        if out and _cost(loops, out[-1]) + travel < (1.0 + _SAME) * _cost(loops, out[-1] + one):
-            out[-1] = out[-1] + one
+        both = _cost(loops, out[-1] + one) if out else 0.0
+        if out and last + own < (1.0 + _SAME) * both:
+            out[-1], last = out[-1] + one, both
         else:
             out.append(one)
+            last = own
     return np.array(out).reshape(-1, 3)
 
 
