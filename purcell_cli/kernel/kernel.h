@@ -168,6 +168,7 @@ void purcell_wide_store(const wide_pose *g, double *high_low);
 
 /* collocation.c: the flow on a step, by Gauss collocation on a mesh graded by the distance from a straight line. */
 #define MOST_STAGES 16
+#define ROUGH_STAGES 5 /* rules of so few stages err by 1e-7, and so may the resistance and sums of poses */
 struct rule {
     SIZE stages;
     const double *nodes, *weights, *to_node;
