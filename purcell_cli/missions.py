@@ -22,10 +22,11 @@ from purcell_cli.motion.plan import Plan, Structure
 from purcell_cli.planner.missions.curve_legs import CurveLegs
 from purcell_cli.planner.missions.leg_price import LegPrice
 from purcell_cli.planner.missions.limbs_in_place import in_place, limbs_turned
+from purcell_cli.planner.missions.one_motion import one_motion
 from purcell_cli.planner.missions.waypoint_order import best_order, leg_prices
 from purcell_cli.planner.missions.waypoint_poses import Touring
 from purcell_cli.planner.progress import Progress, silent
-from purcell_cli.solution import Solution, carried_out, plan
+from purcell_cli.solution import Solution, carried_out, plan, planned
 from purcell_cli.wording import counted
 
 LegPlanner = Callable[[Configuration, Configuration], Solution]
@@ -106,13 +107,13 @@ def followed(
 
     def leg(start: Configuration, goal: Configuration, bend_rad: float) -> tuple[Block, ...]:
         body = dataclasses.replace(swimmer, max_bend_rad=bend_rad)
-        found.append(plan(start, goal, swimmer=body, options=options, gaits=gaits).plan)
+        found.append(planned(start, goal, swimmer=body, options=options, gaits=gaits))
         return found[-1].blocks
 
-    legs = CurveLegs(
+    search = CurveLegs(
         swimmer, follow, mission.start, mission.goal, leg, lambda share: progress(round(1000 * share), 1000, "legs")
     )
-    blocks = legs.blocks()
+    blocks = one_motion(swimmer, mission.start, mission.goal, search.legs())
     words = (Structure("legs along a curve", sum(b.joint_travel_rad for b in blocks)),)
     left_out = found[-1].left_out if found else {}
     whole = Plan(swimmer, mission.start, mission.goal, blocks, words, left_out=left_out, follow=follow)

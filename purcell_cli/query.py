@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from purcell_cli.errors import ParameterError
-from purcell_cli.lie_brackets.joint_reach import refuse_weak_joints
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.joint_motion import refuse_displacement
 from purcell_cli.mechanics.joints import named
@@ -45,6 +44,8 @@ def _refuse_joints(swimmer: Swimmer, start: Configuration, goal: Configuration, 
     Raises:
         ParameterError: A goal out of reach, joints that cannot move the base, or simultaneous controls.
     """
+    from purcell_cli.lie_brackets.joint_reach import refuse_weak_joints
+
     refuse_displacement(swimmer, start, goal)
     refuse_weak_joints(swimmer, start.shape)
     if {joint.kind for joint in swimmer.joints} == {"ball", "fixed"}:

@@ -15,7 +15,6 @@ from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.bead_table import bead_table
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -29,13 +28,12 @@ from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, check_spacing, sample, schedule
 from purcell_cli.motion.verdict import PlanVerdict, Verdict
 from purcell_cli.planner.arcs.straight_way import advice
+from purcell_cli.planner.effort import LEG
 from purcell_cli.planner.gait_sequence import unfit_gaits
 from purcell_cli.planner.limbs.quarter_rolls import QuarterRolls
 from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.reconfiguration import reconfigure
-from purcell_cli.planner.refine.simultaneous import quickened
-from purcell_cli.planner.ways.around import around
 from purcell_cli.query import refuse_query
 from purcell_cli.verification.certificate import Certificate, judged
 from purcell_cli.verification.replay import TOLERANCE_L, TOLERANCE_RAD, Replay, replay
@@ -184,7 +182,7 @@ def plan(
     swimmer: Swimmer | None = None,
     options: PlanOptions = PlanOptions(),
     gaits: Mapping[str, Gait] | None = None,
-    progress: Progress = lambda _done, _of, _news: None,
+    progress: Progress = silent,
 ) -> Solution:
     """Plan a motion from a start to a goal configuration, and check it.
 
@@ -205,10 +203,38 @@ def plan(
         ParameterError: A start, a goal or an option that the swimmer's joints do not allow.
         GaitError: No stored gait for a motion that is needed.
     """
+    efforts = [options.effort]
+    if options.controls == Controls.SIMULTANEOUS and options.effort == Effort.THOROUGH:
+        efforts.insert(0, Effort.STANDARD)  # so that it is never worse
+    body, tried = swimmer or Swimmer(), []
+    for effort in efforts:
+        asked = dataclasses.replace(options, effort=effort)
+        made = planned(start, goal, swimmer=body, options=asked, gaits=gaits, progress=progress)
+        tried.append(carried_out(made, options))
+
+    def rank(one: Solution) -> tuple[bool, float]:
+        spent = cost(options.objective, body, one.plan.blocks, start.shape)
+        return one.verdict != Verdict.REACHED, spent
+
+    return tried[0] if len(tried) == 1 else min(tried, key=rank)
+
+
+def planned(
+    start: Configuration,
+    goal: Configuration,
+    *,
+    swimmer: Swimmer | None = None,
+    options: PlanOptions = PlanOptions(),
+    gaits: Mapping[str, Gait] | None = None,
+    progress: Progress = silent,
+) -> Plan:
+    """Return the plan of a motion, not yet carried out; arguments and errors as of `plan`."""
     stored = stored_gaits() if gaits is None else gaits
     body, limits = swimmer or Swimmer(), Limits.of(options)
     refuse_query(start, goal, body, options)
     if body.fluid == "beads":
+        from purcell_cli.mechanics.bead_table import bead_table
+
         bead_table(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
     packaged = stored_gaits()
     left_out = unfit_gaits([gait for name, gait in stored.items() if packaged.get(name) is not gait], body)
@@ -220,23 +246,14 @@ def plan(
     if simultaneous and options.objective == Objective.SENSITIVITY:
         raise ParameterError("minimize: sensitivity goes with the controls primitive, found simultaneous")
     # One after the other, joints spend as much time as they travel; of simultaneous plans each is made from such a one.
-    timed = options.objective == Objective.TIME
-    weighed = Objective.TRAVEL if timed else options.objective
-    efforts = [options.effort]
-    if simultaneous and options.effort == Effort.THOROUGH:
-        efforts.insert(0, Effort.STANDARD)  # so that it is never worse
-    tried = []
-    for effort in efforts:
-        made = _reconfigured(body, *seen, stored, effort, weighed, limits, options.seed, progress)
-        made = dataclasses.replace(made, left_out=left_out)
-        made = quickened(made, limits, options.objective, effort) if simultaneous else made
-        tried.append(carried_out(rolls.played(made, start, goal), options))
+    weighed = Objective.TRAVEL if options.objective == Objective.TIME else options.objective
+    made = _reconfigured(body, *seen, stored, options.effort, weighed, limits, options.seed, progress)
+    made = dataclasses.replace(made, left_out=left_out)
+    if simultaneous:
+        from purcell_cli.planner.refine.simultaneous import quickened
 
-    def rank(one: Solution) -> tuple[bool, float]:
-        spent = cost(options.objective, body, one.plan.blocks, start.shape)
-        return one.verdict != Verdict.REACHED, spent
-
-    return tried[0] if len(tried) == 1 else min(tried, key=rank)
+        made = quickened(made, limits, options.objective, options.effort)
+    return rolls.played(made, start, goal)
 
 
 def _reconfigured(
@@ -253,13 +270,15 @@ def _reconfigured(
     """Return a plan: the one that knows no obstacles where it is clear of them, else one round them if any is found."""
     if limits.obstacles is None:
         return reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress)
+    from purcell_cli.planner.ways.around import around
+
     direct = reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress, ())
     if not direct.blocks or (direct.limits is not None and direct.limits.kept):
         return direct
 
     def leg(begin: Configuration, end: Configuration, bend_rad: float) -> Plan:
         careful = dataclasses.replace(swimmer, max_bend_rad=min(bend_rad, swimmer.max_bend_rad))
-        return reconfigure(careful, begin, end, gaits, Effort.QUICK, minimize, limits, silent, ())
+        return reconfigure(careful, begin, end, gaits, LEG, minimize, limits, silent, ())
 
     return around(swimmer, start, goal, limits, leg, seed, progress) or direct
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import functools
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from helpers import assert_close, random_sequence, random_swimmer
 
-from purcell_cli import Configuration, Curve, Follow, Mission, PlanOptions, Swimmer, plan_mission
+from purcell_cli import Configuration, Curve, Follow, Mission, PlanOptions, Swimmer, missions, plan_mission
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.pieces import Pieces
@@ -17,6 +18,7 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.limits_check import check
+from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import sample
 from purcell_cli.motion.workspace import middle_speed
 from purcell_cli.planner.missions.curve_legs import CurvePoses
@@ -109,6 +111,38 @@ def test_distances_are_those_to_the_nearest_step() -> None:
     points = np.array([[0.5, 0.2, 0.0], [1.5, 0.5, 0.0], [-1.0, 0.0, 0.0], [1.0, 0.0, 0.3]])
     assert_close(bent.distance_m(points), [0.2, 0.5, 1.0, 0.3], 1e-15)
     assert_close(bent.part(0.5, 1.5).point_m, [[0.5, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.5, 0.0]], 1e-15)
+
+
+def test_distances_from_laps_are_those_from_one() -> None:
+    """Whichever steps are left out as too far, or as repeated: against all of them."""
+    lap, rng = circle(0.3), np.random.default_rng(2)
+    laps = Curve(np.concatenate([lap.point_m, *[lap.point_m[1:] + 1e-17 * k for k in range(3)]]))
+    path = lap.at(np.linspace(0.0, lap.length_m, 300)) + 0.03 * rng.normal(size=(300, 3))
+    begin, edge = lap.point_m[:-1], np.diff(lap.point_m, axis=0)
+    share = np.clip(np.sum((path[:, None] - begin) * edge, axis=2) / np.sum(edge * edge, axis=1), 0.0, 1.0)
+    every = np.linalg.norm(path[:, None] - begin - share[..., None] * edge, axis=2).min(axis=1)
+    assert_close(lap.distance_m(path), every, 1e-15)
+    assert_close(laps.distance_m(path), every, 1e-15)
+
+
+@pytest.mark.slow
+def test_laps_cost_the_plans_of_one_and_end_exactly(monkeypatch: pytest.MonkeyPatch) -> None:
+    legs: list[Configuration] = []
+    planned = missions.planned
+
+    def counted(start: Configuration, goal: Configuration, **asked: Any) -> Plan:
+        legs.append(start)
+        return planned(start, goal, **asked)
+
+    monkeypatch.setattr(missions, "planned", counted)
+    lap = circle(0.3)
+    follow = Follow(Curve(np.concatenate([lap.point_m, *[lap.point_m[1:]] * 2])), 0.1)
+    mission = Mission(Configuration(), follow.goal(Configuration()), follow=follow)
+    found = plan_mission(mission, options=PlanOptions(effort="quick", dt_s=10.0))
+    assert found.verdict == "reached"
+    assert found.certificate.deviation.within(2e-11, 2e-10)
+    assert len(legs) <= 6
+    assert found.joint_travel_rad > 3 * 500.0
 
 
 def headings(follow: Follow) -> Array:

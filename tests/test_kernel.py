@@ -15,13 +15,14 @@ from helpers import random_sequence, random_shapes, random_swimmer
 from reference import base_velocity, lift, lift_derivatives
 from scipy.optimize import linprog
 
-from purcell_cli.kernel import chains, library, linear, poses, shooting, sources
+from purcell_cli.kernel import chains, distances, library, linear, poses, shooting, sources
 from purcell_cli.kernel.certificate import extrapolated
 from purcell_cli.kernel.descent import Descent
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
 from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_the_digits
 from purcell_cli.kernel.pairs import pair_prices
 from purcell_cli.kernel.program import penalised
+from purcell_cli.kernel.screw_chains import solved
 from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.kernel.steering import steered
 from purcell_cli.mechanics.base_velocity import kernel_numbers
@@ -45,6 +46,7 @@ MODULES = (
     "pairs",
     "poses",
     "program",
+    "screw_chains",
     "shapes",
     "shooting",
     "steering",
@@ -183,6 +185,36 @@ def test_segments_are_nearest_where_a_search_finds_them() -> None:
     assert np.all((found[:, :2] >= 0.0) & (found[:, :2] <= 1.0))
 
 
+def test_distances_are_what_a_search_finds() -> None:
+    """Of segments from balls and a box, exact; inside cones no more than the truth, and hardly less."""
+    rng = np.random.default_rng(9)
+    first, last, size = *rng.normal(size=(2, 200, 3)), np.array([0.9, 0.5, 0.2])
+    first[0] = last[0]
+    points = first + np.linspace(0.0, 1.0, 401)[:, None, None] * (last - first)
+    middles, radii = rng.normal(size=(5, 3)), rng.uniform(0.1, 0.9, 5)
+    searched = (np.linalg.norm(points[:, :, None] - middles, axis=-1) - radii).min(axis=0)
+    found, which = distances.from_balls(first, last, middles, radii)
+    assert np.all(np.abs(found - searched.min(axis=1)) < 0.01)
+    assert np.array_equal(which, searched.argmin(axis=1))
+    turn = poses.rotation(np.array([[0.3, -0.5, 0.7]]))[0]
+    out = np.abs((points - middles[0]) @ turn) - size
+    searched = (np.linalg.norm(np.maximum(out, 0.0), axis=-1) + np.minimum(out.max(axis=-1), 0.0)).min(axis=0)
+    found = distances.from_box(first, last, middles[0], turn, size)
+    assert np.all((searched > found - 1e-7) & (searched < found + 0.02))
+    assert np.min(found) < -0.1, "some are inside"
+    begin, way, radius, change = CONES
+    part = np.linspace(0.0, 1.0, 401)[:, None, None]
+    balls = begin + part * way
+    deep = [
+        (radius + part[..., 0] * change - np.linalg.norm(at[:, None, None] - balls, axis=-1)).max(axis=1).max(axis=1)
+        for at in points[::40]
+    ]
+    found, which = distances.inside_cones(first, last, 10, *CONES)
+    assert np.all(found < np.min(deep, axis=0) + 0.01)
+    assert np.all(distances.inside_cones(first, first, 1, *CONES)[0] - deep[0] > -0.01)
+    assert set(which.tolist()) <= {0, 1, 2}
+
+
 # --- The same bits whoever compiles it ----------------------------------------------------------------------------
 
 
@@ -264,6 +296,9 @@ def everything(seed: int) -> bytes:
         linear.inner(pieces[1], pieces[1][::-1]),
         linear.cross(pieces[1][:, :3], pieces[1][:, 3:]),
         linear.nearest_on_segments(pieces[1][:, :3], shapes[:, 0, 0], shapes[:, 1, 0]),
+        *distances.from_balls(pieces[1][:, :3], pieces[1][:, 3:], shapes[:, 0, 0], pieces[2]),
+        distances.from_box(pieces[1][:, :3], pieces[1][:, 3:], shapes[0, 0, 0], shapes[0, 1], pieces[2][:3]),
+        *distances.inside_cones(pieces[1][:, :3], pieces[1][:, 3:], 8, *CONES),
         linear.least_steps(rng.normal(size=(5, 6, 9)), rng.normal(size=(5, 6)), *bounded(rng, 5, 9)),
         linear.solve(shapes[:, 0] + 0.1, pieces[1].reshape(30, 3, 2)),
         *linear.orthogonal_rows(pieces[1], 1e-9),
@@ -293,6 +328,9 @@ def everything(seed: int) -> bytes:
         *steered(0.05, 0.02, [0.0, 0.7, 1.5], [1.0, 1.1, 0.9], poses.exp(pieces[1]), rng.normal(size=(30, 10))),
         played(with_twice_the_digits(np.eye(4)), flow.pieces(*pieces), 5),
         pair_prices(poses.exp(pieces[1]), poses.exp(pieces[1]), pieces[2], pieces[2], np.linspace(0.1, 0.8, 8)),
+        *solved(
+            rng.integers(30, size=(20, 7)), rng.normal(size=(20, 7)), pieces[1], pieces[2] + 0.1, np.eye(4), range(6)
+        ),
         *penalised(*program(rng, 40, 6, 10)),
         random_program(seed).solved(),
         random_program(seed, curved=True).solved(),
@@ -413,7 +451,11 @@ GOOD = {
     "ends": np.tile(np.eye(3), (1, 2, 1, 1)),
     "arrival": np.random.default_rng(2).normal(size=(7, 9)),
     "missing": np.full(7, 0.1),
+    "points": np.random.default_rng(3).normal(size=(4, 3)),
+    "centres": np.random.default_rng(4).normal(size=(7, 3)),
+    "half": np.array([0.1, 0.2, 0.3]),
 }
+CONES = np.eye(3), np.eye(3)[::-1] - 0.5, np.array([0.3, 0.2, 0.1]), np.array([0.0, 0.1, 2.0])
 CALLS = {
     FLOW.pieces: ("shapes", "rates", "durations"),
     FLOW.work: ("shapes", "rates", "durations"),
@@ -440,6 +482,9 @@ CALLS = {
     linear.inner: ("rates", "rates"),
     linear.cross: ("speeds", "speeds"),
     linear.nearest_on_segments: ("speeds", "speeds", "speeds"),
+    distances.from_balls: ("points", "points", "centres", "missing"),
+    (lambda first, last, half: distances.from_box(first, last, half, np.eye(3), half)): ("points", "points", "half"),
+    (lambda first, last: distances.inside_cones(first, last, 8, *CONES)): ("points", "points"),
     linear.least_steps: ("columns", "wanted", "begun", "loose", "low", "high"),
     poses.exp: ("rates",),
     poses.rotation: ("axes",),

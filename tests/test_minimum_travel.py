@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers import assert_close, is_close
+from helpers import NIGHTLY, assert_close, is_close
 
-from purcell_cli import Configuration, PlanOptions, Swimmer, plan
+from purcell_cli import Configuration, PlanOptions, Swimmer, load_scenario, plan, stored_scenarios
+from purcell_cli.files.builtin import find_scenario, stored_gaits
 from purcell_cli.mechanics.configuration import displacement_between
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.mechanics.lift import flow
+from purcell_cli.mechanics.lift import SEARCHING, flow
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
+from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits_check import check
+from purcell_cli.planner.incumbent import Contender, Incumbent
+from purcell_cli.planner.objectives import cost
+from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.minimum_travel import Pace, merged, minimise_travel, offered
 from purcell_cli.planner.refine.segments import Segment, segments_of
 from purcell_cli.planner.refine.shooting import Equations
@@ -27,6 +32,13 @@ KNOWN = {
     "(0.1, 0.05, 0.02) L and 5 degrees each": ([0.01, 0.005, 0.002], [5.0, 5.0, 5.0], 1.5, 8.72),
 }
 """Position [m], Euler angles [deg], bend limit [rad] and the best joint travel known [rad]."""
+
+BALL_JOINTED = tuple(
+    name
+    for name, path in stored_scenarios().items()
+    if (scenario := load_scenario(path)).mission.plain and scenario.swimmer.ball_joints
+)
+"""The stored scenarios of swimmers on ball joints, but missions."""
 
 
 @pytest.mark.slow
@@ -45,6 +57,51 @@ def test_plans_meet_the_best_known_joint_travel(name: str) -> None:
     assert quick.joint_travel_rad >= found.joint_travel_rad - 1e-6
     # The cruise, the crank and words of the book leave little to be joined.
     assert name not in ("0.1 L along x", "a yaw of 5 degrees") or quick.joint_travel_rad > 1.1 * best
+
+
+def asked_of(name: str) -> tuple[Configuration, Configuration, Swimmer]:
+    """Return the start, the goal and the swimmer of a stored scenario, or of a numbered random query."""
+    if not name.isdigit():
+        stored = find_scenario(name)
+        return stored.start, stored.goal, stored.swimmer
+    rng = np.random.default_rng([int(name), 11])
+    bend = 0.0 if int(name) % 2 else 40.0
+    start, goal = (
+        Configuration.from_angles(p, rng.uniform(-60, 60, 3), *rng.uniform(-bend, bend, (2, 3)))
+        for p in (np.zeros(3), 0.1 * 10.0 ** rng.uniform(-1.0, 1.0) * rng.uniform(-1.0, 1.0, 3))
+    )
+    return start, goal, Swimmer(max_bend_rad=rng.uniform(0.7, 1.4))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "pitch",
+        *(pytest.param(name, marks=NIGHTLY) for name in (*BALL_JOINTED, *map(str, range(50))) if name != "pitch"),
+    ],
+)
+def test_no_objective_finds_less_joint_travel_than_least_joint_travel(name: str) -> None:
+    """Nor does that find less energy or fewer primitives."""
+    start, goal, swimmer = asked_of(name)
+    found = {m: reconfigure(swimmer, start, goal, stored_gaits(), minimize=m) for m in ("travel", "energy", "switches")}
+    short = found.pop("travel")
+    for measure, other in found.items():
+        spent = [cost(measure, swimmer, way.blocks, start.shape) for way in (other, short)]
+        assert other.joint_travel_rad >= short.joint_travel_rad * (1.0 - 1e-12)
+        assert spent[0] <= spent[1] * (1.0 + 1e-12)
+
+
+def test_contenders_of_less_joint_travel_than_the_least_are_not_taken() -> None:
+    """Though they have fewer primitives; without a least joint travel (the foil) they are."""
+    query = Equations(Swimmer().scaled(), (), COLLINEAR, COLLINEAR, np.eye(4), SEARCHING)
+    long, short = (query.of(segments_of([Block(2, "any", WORD.times(n))])) for n in (3, 2))
+    for least_rad, taken in ((long.joint_travel_rad, "long"), (0.0, "short")):
+        incumbent = Incumbent()
+        incumbent.least_rad = least_rad
+        incumbent.consider(Contender(long, "long", 0.0, 0.0, 12.0))
+        incumbent.consider(Contender(short, "short", 0.0, 0.0, 8.0))
+        assert incumbent.best is not None
+        assert incumbent.best.words == taken
 
 
 def test_offered_controls_change_nothing_until_they_turn() -> None:

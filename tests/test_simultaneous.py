@@ -23,6 +23,7 @@ from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.limits_check import check
+from purcell_cli.motion.options import Controls
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.minimum_energy import Dissipation, durations
@@ -161,6 +162,14 @@ def test_a_quick_plan_that_breaks_a_limit_is_not_taken() -> None:
     made = solved("fast joints", "primitive").plan
     assert quickened(made, Limits(clearance_m=1.0)) is made
     assert solved("fast joints").plan.duration_s < made.duration_s
+
+
+def test_a_tiny_way_of_few_bends_gets_a_quick_plan() -> None:
+    """No limb then comes near its limit, so that no bend is in the equations."""
+    start, goal = Configuration(), Configuration.from_angles((0.0002, 0.0, 0.0))
+    plain, quick = (plan(start, goal, options=PlanOptions(effort="quick", controls=c)) for c in Controls)
+    assert (plain.verdict, quick.verdict) == ("reached", "reached")
+    assert quick.duration_s < 0.8 * plain.duration_s
 
 
 @functools.cache

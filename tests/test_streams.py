@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import warnings
@@ -13,6 +14,7 @@ from typing import Any
 import pytest
 from helpers import Run, mostly_slow, runner
 
+from purcell_cli.cli.app import built
 from purcell_cli.cli.terminal import show
 from purcell_cli.cli.warnings import warnings_on_stderr
 from purcell_cli.errors import PurcellWarning
@@ -234,7 +236,19 @@ def test_help_answers_to_h_and_shows_no_type_after_a_flag(run: Run) -> None:
         assert code == 0
         assert "<bool>" not in out
         assert "--json" in out
+        assert "[[" not in out
     assert run("-h")[1] == run("--help")[1]
+
+
+@pytest.mark.parametrize("command", ["verify", "track"])
+def test_help_shows_the_units_in_brackets(run: Run, command: str) -> None:
+    _, out, _ = run(command, "-h")
+    shown = "".join(out.replace("│", " ").split())
+    units = {
+        unit for param in built(command).commands[command].params for unit in re.findall(r"\[\w+\]", param.help or "")
+    }
+    assert units
+    assert {unit for unit in units if unit not in shown} == set()
 
 
 @pytest.mark.parametrize(

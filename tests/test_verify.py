@@ -203,3 +203,10 @@ def test_a_row_that_would_turn_for_ever_is_refused_at_once(tmp_path: Path, capsy
     file.write_text("\n".join(rows) + "\n")
     assert _run(["verify", str(file), "roll"]) == 2
     assert "rad at the most" in capsys.readouterr().err
+
+
+def test_a_trajectory_that_is_given_last_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert _run(["verify", "nearby", "trajectory.csv"]) == 2
+    assert "START: a YAML file or a scenario's name is wanted, found trajectory.csv; the trajectory comes first" in (
+        capsys.readouterr().err
+    )

@@ -13,15 +13,18 @@ from helpers import runner
 from purcell_cli import Configuration, PlanOptions, Swimmer, plan
 from purcell_cli.environment.obstacle import Obstacle
 from purcell_cli.environment.scene import Scene
-from purcell_cli.environment.solids import Box, HalfSpace, Sphere
+from purcell_cli.environment.solids import Box, Capsule, HalfSpace, Sphere
 from purcell_cli.environment.tube import Tube
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, from_euler
 from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.joints import Joint
 from purcell_cli.motion.obstacle_distance import link_distances
+from purcell_cli.planner.arcs.needle_steering import steer
 from purcell_cli.planner.ways.closed_off import refuse_closed_off
 from purcell_cli.planner.ways.edges import clear_edges
+from purcell_cli.planner.ways.poses import Region
 from purcell_cli.planner.ways.swing import swings
 from purcell_cli.solution import Solution
 
@@ -138,6 +141,56 @@ def test_a_narrow_straight_tube_is_swum_by_smaller_strokes() -> None:
     assert found.verdict == "reached"
     assert found.limits.largest_bend_rad[1] is not None
     assert found.limits.largest_bend_rad[1] < 0.61
+
+
+def hinges(axis: str) -> Swimmer:
+    """Return the paper's swimmer on hinges, one of which bends by 50 degrees at most."""
+    reach = (-50.0, 50.0)
+    first = Joint("hinge", axis, psi_deg=reach) if axis == "yaw" else Joint("hinge", axis, theta_deg=reach)
+    return Swimmer(joints=(first, Joint("hinge", axis)))
+
+
+@pytest.mark.parametrize("axis", ["yaw", "pitch"])
+def test_hinges_of_one_axis_get_poses_and_arcs_in_their_plane(axis: str) -> None:
+    """From a tilted start; arcs turn about the hinges' axis alone, and make the way between the poses."""
+    start = se3.pose(from_euler(np.array([0.5, -0.4, 0.8])), np.array([0.1, 0.2, 0.3]))
+    scene = Scene((Sphere((0.7, 0.2, 0.1), 0.3), Sphere((0.2, 0.8, 0.1), 0.2)))
+    k = {"yaw": 2, "pitch": 1}[axis]
+    swing = swings(hinges(axis))[0]
+    region = Region.of(scene, (swing,), 0.1, 0.0, start, start, axis)
+    found = region.drawn(np.random.default_rng(1), 30, np.stack([start, start]))
+    assert len(found) > 10
+    moves = se3.inverse(start) @ found
+    assert np.max(np.abs(moves[:, k, 3])) < 1e-12
+    assert np.max(np.abs(moves[:, k, :3] - np.eye(3)[k])) < 1e-12
+    moves[:, :3, 3] /= 0.1
+    arcs = steer(moves, swing.loops, 8, plane=axis)
+    assert len(set(arcs.displacement.tolist())) > 0.7 * len(moves)
+    assert np.all(arcs.arc[..., {"yaw": 1, "pitch": 2}[axis]] == 0.0)
+    assert np.all(arcs.roll == 0.0)
+    zero = np.zeros_like(arcs.arc[..., 0])
+    steps = se3.exp(np.stack([arcs.arc[..., 0], zero, zero, zero, arcs.arc[..., 1], arcs.arc[..., 2]], axis=-1))
+    ends = steps[:, 0] @ steps[:, 1] @ steps[:, 2]
+    assert np.max(np.abs(se3.log(se3.inverse(moves[arcs.displacement]) @ ends))) < 1e-3
+    free = steer(moves, swing.loops, 8)
+    assert np.max(np.abs(free.arc[..., {"yaw": 1, "pitch": 2}[axis]])) > 0.1, "others leave the plane"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("axis", ["yaw", pytest.param("pitch", marks=pytest.mark.nightly)])
+def test_hinges_go_round_what_stands_in_their_plane(axis: str) -> None:
+    """A rod across the plane, and limbs bent at both ends; one hinge bends by 50 degrees at most."""
+    body = hinges(axis)
+    across = {"yaw": (0.0, 0.0, 1.0), "pitch": (0.0, 1.0, 0.0)}[axis]
+    scene = Scene((Capsule((0.6 - across[0], -across[1], -across[2]), (0.6, across[1], across[2]), 0.12),))
+    bent = from_euler(np.radians([20.0, 0.0, 0.0] if axis == "yaw" else [0.0, 20.0, 0.0]))
+    start = Configuration(np.eye(4), np.stack([bent, np.eye(3)]))
+    goal = Configuration(collinear((1.2, 0, 0)).pose, np.stack([np.eye(3), bent]))
+    found = plan(start, goal, swimmer=body, options=PlanOptions(obstacles=scene))
+    assert found.verdict == "reached"
+    assert found.limits.obstacle is not None
+    assert 0.0 <= found.limits.obstacle.distance_m <= densely(found, scene) + 1e-9
+    assert np.max(np.abs(found.trajectory.pose[:, {"yaw": 2, "pitch": 1}[axis], 3])) < 1e-11
 
 
 @pytest.mark.parametrize("way", ["closed", "touch"])

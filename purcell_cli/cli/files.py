@@ -43,9 +43,7 @@ def _known(kind: str) -> str:
 
 
 def init(
-    folder: Annotated[
-        Path, typer.Argument(metavar="[DIR]", help="The folder; it is made where there is none.")
-    ] = Path(),
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder; it is made where there is none.")] = Path(),
     swimmer: Annotated[
         str | None,
         typer.Option("--swimmer", metavar="NAME", help="A stored swimmer for swimmer.yaml; default: the paper's."),

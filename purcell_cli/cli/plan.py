@@ -65,7 +65,7 @@ def plan(
             metavar="START", help="The start's YAML file; or, without GOAL, a scenario's file or stored name."
         ),
     ],
-    goal: Annotated[str | None, typer.Argument(metavar="[GOAL]", help="The goal's YAML file.")] = None,
+    goal: Annotated[str | None, typer.Argument(metavar="GOAL", help="The goal's YAML file.")] = None,
     out: Out = None,
     form: Format = None,
     swimmer: SwimmerFile = None,

@@ -24,7 +24,7 @@ def track(
             metavar="START", help="The start's YAML file; or, without GOAL, a scenario's file or stored name."
         ),
     ],
-    goal: Annotated[str | None, typer.Argument(metavar="[GOAL]", help="The goal's YAML file.")] = None,
+    goal: Annotated[str | None, typer.Argument(metavar="GOAL", help="The goal's YAML file.")] = None,
     truth: Annotated[
         Path | None, typer.Option("--truth", metavar="FILE", help="The swimmer that really swims: its YAML file.")
     ] = None,

@@ -31,7 +31,7 @@ def verify(
             help="The start's YAML file; or, without GOAL, a scenario's file or stored name, or a plan document.",
         ),
     ],
-    goal: Annotated[str | None, typer.Argument(metavar="[GOAL]", help="The goal's YAML file.")] = None,
+    goal: Annotated[str | None, typer.Argument(metavar="GOAL", help="The goal's YAML file.")] = None,
     swimmer: SwimmerFile = None,
     tolerance: Annotated[
         float, typer.Option("--tolerance", metavar="X", help="Largest error of position [L] and angles [rad].")
@@ -64,6 +64,10 @@ def verify(
 
     if not 0.0 < tolerance < 1.0:
         raise ParameterError(f"--tolerance: a number above 0 and below 1 is wanted, found {tolerance!r}")
+    if start.lower().endswith(".csv"):
+        raise ParameterError(
+            f"START: a YAML file or a scenario's name is wanted, found {start}; the trajectory comes first"
+        )
     query, apart_m = _query(start, goal, swimmer)
     if clearance is not None:
         apart_m = OPTIONS["clearance_m"].checked(clearance, "--clearance")

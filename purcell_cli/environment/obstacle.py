@@ -1,4 +1,4 @@
-"""What every obstacle can be asked, and the distances that several of them are made of."""
+"""What every obstacle can be asked, and the products that several of them are made of."""
 
 from __future__ import annotations
 
@@ -76,20 +76,3 @@ def along(points: Array, first: Array, way: Array) -> Array:
     """Return where on segments points are nearest to them, from 0 to 1. Shapes (..., 3), broadcast, to (...)."""
     square = dot(way, way)
     return np.asarray(np.clip(dot(points - first, way) / np.where(square > 0.0, square, 1.0), 0.0, 1.0))
-
-
-def from_points(points: Array, first: Array, last: Array) -> Array:
-    """Return the distances of all points from all segments [m].
-
-    Args:
-        points: The points. Shape (m, 3).
-        first: The segments' beginnings. Shape (n, 3).
-        last: Their ends. Shape (n, 3).
-
-    Returns:
-        Shape (n, m).
-    """
-    way = (last - first)[:, None]
-    part = along(points, first[:, None], way)
-    off = points - first[:, None] - part[..., None] * way
-    return np.asarray(np.sqrt(dot(off, off)))

@@ -8,17 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.environment.mesh import Mesh
-from purcell_cli.environment.obstacle import Obstacle, dot, from_points
+from purcell_cli.environment.obstacle import Obstacle, dot
 from purcell_cli.environment.solids import Sphere
-from purcell_cli.environment.tube import Tube, depth, inside, together
+from purcell_cli.environment.tube import Tube, inside, together
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.distances import from_balls
 
 MOST = 10_000
 """Obstacles of a scene at most: with more, a distance takes longer than the flow of what it is computed for."""
-
-_BATCH = 1 << 20
-"""Pairs of segments and spheres that are computed together: bounds the memory."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,13 +72,9 @@ class Scene:
         """
         best, which = np.full(len(first), np.inf), np.zeros(len(first), dtype=np.int64)
         inner = self.__dict__
-        count = len(inner["_spheres"])
-        rows = max(_BATCH // max(count, 1), 1)
-        for low in range(0, len(first) if count else 0, rows):
-            some = slice(low, low + rows)
-            away = from_points(inner["_centres"], first[some], last[some]) - inner["_radii"]
-            k = np.argmin(away, axis=1)
-            best[some], which[some] = away[np.arange(len(k)), k], inner["_spheres"][k]
+        if len(inner["_spheres"]):
+            best, ball = from_balls(first, last, inner["_centres"], inner["_radii"])
+            which = inner["_spheres"][ball]
         middle, half = 0.5 * (first + last), 0.5 * np.sqrt(dot(last - first, last - first))
         for k, centre, reach in inner["_others"]:
             off = middle - centre
@@ -89,11 +83,9 @@ class Scene:
             nearer = row[found < best[row]]
             best[nearer], which[nearer] = found[found < best[row]], k
         if inner["_cones"] is not None:
-            found = inside(inner["_cones"], first, last)
-            nearer = found < best
-            best = np.where(nearer, found, best)
-            if np.any(nearer):
-                which[nearer] = inner["_owner"][np.argmax(depth(inner["_cones"], middle[nearer]), axis=1)]
+            found, cone = inside(inner["_cones"], first, last)
+            which = np.where(found < best, inner["_owner"][cone], which)
+            best = np.minimum(best, found)
         return best, which
 
     def inside_meshes(self, points: Array) -> NDArray[np.int64]:

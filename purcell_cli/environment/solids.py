@@ -7,14 +7,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from purcell_cli.environment.obstacle import Obstacle, Point, dot, from_points, length, point
+from purcell_cli.environment.obstacle import Obstacle, Point, dot, length, point
 from purcell_cli.errors import ParameterError
-from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, from_matrix
+from purcell_cli.kernel.distances import from_balls, from_box
 from purcell_cli.kernel.linear import nearest_on_segments
-
-_ROUNDS = 26
-"""Halvings by which the deepest point of a segment inside a box is found: to 1e-8 of a segment's length."""
 
 Matrix = tuple[Point, Point, Point]
 """A rotation matrix, rows first."""
@@ -42,7 +39,7 @@ class Sphere(Obstacle):
 
     def distance(self, first: Array, last: Array) -> Array:
         """Return the signed distances of segments, exact [m]. Shapes (n, 3) to (n,)."""
-        return np.asarray(from_points(np.array([self.centre_m]), first, last)[:, 0] - self.radius_m)
+        return from_balls(first, last, np.array([self.centre_m]), np.array([self.radius_m]))[0]
 
     def bounds(self) -> Array:
         """Return the least and the largest x, y and z [m]. Shape (2, 3)."""
@@ -105,53 +102,14 @@ class Box(Obstacle):
         object.__setattr__(self, "orientation", tuple(tuple(float(x) for x in row) for row in turned))
 
     def distance(self, first: Array, last: Array) -> Array:
-        """Return the signed distances of segments [m]: exact outside, to 1e-8 of their length inside.
-
-        The square of the distance from a box is convex along a segment, and a parabola between the six points at
-        which a coordinate passes a face: its slope, which only rises, tells between which two the least is.
-        """
-        half, turned = 0.5 * np.array(self.size_m), np.array(self.orientation)
-        begin = matmul(first - np.array(self.centre_m), turned)
-        way = matmul(last - first, turned)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            passes = np.concatenate([(half - begin) / way, (-half - begin) / way], axis=1)
-        passes = np.clip(np.where(np.isfinite(passes), passes, 0.0), 0.0, 1.0)
-        edges = np.zeros((len(first), 8))
-        edges[:, 1:7], edges[:, 7] = np.sort(passes, axis=1), 1.0
-        at = begin[:, None] + edges[..., None] * way[:, None]
-        out = at - np.clip(at, -half, half)
-        slope = dot(out, np.broadcast_to(way[:, None], out.shape))
-        k = np.clip(np.count_nonzero(slope < 0.0, axis=1), 1, 7)
-        row = np.arange(len(first))
-        low, high, rising, risen = edges[row, k - 1], edges[row, k], slope[row, k - 1], slope[row, k]
-        change = risen - rising
-        share = np.clip(-rising / np.where(change > 0.0, change, 1.0), 0.0, 1.0)
-        where = low + share * (high - low)
-        there = begin + where[:, None] * way
-        away = there - np.clip(there, -half, half)
-        found = np.sqrt(dot(away, away))
-        inside = np.flatnonzero(found <= 0.0)
-        if len(inside):
-            found[inside] = _deepest(begin[inside], way[inside], half)
-        return np.asarray(found)
+        """Return the signed distances of segments, exact outside, to 1e-8 of their length inside [m]. (n, 3), (n,)."""
+        half = 0.5 * np.array(self.size_m)
+        return from_box(first, last, np.array(self.centre_m), np.array(self.orientation), half)
 
     def bounds(self) -> Array:
         """Return the least and the largest x, y and z [m]. Shape (2, 3)."""
         reach = np.sum(np.abs(np.array(self.orientation)) * 0.5 * np.array(self.size_m), axis=1)
         return np.asarray(np.array(self.centre_m) + np.stack([-reach, reach]))
-
-
-def _deepest(begin: Array, way: Array, half: Array) -> Array:
-    """Return the least signed distance from a box along segments that meet it. Shapes (n, 3) to (n,)."""
-    low, high = np.zeros(len(begin)), np.ones(len(begin))
-    for _ in range(_ROUNDS):
-        middle = 0.5 * (low + high)
-        at = begin + middle[:, None] * way
-        face = np.argmax(np.abs(at) - half, axis=1)[:, None]
-        slope = np.sign(np.take_along_axis(at, face, 1)[:, 0]) * np.take_along_axis(way, face, 1)[:, 0]
-        low, high = np.where(slope < 0.0, middle, low), np.where(slope < 0.0, high, middle)
-    ends = begin[:, None] + np.stack([low, high], axis=1)[..., None] * way[:, None]
-    return np.asarray(np.min(np.max(np.abs(ends) - half, axis=2), axis=1))
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -13,18 +13,18 @@ import math
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.environment.obstacle import Obstacle, Point, along, dot, length, point
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.distances import inside_cones
 
 _CELLS = 8
 """Cells of a link; in a tube whose centreline turns by 0.1 rad at a point they cost 0.01 of its length at most."""
 _COARSE = 0.01
 """Points of a centreline are left out where that moves it by no more than this part of the least radius; the radius
 then shrinks by as much as it is moved."""
-_BATCH = 1 << 21
-"""Pairs of points and cones that are computed together: bounds the memory."""
 _BLUNT_RAD = math.radians(20.0)
 """Turns of a centreline up to this are not held against it: measured points lie a little to and fro [rad]."""
 _JUST = 0.9
@@ -69,7 +69,7 @@ class Tube(Obstacle):
 
     def distance(self, first: Array, last: Array) -> Array:
         """Return how far inside segments are at the least [m]. Shapes (n, 3) to (n,)."""
-        return inside(self.cones, first, last)
+        return inside(self.cones, first, last)[0]
 
     def bounds(self) -> Array:
         """Return the least and the largest x, y and z [m]. Shape (2, 3)."""
@@ -83,46 +83,9 @@ def together(tubes: list[Tube]) -> tuple[Array, Array, Array, Array]:
     return first, way, radius, change
 
 
-def depth(cones: tuple[Array, Array, Array, Array], points: Array) -> Array:
-    """Return how deep points are in each of some cones with round ends; negative outside [m].
-
-    The nearest ball of a cone stands aside of the foot of the perpendicular, by the slope of its side.
-
-    Args:
-        cones: The cones. There are m.
-        points: The points. Shape (n, 3).
-
-    Returns:
-        Shape (n, m).
-    """
-    first, way, radius, change = cones
-    size = np.sqrt(dot(way, way))
-    x, y, z = (points[:, None, k] - first[:, k] for k in range(3))
-    foot = (x * way[:, 0] + y * way[:, 1] + z * way[:, 2]) / size
-    across = np.maximum(x * x + y * y + z * z - foot * foot, 0.0)
-    slope = change / size
-    steep = np.abs(slope) >= 1.0
-    lean = np.where(steep, 0.0, slope) / np.sqrt(np.where(steep, 1.0, 1.0 - slope * slope))
-    aside = np.sqrt(across) * lean if np.any(lean) else 0.0
-    part = np.clip((foot + aside) / size, 0.0, 1.0)
-    if np.any(steep):  # the ball at the thick end holds all others
-        part = np.where(steep, np.where(change > 0.0, 1.0, 0.0), part)
-    away = foot - part * size
-    return np.asarray(radius + part * change - np.sqrt(across + away * away))
-
-
-def inside(cones: tuple[Array, Array, Array, Array], first: Array, last: Array) -> Array:
-    """Return how far inside the union of cones segments are at the least [m]. Shapes (n, 3) to (n,)."""
-    out = np.empty(len(first))
-    rows = max(_BATCH // ((_CELLS + 1) * len(cones[0])), 1)
-    part = np.linspace(0.0, 1.0, _CELLS + 1)[:, None]
-    for low in range(0, len(first), rows):
-        some = slice(low, low + rows)
-        at = first[some, None] + part * (last - first)[some, None]
-        deep = depth(cones, at.reshape(-1, 3)).reshape(*at.shape[:2], -1)
-        cell = np.max(np.minimum(deep[:, :-1], deep[:, 1:]), axis=2)
-        out[some] = np.min(cell, axis=1)
-    return out
+def inside(cones: tuple[Array, Array, Array, Array], first: Array, last: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Return how far inside the union of cones segments are at the least [m], and in which. Shapes (n, 3) to (n,)."""
+    return inside_cones(first, last, _CELLS, *cones)
 
 
 def _refuse_tight(points: Array, radii: Array) -> None:

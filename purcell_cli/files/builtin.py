@@ -12,6 +12,7 @@ import yaml
 from purcell_cli.errors import InputError, UnknownNameError
 from purcell_cli.files.configuration_file import CONFIGURATION_FIELDS
 from purcell_cli.files.gait_file import load_gait
+from purcell_cli.files.gaits_as_json import gaits_in_json
 from purcell_cli.files.paths import is_file, is_folder, is_link, status
 from purcell_cli.files.place import shortened
 from purcell_cli.files.scenario_file import Scenario, load_scenario
@@ -54,7 +55,9 @@ def own_gaits(folder: Path | str) -> dict[str, Gait]:
 
 @functools.cache
 def _packaged_gaits() -> Mapping[str, Gait]:
-    return MappingProxyType(_gaits_in(data_folder("gaits")))
+    folder = data_folder("gaits")
+    gaits = gaits_in_json(folder)
+    return MappingProxyType(_gaits_in(folder) if gaits is None else gaits)
 
 
 def _gaits_in(folder: Path) -> dict[str, Gait]:

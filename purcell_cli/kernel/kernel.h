@@ -52,6 +52,7 @@ void purcell_orthonormalise_of(double rotation[9]);
 API void purcell_solve(SIZE count, SIZE k, SIZE m, double *a, double *x);
 API SIZE purcell_orthogonal_rows(SIZE k, SIZE n, double *rows, double weakest, double *basis, double *made);
 API void purcell_quaternions(SIZE n, const double *rotations, double *out);
+API void purcell_exp(SIZE n, const double *twists, double *out);
 API void purcell_log(SIZE n, const double *poses, double *out);
 API void purcell_orthonormalise(SIZE n, SIZE d, double *matrices);
 API void purcell_exp(SIZE n, const double *twists, double *out);

@@ -36,6 +36,9 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "bead_resistance": (_SIZE, [_SIZE, *[_ARRAY] * 7]),
     "looked_up": (None, [_ARRAY, _SIZE, *[_ARRAY] * 2]),
     "segments": (None, [_SIZE, *[_ARRAY] * 4]),
+    "from_balls": (None, [_SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 4]),
+    "from_box": (None, [_SIZE, *[_ARRAY] * 5, _SIZE, _ARRAY]),
+    "inside_cones": (None, [_SIZE, *[_ARRAY] * 2, *[_SIZE] * 2, *[_ARRAY] * 7]),
     "program": (_SIZE, [*[_SIZE] * 3, _NUMBER, *[_ARRAY] * 8]),
     "convex": (_SIZE, [*[_SIZE] * 3, *[_NUMBER] * 2, *[_ARRAY] * 11]),
     "orthogonal_by_rotations": (None, [*[_SIZE] * 2, _ARRAY]),
@@ -51,6 +54,7 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "runs": (None, [_ARRAY, _SIZE, *[_ARRAY] * 3]),
     "played": (None, [_ARRAY, _SIZE, _ARRAY, _SIZE, _ARRAY]),
     "extrapolated": (None, [_ARRAY, *[_SIZE] * 2, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 4]),
+    "screw_chains": (None, [*[_SIZE] * 2, *[_ARRAY] * 4, _SIZE, *[_ARRAY] * 3]),
     "pair_prices": (None, [*[_SIZE] * 2, *[_ARRAY] * 5, _SIZE, _ARRAY]),
     "equations": (_SIZE, [*_RULE, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 6]),
     "bend_rows": (_SIZE, [_SIZE, *[_ARRAY] * 5, _NUMBER, *[_ARRAY] * 3]),
@@ -60,6 +64,7 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "approach": (_SIZE, [*_MOTION, *[_NUMBER] * 2, *[_SIZE] * 2, *[_ARRAY] * 5]),
     "steer": (None, [_SIZE, *[_NUMBER] * 2, _SIZE, *[_ARRAY] * 5]),
     "settle": (None, [*[_SIZE] * 3, _ARRAY, _SIZE, *[_ARRAY] * 2, _NUMBER, _SIZE, *[_ARRAY] * 17]),
+    "rows_as_text": (_SIZE, [*[_SIZE] * 2, *[_ARRAY] * 6]),
     "flow_and_derivatives": (_SIZE, [*_RULE, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 4]),
 }
 """What each function returns and takes."""

@@ -15,7 +15,6 @@ import numpy as np
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.flow import Connection, connection
-from purcell_cli.mechanics.bead_table import bead_table
 from purcell_cli.mechanics.swimmer import Swimmer
 
 
@@ -32,7 +31,11 @@ def kernel_numbers(swimmer: Swimmer) -> Array:
     Raises:
         ParameterError: A swimmer beside a wall.
     """
-    return with_table(swimmer, bead_table(swimmer) if swimmer.fluid == "beads" else np.zeros(3))
+    if swimmer.fluid != "beads":
+        return with_table(swimmer, np.zeros(3))
+    from purcell_cli.mechanics.bead_table import bead_table
+
+    return with_table(swimmer, bead_table(swimmer))
 
 
 def with_table(swimmer: Swimmer, table: Array) -> Array:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -105,6 +104,8 @@ def _samples(unit: Swimmer, grid: Grid, progress: Progress) -> Array:
         return grand_resistance(unit, _axes(float(bends[a]), float(bends[b]), float(angles[c])))
 
     def made() -> Iterator[Array]:
+        from concurrent.futures import ThreadPoolExecutor
+
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             yield from pool.map(sampled, wanted)
 

@@ -107,20 +107,42 @@ class Curve:
         return _unchecked(points[kept])
 
     def distance_m(self, point_m: Array) -> Array:
-        """Return how far points are from the curve [m]. Shapes (m, 3) to (m,)."""
-        begin, edge = self.point_m[:-1], np.diff(self.point_m, axis=0)
-        length = inner(edge, edge)
+        """Return how far points are from the curve [m]. Shapes (m, 3) to (m,).
+
+        Points are taken some at a time; only steps that may be nearest to one of these are looked at.
+        """
         out = np.empty(len(point_m))
-        many = max(_TOGETHER // len(begin), 1)
-        for low in range(0, len(point_m), many):
-            away = point_m[low : low + many, None] - begin
-            share = np.clip(inner(away, edge) / length, 0.0, 1.0)
-            out[low : low + many] = np.min(norm(away - share[..., None] * edge), axis=1)
+        begin, edge = self._steps_once()
+        for low in range(0, len(point_m), _TOGETHER):
+            some = point_m[low : low + _TOGETHER]
+            middle = 0.5 * (some.min(axis=0) + some.max(axis=0))
+            radius = float(np.max(norm(some - middle)))
+            rough = _distances(middle[None], begin, edge)[0]
+            near = rough <= float(np.min(rough)) * _ROUNDED + 2.0 * _ROUNDED * radius
+            out[low : low + _TOGETHER] = np.min(_distances(some, begin[near], edge[near]), axis=1)
         return out
 
+    def _steps_once(self) -> tuple[Array, Array]:
+        """Return where steps begin, and what they add; those that laps repeat once. Shapes (n, 3)."""
+        steps = np.concatenate([self.point_m[:-1], np.diff(self.point_m, axis=0)], axis=1)
+        _, first = np.unique(np.round(steps / (_SAME * float(np.max(np.abs(steps))))) + 0.0, axis=0, return_index=True)
+        once = steps[np.sort(first)]
+        return once[:, :3], once[:, 3:]
 
-_TOGETHER = 1 << 18
-"""Pairs of a point and a step whose distances are computed at once: bounds the memory."""
+
+_SAME = 1e-12
+"""Steps whose ends differ by less than this part of the largest coordinate are the same."""
+_TOGETHER = 64
+"""Points whose distances from a curve are computed at once: neighbours on a path, so that few steps are near them."""
+_ROUNDED = 1.0 + 1e-9
+"""Room for rounding in which steps may be nearest."""
+
+
+def _distances(point_m: Array, begin_m: Array, edge_m: Array) -> Array:
+    """Return how far points are from the steps of a curve [m]. Shapes (m, 3), (n, 3) and (n, 3) to (m, n)."""
+    away = point_m[:, None] - begin_m
+    share = np.clip(inner(away, edge_m) / inner(edge_m, edge_m), 0.0, 1.0)
+    return norm(away - share[..., None] * edge_m)
 
 
 def _unchecked(points: Array) -> Curve:

@@ -118,9 +118,13 @@ _WIDE = Stage(
 _EARLY = dataclasses.replace(_STANDARD, interrupt_keeps_best=True)
 """The first stage of a thorough search: the standard one, so that a plan is there early and never gets longer."""
 
+LEG = "leg"
+"""The effort of a leg round obstacles."""
+
 EFFORTS: Mapping[str, tuple[Stage, ...]] = {
     "quick": (_QUICK, _WIDE),
     "standard": (_STANDARD, _WIDE),
     "thorough": (_EARLY, _THOROUGH),
+    LEG: (_QUICK, _WIDE),
 }
-"""The stages of each effort, in order."""
+"""The stages of each effort, in order; of a leg round obstacles too."""

@@ -49,6 +49,13 @@ class Exploration:
     record: StructureRecord = dataclasses.field(default_factory=StructureRecord)
     progress: Progress = silent
 
+    def take(self, other: Exploration) -> None:
+        """Let the best plan of a search for another objective contend."""
+        best = other.incumbent.best
+        if best is not None:
+            self.incumbent.consider(dataclasses.replace(best, cost=self.refinement.cost(best.motion)))
+            self.record.near(best.words, best.motion.joint_travel_rad, best.fault)
+
     def explore(self, stage: Stage, candidates: Sequence[Candidate]) -> None:
         """Refine candidates, the best first: as many as the stage asks for, and more until one arrives in limits."""
         shorter: list[tuple[Equations, str]] = []

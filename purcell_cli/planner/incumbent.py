@@ -67,14 +67,22 @@ class Contender:
 
 
 class Incumbent:
-    """The best contender so far: one that arrives before one that does not, then within limits, then least cost."""
+    """The best contender so far: one that arrives before one that does not, then within limits, then least cost.
+
+    Attributes:
+        best: The best contender.
+        least_rad: The joint travel of the plan of least joint travel, where something else is minimised [rad].
+            Contenders of less are not taken: a search for something else finds them by chance.
+    """
 
     def __init__(self) -> None:
         self.best: Contender | None = None
+        self.least_rad = 0.0
 
     def consider(self, contender: Contender) -> bool:
         """Keep a contender if it is better than the best so far, and return whether it is."""
         better = self.best is None or contender.rank < self.best.rank
+        better = better and contender.motion.joint_travel_rad >= self.least_rad
         if better:
             self.best = contender
         return better

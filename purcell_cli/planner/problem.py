@@ -43,10 +43,6 @@ class Problem:
     clearance: float = 0.0
     _pairs: dict[Breadth, LimbPairs] = dataclasses.field(init=False, repr=False, default_factory=dict)
 
-    def minimizing(self, objective: str) -> Problem:
-        """Return the problem with another objective."""
-        return self if objective == self.objective else dataclasses.replace(self, objective=objective)
-
     @functools.cached_property
     def fans(self) -> tuple[Fan, Fan]:
         """The swimmer's loops for arcs: bent aside across their plane, and in it."""

@@ -12,26 +12,26 @@ is taken into account.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration, Deviation, displacement_between
 from purcell_cli.mechanics.joint_motion import flattened
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import apart_bend_rad
 from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.options import Objective
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.candidates import generate, ranked
-from purcell_cli.planner.effort import EFFORTS
+from purcell_cli.planner.effort import EFFORTS, Stage
 from purcell_cli.planner.exploration import Exploration
-from purcell_cli.planner.joints.candidates import joint_candidates
-from purcell_cli.planner.joints.effort import JOINT_EFFORTS
 from purcell_cli.planner.objectives import generated_for, known_measure
 from purcell_cli.planner.problem import Problem
 from purcell_cli.planner.progress import Progress, silent
@@ -87,25 +87,47 @@ def reconfigure(
     kept_to = limits or Limits()
     bend_rad = careful_bend_rad(swimmer, kept_to)
 
-    def searched(bend_rad: float) -> tuple[Exploration, list[Candidate]]:
-        careful = dataclasses.replace(swimmer, max_bend_rad=bend_rad)
-        return _searched(careful, start, goal, gaits, effort, minimize, kept_to, progress)
+    def least(objective: str, begun: _Searched | None = None) -> _Searched:
+        def searched(bend_rad: float) -> _Searched:
+            careful = dataclasses.replace(swimmer, max_bend_rad=bend_rad)
+            return _searched(careful, start, goal, gaits, effort, objective, kept_to, progress, begun)
 
-    search, found = searched(bend_rad)
-    for share in smaller_bends:
-        if not search.incumbent.leaves_workspace or share * bend_rad < _LEAST_BEND_RAD:
-            break
-        other, others = searched(share * bend_rad)
-        if other.incumbent.better_than(search.incumbent):
-            search, found = other, others
-    best = search.incumbent.best
+        found = searched(bend_rad)
+        for share in smaller_bends:
+            if not found.search.incumbent.leaves_workspace or share * bend_rad < _LEAST_BEND_RAD:
+                break
+            other = searched(share * bend_rad)
+            if other.search.incumbent.better_than(found.search.incumbent):
+                found = other
+        return found
+
+    found = least(str(Objective.TRAVEL))
+    if minimize != Objective.TRAVEL and not found.interrupted:
+        found = least(minimize, found)
+    best = found.search.incumbent.best
     blocks = () if best is None else played(best.motion)
-    return Plan(swimmer, start, goal, blocks, search.structures(found), None if best is None else best.report)
+    structures = found.search.structures(found.candidates)
+    return Plan(swimmer, start, goal, blocks, structures, None if best is None else best.report)
 
 
 def careful_bend_rad(swimmer: Swimmer, limits: Limits) -> float:
     """Return how far limbs bend in phase 2 [rad]: it needs no bends at which they could meet."""
     return min(swimmer.max_bend_rad, max(apart_bend_rad(swimmer, limits.clearance_m), _LEAST_BEND_RAD))
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Searched:
+    """A search that is over.
+
+    Attributes:
+        search: The search.
+        candidates: The candidates of its last stage.
+        interrupted: Whether an interrupt ended it.
+    """
+
+    search: Exploration
+    candidates: list[Candidate]
+    interrupted: bool = False
 
 
 def _searched(
@@ -117,33 +139,66 @@ def _searched(
     minimize: str,
     kept_to: Limits,
     progress: Progress,
-) -> tuple[Exploration, list[Candidate]]:
-    """Return a search that is over, and the candidates of its last stage; the swimmer's bend limit is phase 2's."""
+    begun: _Searched | None,
+) -> _Searched:
+    """Return a search that is over.
+
+    Args:
+        careful: The swimmer, whose bend limit is that of phase 2.
+        start: The start configuration.
+        goal: The goal configuration.
+        gaits: The stored gaits to choose from.
+        effort: One of `EFFORTS`.
+        minimize: One of `objectives.MEASURES`.
+        kept_to: What the plan must keep besides the bend limit.
+        progress: Is told how far the search is.
+        begun: The search for least joint travel, where something else is minimised: its plan and its candidates are
+            candidates here too, and no plan of less joint travel is taken.
+    """
     unit, wanted = careful.scaled(), flattened(careful, displacement_between(start, goal, careful.length_m))
     query = Equations(unit, (), start.shape, goal.shape, wanted, SEARCHING)
     clearance = kept_to.clearance_m / careful.length_m
     # Linear programs make much of rounding errors, so candidates are looked for without them, wherever the start is.
     sought = se3.normalised(np.round(wanted, _DIGITS))
-    problem = Problem(unit, start.shape, goal.shape, sought, gaits, minimize, clearance)
-    # What travels least often spends least of anything else.
-    problems = [problem.minimizing(objective) for objective in dict.fromkeys(("travel", generated_for(minimize)))]
+    problem = Problem(unit, start.shape, goal.shape, sought, gaits, generated_for(minimize), clearance)
     search = Exploration(query, Refinement(careful, start, kept_to, minimize), progress=progress)
     found: list[Candidate] = []
-    wide = JOINT_EFFORTS[effort]
-    for k, stage in enumerate(EFFORTS[effort] if unit.ball_joints else [one.stage for one in wide]):
+    if begun is not None:
+        found = begun.candidates  # what travels least often spends least of anything else
+        if begun.search.incumbent.good:
+            search.incumbent.least_rad = begun.search.incumbent.joint_travel_rad
+    stages, candidates = _generators(problem, wanted, effort)
+    for k, stage in enumerate(stages):
         if stage.last_resort:
-            if search.incumbent.arrives:
+            if search.incumbent.arrives or (begun is not None and begun.search.incumbent.arrives):
                 break
             found = []  # those have all been tried
         try:
-            if unit.ball_joints:
-                found = ranked(problem, [*found, *(c for one in problems for c in generate(one, stage.breadth))])
-            else:
-                new = joint_candidates(unit, start.shape, goal.shape, wanted, wide[k].breadth)
-                found = sorted([*found, *new], key=lambda c: round(c.estimate_rad, 9))
+            found = candidates(k, found)
             search.explore(stage, found)
         except KeyboardInterrupt:
             if not (stage.interrupt_keeps_best and search.incumbent.good):
                 raise
-            break
-    return search, found
+            return _Searched(search, found, interrupted=True)
+    if begun is not None:
+        search.take(begun.search)
+    return _Searched(search, found)
+
+
+def _generators(
+    problem: Problem, wanted: Array, effort: str
+) -> tuple[tuple[Stage, ...], Callable[[int, list[Candidate]], list[Candidate]]]:
+    """Return an effort's stages, and what gives the candidates of each beside those that are known, the best first."""
+    if problem.swimmer.ball_joints:
+        stages = EFFORTS[effort]
+        return stages, lambda k, known: ranked(problem, [*known, *generate(problem, stages[k].breadth)])
+    from purcell_cli.planner.joints.candidates import joint_candidates
+    from purcell_cli.planner.joints.effort import JOINT_EFFORTS
+
+    wide = JOINT_EFFORTS[effort]
+
+    def by_joints(k: int, known: list[Candidate]) -> list[Candidate]:
+        new = joint_candidates(problem.swimmer, problem.start, problem.goal, wanted, wide[k].breadth)
+        return sorted([*known, *new], key=lambda c: round(c.estimate_rad, 9))
+
+    return tuple(one.stage for one in wide), by_joints

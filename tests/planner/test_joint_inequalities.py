@@ -12,8 +12,11 @@ from helpers import assert_close, assert_slope
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joints import Joint, limb_at
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.clearance import clearances
+from purcell_cli.planner.refine import inequalities
 from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, range_rows
 from purcell_cli.planner.refine.segments import Segment
 from purcell_cli.planner.refine.shooting import Equations
@@ -63,3 +66,19 @@ def test_an_angle_at_the_goal_may_be_at_the_end_of_its_range() -> None:
     sequence = PrimitiveSequence.of([(6, -0.3)])
     room = range_rows(motion(sequence, 3, edge), sequence)[0]
     assert_close(np.min(room), 0.0, 1e-12)
+
+
+@pytest.mark.parametrize(("bend", "looked_for"), [(1.3, False), (2.9, True)])
+def test_limbs_are_looked_for_only_where_one_bends_beyond_a_right_angle(
+    bend: float, looked_for: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+    monkeypatch.setattr(inequalities, "clearances", lambda *given: asked.append(1) or clearances(*given))
+    sequence = PrimitiveSequence.of([(6, bend - 0.3), (6, -bend), (7, 0.1)])
+    equations = motion(sequence, 1, Joint("universal"))
+    shapes = sequence.shapes(START)
+    room, _ = clearance_rows(equations, sequence, shapes, np.ones(3))
+    assert bool(asked) == looked_for
+    apart, _ = clearances(equations.swimmer, Pieces.between(sequence, shapes), 1.3)
+    assert len(room) == np.count_nonzero(apart < 1.25)
+    assert bool(len(room)) == looked_for

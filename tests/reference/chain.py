@@ -7,16 +7,24 @@ import dataclasses
 import numpy as np
 
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.rotations import Array, about_axis
+from purcell_cli.geometry.rotations import Array, about_axis, wrapped
 from purcell_cli.kernel.linear import least_steps
 from purcell_cli.planner.arcs.chain import Chains
+from purcell_cli.planner.arcs.roll_stroke import Rolling
 
 HALF_TURN = np.diag([1.0, -1.0, -1.0, 1.0])
 
 
+def roll_travel(rolling: Rolling, angle: Array) -> Array:
+    """Return about how much joint travel rolls by angles take [rad]. Shape (...)."""
+    size, table = np.abs(wrapped(angle)), rolling.table
+    count = np.maximum(np.ceil(size / table.largest), 1.0)
+    return np.asarray(count * np.interp(size / count, table.roll, table.travel))
+
+
 def made(chains: Chains, k: int) -> tuple[Array, float]:
     """Return what one of the chains does to the base, and what it costs."""
-    out, cost = np.eye(4), float(np.sum(chains.roll_stroke.travel(chains.roll[k])))
+    out, cost = np.eye(4), float(np.sum(roll_travel(chains.roll_stroke, chains.roll[k])))
     for j, roll in enumerate(chains.roll[k]):
         out = out @ se3.pose(about_axis(0, roll), np.zeros(3))
         if j == chains.which.shape[1] or chains.which[k, j] < 0:

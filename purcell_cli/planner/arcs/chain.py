@@ -24,7 +24,7 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.arcs.loop_family import Fan
 from purcell_cli.planner.arcs.loop_fit import fitted
 from purcell_cli.planner.arcs.loops import NAME, stroke
-from purcell_cli.planner.arcs.roll_stroke import RollStroke
+from purcell_cli.planner.arcs.roll_stroke import Rolling
 
 _FULL_RAD = 1e-3
 """A loop whose bend is within this of its upper bound is as large as it may be [rad]."""
@@ -51,7 +51,7 @@ class Chains:
         roll: The roll before each arc, and the last [rad]. Shape (n, m + 1).
     """
 
-    roll_stroke: RollStroke
+    roll_stroke: Rolling
     fans: tuple[Fan, ...]
     which: NDArray[np.int64]
     cycles: Array
@@ -201,7 +201,7 @@ class Chains:
 
 
 def linked(
-    roll_stroke: RollStroke, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Array, only: NDArray[np.int64]
+    roll_stroke: Rolling, fans: tuple[Fan, ...], arcs: Sequence[Array], roll: Array, only: NDArray[np.int64]
 ) -> Chains:
     """Return chains of loops that swim arcs, with the rolls that turn the loops into their planes.
 

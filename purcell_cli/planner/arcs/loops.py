@@ -27,11 +27,12 @@ from purcell_cli.geometry.reproducible import arccos, arcsin, arctan, arctan2, c
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.chains import LoopTable
 from purcell_cli.mechanics.collocation import Accuracy
-from purcell_cli.mechanics.lift import piece_work, run_displacements
+from purcell_cli.mechanics.lift import piece_work
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limits import BEND_MARGIN_RAD
+from purcell_cli.planner.prepared import run_displacements_kept
 
 NAME = "arc"
 """Name of the stroke."""
@@ -194,7 +195,8 @@ def _values(swimmer: Swimmer, beats: Array, offsets: Array, across: bool, measur
     angle = beats[:, None] * share[0] + offsets[:, None] * share[1]
     every = PrimitiveSequence(np.tile(control, len(beats)), angle.ravel())
     pieces = Pieces.of(every)
-    moves = run_displacements(swimmer, pieces, counts, np.ones_like(counts), _TABLED).reshape(-1, 3, 4, 4)
+    table = f"loops-{'across' if across else 'in-plane'}"
+    moves = run_displacements_kept(table, swimmer, pieces, counts, _TABLED).reshape(-1, 3, 4, 4)
     cycle = (matmul(se3.adjoint(moves[:, 0]), se3.log(moves[:, 1])[..., None]))[..., 0]
     columns = [cycle, se3.log(se3.normalised(matmul(moves[:, 0], moves[:, 2])))]
     if measure == "energy":

@@ -29,6 +29,12 @@ _ARRIVED = 1e-3
 """Ways that miss by more than this are left out: chains of loops settle the rest [L, rad]."""
 _WAYS = (1.0, -1.0)
 """Directions, forwards and backwards, of the straight ways among the starts."""
+_ACROSS = (1, 4, 7, 9)
+"""The unknowns that lead out of the x-y plane: turns about y, and the roll."""
+_STRAY_RAD = 1e-6
+"""Ways in a plane that turn out of it by less than this do so by rounding [rad]."""
+_SIDEWAYS = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+"""The frame whose axes are x, -z and y."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +52,7 @@ class Arcs:
     displacement: NDArray[np.int64]
 
 
-def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
+def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0, plane: str | None = None) -> Arcs:
     """Return ways to make displacements by arcs, each a local optimum.
 
     Args:
@@ -54,7 +60,11 @@ def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
         fan: The swimmer's loops.
         starts: How many starts for each displacement.
         seed: Seed of the starts.
+        plane: "yaw" for displacements in the x-y plane whose arcs stay there, "pitch" for the x-z plane; None for any.
     """
+    if plane == "pitch":
+        found = steer(seen_in_plane(displacement), fan, starts, seed, "yaw")
+        return dataclasses.replace(found, arc=found.arc[..., [0, 2, 1]])
     rng = np.random.default_rng(seed)
     k = len(displacement)
     d = np.repeat(displacement, starts, axis=0)
@@ -65,10 +75,20 @@ def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0) -> Arcs:
     spread[..., :1] *= 0.5 * far + 0.5
     begun = np.concatenate([spread.reshape(k, starts, 9), rng.uniform(-np.pi, np.pi, (k, starts, 1))], axis=2)
     begun[:, : len(_WAYS)] = _straight(displacement)[:, :starts]
+    if plane is not None:  # what is in the plane stays there, by symmetry
+        begun[..., _ACROSS] = 0.0
     bearing, size = fan.reach
     x, off = steered(fan.straight, fan.tight, bearing, size, inverse, begun.reshape(n, 10))
     good = np.flatnonzero(off < _ARRIVED)
+    if plane is not None:
+        good = good[np.max(np.abs(x[good][:, _ACROSS]), axis=1) < _STRAY_RAD]
+        x[:, _ACROSS] = 0.0
     return Arcs(x[good, :9].reshape(-1, 3, 3), x[good, 9], np.repeat(np.arange(k), starts)[good])
+
+
+def seen_in_plane(displacement: Array) -> Array:
+    """Return displacements in the x-z plane as ones in the x-y plane, turns about y as turns about z. (..., 4, 4)."""
+    return matmul(matmul(_SIDEWAYS.T, displacement), _SIDEWAYS)
 
 
 def _straight(displacement: Array) -> Array:

@@ -8,13 +8,13 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+from typing import Protocol
 
 import numpy as np
 
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.gaits.pure_stroke import guessed
 from purcell_cli.geometry.reproducible import arctan2
-from purcell_cli.geometry.rotations import Array, wrapped
 from purcell_cli.kernel.chains import RollTable
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING
@@ -33,6 +33,17 @@ _KNOTS_RAD = np.array(
     [*(0.003, 0.01, 0.02, 0.035, 0.05, 0.07, 0.09, 0.12, 0.15, 0.2, 0.25, 0.3, 0.36, 0.43), *np.linspace(0.5, 1.7, 13)]
 )
 """Amplitudes of the tabulated roll strokes [rad], denser where the guesses of the gait's free angles are rough."""
+
+
+class Rolling(Protocol):
+    """What rolls between arcs."""
+
+    @property
+    def table(self) -> RollTable:
+        """Rolls of one stroke up to the largest, and what they travel [rad], as the kernel takes them."""
+
+    def blocks(self, angle: float) -> list[Block]:
+        """Return the strokes that roll by an angle [rad]."""
 
 
 class RollStroke:
@@ -62,12 +73,6 @@ class RollStroke:
     def table(self) -> RollTable:
         """Rolls of one stroke up to the largest, and what they travel [rad], as the kernel takes them."""
         return RollTable(self._rolled, self._travel, self._largest)
-
-    def travel(self, angle: Array) -> Array:
-        """Return about how much joint travel rolls by angles take [rad]. Shape (...)."""
-        size = np.abs(wrapped(angle))
-        count = np.maximum(np.ceil(size / self._largest), 1.0)
-        return np.asarray(count * np.interp(size / count, self._rolled, self._travel))
 
     def blocks(self, angle: float) -> list[Block]:
         """Return the roll strokes that roll by an angle [rad], as nearly as the table has it."""

@@ -13,6 +13,7 @@ from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import hypot, hypot_of, matmul
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.chains import RollTable
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.arcs.arc_price import tightest
 from purcell_cli.planner.arcs.chain import Chains, linked
@@ -90,6 +91,49 @@ def _steered(problem: Problem, breadth: Breadth) -> list[Candidate]:
             make = functools.partial(_played, chains, n, pairs, int(way.displacement[picked[n]]))
             out.append(Candidate(words, float(spent[n]), make, bool(off[n] > _FAR_OFF)))
     return out
+
+
+def arcs_in_plane(loops: Fan, wanted: Array, breadth: Breadth) -> list[Candidate]:
+    """Return motions by arcs that stay in the x-y plane, from the collinear shape and back to it.
+
+    Args:
+        loops: The swimmer's loops, bent aside in the plane.
+        wanted: The displacement, in that plane. Shape (4, 4).
+        breadth: How widely to search.
+    """
+    way = steer(_seen_at(loops.centre, wanted[None]), loops, breadth.starts, plane="yaw")
+    each = loops.cost(way.arc[..., 0], np.abs(way.arc[..., 2]))
+    arcs = [_swum(loops, _fewest(loops, way.arc[k], each[k])) for k in _distinct(each.sum(axis=1))]
+    chains = linked(_NoRolls(), (loops,), arcs, np.zeros(len(arcs)), np.zeros(len(arcs), dtype=np.int64))
+    chains = chains[np.argsort(np.round(chains.costs()[0], 9), kind="stable")[: breadth.chains]]
+    n = len(chains)
+    if not n:
+        return []
+    chains, off, spent = _settled(chains, np.repeat(wanted[None], n, axis=0), np.zeros(n), breadth)
+    return [
+        Candidate(
+            counted(chains.arcs(k), "arc"),
+            float(spent[k]),
+            functools.partial(_blocks_of, chains, k),
+            bool(off[k] > _FAR_OFF),
+        )
+        for k in range(n)
+        if not chains.idle(k)
+    ]
+
+
+def _blocks_of(chains: Chains, k: int) -> tuple[Block, ...]:
+    return tuple(_last_apart(chains.blocks(k)))
+
+
+class _NoRolls:
+    """What rolls where nothing can."""
+
+    table = RollTable(np.array([0.0, np.pi]), np.zeros(2), 4.0)
+
+    def blocks(self, angle: float) -> list[Block]:
+        del angle
+        return []
 
 
 def _rolling(problem: Problem) -> list[Gait]:

@@ -22,7 +22,9 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.joints.chains import Chains, best_loops, chains_for
 from purcell_cli.planner.joints.effort import JointBreadth
-from purcell_cli.planner.joints.loops import Loop, Loops, loops_of
+from purcell_cli.planner.joints.hinge_arcs import arcs_by_hinges
+from purcell_cli.planner.joints.loop import Loop
+from purcell_cli.planner.joints.loops import Loops, loops_of
 from purcell_cli.planner.joints.outer_phases import Way, ways_home
 from purcell_cli.planner.library.random_plans import brought, random_plans
 from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD
@@ -61,23 +63,26 @@ def joint_candidates(
     axis = plane_axis(swimmer)
     rows = tuple(range(6)) if axis is None else in_plane(axis)
     pairs = _outer(swimmer, start, goal, home, wanted)[: breadth.ways]
-    every = loops_of(swimmer, home)
     found: list[Candidate] = []
-    if len(every):
-        few = every.some(best_loops(every, rows, _LOOPS if axis is None else _LOOPS_PLANAR))
+    if breadth.arcs and axis is not None:
+        for first, last, missing in pairs:
+            found += arcs_by_hinges(swimmer, home, missing, breadth.arcs, functools.partial(_around, first, last))
+    every = loops_of(swimmer, home) if breadth.chains else None
+    if every is not None and len(every.screws):
+        few = every.some(best_loops(every.screws, rows, _LOOPS if axis is None else _LOOPS_PLANAR))
         counts = (6, 7, breadth.chains) if axis is None else (3, 4, breadth.chains)
         for first, last, missing in pairs:
             if len(found) >= _ENOUGH:
                 break
-            chains = chains_for(few, missing, rows, counts, seed)
+            chains = chains_for(few.screws, missing, rows, counts, seed)
             parts = math.ceil(float(np.max(np.abs(se3.log(missing)))) / _PART_L)
             if not len(chains.loops) and 1 < parts <= _MOST_PARTS:
-                chains = chains_for(few, se3.exp(se3.log(missing) / parts), rows, counts, seed).times(parts)
+                chains = chains_for(few.screws, se3.exp(se3.log(missing) / parts), rows, counts, seed).times(parts)
             found += list(_of_chains(few, chains, first, last, breadth.kept))
     found.sort(key=lambda c: round(c.estimate_rad, 9))
     least = min((c.estimate_rad for c in found), default=math.inf)
     far = float(np.max(np.abs(se3.log(pairs[0][2]))))
-    if least < _SHORT_RAD or (not found and far < _MANY_L):
+    if breadth.short and (least < _SHORT_RAD or (not found and far < _MANY_L)):
         found += _short_plans(swimmer, start, goal, wanted, pairs, breadth, seed)
     return sorted(found, key=lambda c: (c.astray, round(c.estimate_rad, 9)))
 

@@ -14,17 +14,13 @@ import math
 import numpy as np
 
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.linear_systems import solve
-from purcell_cli.geometry.reproducible import apply, matmul, normal_numbers
+from purcell_cli.geometry.reproducible import matmul, normal_numbers
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.planner.joints.loops import Loops, Rows
+from purcell_cli.kernel import screw_chains
+from purcell_cli.planner.joints.loops import Rows, Screws
 
 _DIRECTIONS = 400
 """Directions of the displacement space in each of which the best loop is kept."""
-_ROUNDS = 16
-"""The most Newton steps of a chain: nineteen in twenty of the good chains that 40 find are found by so many."""
-_EXACT = 1e-8
-"""A chain that misses by less than this needs no more steps [L, rad]."""
 _PARENTS, _CHILDREN, _GENERATIONS = 8, 16, 12
 """The best chains that others are made from, how many from each, and how often: they save a tenth of the joint travel
 of random queries by all combinations of joints, for less time than three times as many random chains take."""
@@ -32,10 +28,6 @@ _UNEVEN = 0.3
 """Standard deviation of the relative change of a parent's numbers of cycles."""
 _SOLVED = 1e-3
 """A chain that misses by less than this is solved [L, rad]: refinement does the rest."""
-_DAMPING = 1e-6
-"""Damping of the Gram matrix, as a part of its trace."""
-_STEP = 1.5
-"""The largest motion by one part of a chain in a Newton step [L, rad]."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -60,7 +52,7 @@ class Chains:
         return Chains(*several, self.missing, self.travel * count)
 
 
-def best_loops(loops: Loops, rows: tuple[int, ...], most: int, seed: int = 0) -> Rows:
+def best_loops(loops: Screws, rows: tuple[int, ...], most: int, seed: int = 0) -> Rows:
     """Return the loops that go farthest per joint travel in some direction, the most useful first.
 
     Those are the corners of the convex hull of what loops do per joint travel. Each direction is measured by the
@@ -88,7 +80,7 @@ def best_loops(loops: Loops, rows: tuple[int, ...], most: int, seed: int = 0) ->
     return np.array(list(dict.fromkeys([*found, *order]))[:most], dtype=np.int64)
 
 
-def solved_chains(loops: Loops, words: Rows, starts: Array, wanted: Array, rows: tuple[int, ...]) -> Chains:
+def solved_chains(loops: Screws, words: Rows, starts: Array, wanted: Array, rows: tuple[int, ...]) -> Chains:
     """Return chains brought to a displacement by Newton's method, from some numbers of cycles.
 
     Args:
@@ -98,51 +90,13 @@ def solved_chains(loops: Loops, words: Rows, starts: Array, wanted: Array, rows:
         wanted: The displacement. Shape (4, 4).
         rows: The components of twists that count.
     """
-    inverse, cycles = se3.inverse(wanted), starts.copy()
-    best, kept = np.full(len(words), np.inf), starts.copy()
-    live = np.arange(len(words))
-    for _ in range(_ROUNDS):
-        twist, weight = loops.twist[words[live]], 1.0 / loops.travel[words[live]]
-        n = cycles[live]
-        columns, residual = _shot(n, twist, inverse, rows)
-        off = np.max(np.abs(residual), axis=1)
-        better = off < best[live]
-        best[live[better]], kept[live[better]] = off[better], n[better]
-        going = off >= _EXACT
-        live, n, twist, weight = live[going], n[going], twist[going], weight[going]
-        if not len(live):
-            break
-        cycles[live] = n + _newton_step(columns[going], residual[going], twist, weight)
-    travel = np.sum(np.abs(kept) * loops.travel[words] + (np.abs(kept) > 1e-3) * loops.approach[words], axis=1)
-    return Chains(words, kept, best, travel)
-
-
-def _shot(n: Array, twist: Array, inverse: Array, rows: tuple[int, ...]) -> tuple[Array, Array]:
-    """Return how chains' displacements change with the numbers of cycles, (m, rows, k), and what is missing."""
-    moves = se3.exp(n[..., None] * twist)
-    after = np.broadcast_to(np.eye(4), (len(n), 4, 4))
-    columns = np.empty((len(n), len(rows), n.shape[1]))
-    for k in range(n.shape[1] - 1, -1, -1):
-        after = matmul(moves[:, k], after)
-        columns[:, :, k] = apply(se3.adjoint(se3.inverse(after)), twist[:, k])[:, rows]
-    return columns, se3.log(matmul(inverse, se3.normalised(after)))[:, rows]
-
-
-def _newton_step(columns: Array, residual: Array, twist: Array, weight: Array) -> Array:
-    """Return the steps of least weighted size, none longer than is trusted. Shape (m, k)."""
-    every, size = np.arange(columns.shape[1]), np.sqrt(np.sum(twist * twist, axis=-1))
-    weighted = columns * weight[:, None, :]
-    gram = matmul(weighted, np.swapaxes(weighted, 1, 2))
-    gram[:, every, every] += _DAMPING * np.trace(gram, axis1=1, axis2=2)[:, None] + 1e-300
-    multipliers = solve(gram, -residual[..., None])[..., 0]
-    step = weight * apply(np.swapaxes(weighted, 1, 2), multipliers)
-    step = np.where(np.isfinite(step), step, 0.0)
-    longest = np.max(np.abs(step) * size, axis=1)
-    return np.asarray(step * np.minimum(1.0, _STEP / np.maximum(longest, 1e-300))[:, None])
+    cycles, missing = screw_chains.solved(words, starts, loops.twist, loops.travel, se3.inverse(wanted), rows)
+    travel = np.sum(np.abs(cycles) * loops.travel[words] + (np.abs(cycles) > 1e-3) * loops.approach[words], axis=1)
+    return Chains(words, cycles, missing, travel)
 
 
 def chains_for(
-    loops: Loops, wanted: Array, rows: tuple[int, ...], counts: tuple[int, int, int], seed: int = 0
+    loops: Screws, wanted: Array, rows: tuple[int, ...], counts: tuple[int, int, int], seed: int = 0
 ) -> Chains:
     """Return chains of loops that make a displacement, the least joint travel first.
 
@@ -170,7 +124,7 @@ def chains_for(
     return _sorted(_together(found, most))
 
 
-def _reach(loops: Loops, words: Rows, wanted: Array) -> Array:
+def _reach(loops: Screws, words: Rows, wanted: Array) -> Array:
     """Return how many cycles go the way, or turn by up to half a turn: the size of the first numbers of cycles."""
     twist = se3.log(wanted)
     way, turn = float(np.sqrt(np.sum(twist[:3] ** 2))), float(np.sqrt(np.sum(twist[3:] ** 2)))
@@ -182,7 +136,7 @@ def _reach(loops: Loops, words: Rows, wanted: Array) -> Array:
     return np.asarray(0.7 * reach)
 
 
-def _children(rng: np.random.Generator, loops: Loops, parents: Chains, wanted: Array) -> tuple[Rows, Array]:
+def _children(rng: np.random.Generator, loops: Screws, parents: Chains, wanted: Array) -> tuple[Rows, Array]:
     """Return chains like the best ones: one of their loops is another, its place another, or cycles are others."""
     few = min(_PARENTS, len(parents.loops))
     words = np.repeat(parents.loops[:few], _CHILDREN, axis=0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 
-from purcell_cli.planner.effort import Stage
+from purcell_cli.planner.effort import LEG, Stage
 from purcell_cli.planner.refine.minimum_travel import Pace
 
 
@@ -18,6 +18,7 @@ class JointBreadth:
         chains: Random chains that are tried for each; chains like the best ones follow.
         kept: Chains of each that become candidates.
         short: Short plans that are tried.
+        arcs: Starts of needle steering, where both limbs hang on hinges of one axis: their plane's arcs.
         pace: How long those that arrive are shortened.
         seed: Seed of the chains and short plans.
     """
@@ -26,6 +27,7 @@ class JointBreadth:
     chains: int = 1000
     kept: int = 6
     short: int = 24
+    arcs: int = 0
     pace: Pace = Pace(rounds=2, steps=10)
     seed: int = 0
 
@@ -59,6 +61,9 @@ _THOROUGH = JointStage(
 )
 """The second stage of a thorough search."""
 
+_LEG = JointStage(Stage(), JointBreadth(chains=0, short=0, arcs=24))
+"""A leg along an arc: by that arc, where the joints can swim it."""
+
 JOINT_EFFORTS: Mapping[str, tuple[JointStage, ...]] = {
     "quick": (_QUICK, _WIDE),
     "standard": (_STANDARD, _WIDE),
@@ -67,5 +72,6 @@ JOINT_EFFORTS: Mapping[str, tuple[JointStage, ...]] = {
         _THOROUGH,
         _WIDE,
     ),
+    LEG: (_LEG, dataclasses.replace(_QUICK, stage=Stage(last_resort=True))),
 }
 """The stages of each effort, in order."""

@@ -1,8 +1,4 @@
-"""The loops of a swimmer by its joints: rectangles of two joint angles, and the screw motion that each makes.
-
-A loop begins and ends at the shape between the phases: an approach leads to its corner, and away again. Joint angles
-of which each closes by itself make the rectangle close exactly. Lengths are in units of L.
-"""
+"""The loops that a swimmer has by its joints, and the screw motion that each makes. Lengths are in units of L."""
 
 from __future__ import annotations
 
@@ -10,7 +6,7 @@ import dataclasses
 import functools
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,14 +17,14 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.joint_motion import bend_limits, plane_axis
 from purcell_cli.mechanics.lift import SEARCHING, run_displacements
 from purcell_cli.mechanics.pieces import Pieces
-from purcell_cli.mechanics.primitives import AXIS_OF, EMPTY, LIMB_OF, PRIMITIVE_NAMES, PrimitiveSequence, joined
+from purcell_cli.mechanics.primitives import AXIS_OF, EMPTY, LIMB_OF, PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limits import BEND_MARGIN_RAD
+from purcell_cli.planner.joints.loop import Aside, Loop, rectangle
+from purcell_cli.planner.joints.rectangles import Grid, Rectangles, rectangles_on
 
 Rows = NDArray[np.int64]
 
-_PARTS = ((-1.0, 1.0), (-0.75, 0.75), (-0.5, 0.5), (-0.25, 0.25), (-1.0, 0.5), (-0.5, 1.0), (-1.0, 0.0), (0.0, 1.0))
-"""The sides of loops, as parts of how far their angles may go."""
 _SMALL = (0.03, 0.06, 0.1, 0.2, 0.35)
 """Half sides of the small loops of one limb's two angles, which roll the base [rad]."""
 _ASIDE = 0.5
@@ -50,35 +46,25 @@ _WIDEST_RAD = 3.0
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Loop:
-    """A rectangle of two angles, or some with a corner at home, one after the other.
+class Screws:
+    """What loops do.
 
     Attributes:
-        approach: The primitives from the shape between the phases to its corner.
-        cycle: Its primitives, four a rectangle.
+        twist: The body twist of one cycle of each (v/L, omega), seen from the shape between the phases. Shape (n, 6).
+        travel: The joint travel of one cycle [rad]. Shape (n,).
+        approach: That of both approaches [rad]. Shape (n,).
     """
 
-    approach: PrimitiveSequence
-    cycle: PrimitiveSequence
+    twist: Array
+    travel: Array
+    approach: Array
 
-    @property
-    def name(self) -> str:
-        """What its stroke is called."""
-        return " ".join(
-            [
-                "loop" if len(self.cycle) == 4 else "mirrored loops",
-                *(PRIMITIVE_NAMES[c].replace("base ", "") for c in self.cycle.control[:2]),
-            ]
-        )
+    def __len__(self) -> int:
+        return len(self.twist)
 
-    def sized(self, part: float) -> Loop:
-        """Return the loop about the same centre, or from the same corner, with its sides a part of what they are."""
-        if len(self.cycle) > 4:
-            return Loop(self.approach, self.cycle.with_angles(part * self.cycle.angle))
-        sides = self.cycle.angle[:2]
-        moved = 0.5 * (1.0 - part) * sides
-        approach = self.approach + PrimitiveSequence(self.cycle.control[:2], moved)
-        return Loop(_merged(approach), self.cycle.with_angles(part * self.cycle.angle))
+    def some(self, rows: Rows) -> Screws:
+        """Return some of them."""
+        return Screws(self.twist[rows], self.travel[rows], self.approach[rows])
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -87,31 +73,35 @@ class Loops:
 
     Attributes:
         loops: The loops.
-        twist: The body twist of one cycle of each (v/L, omega), seen from the shape between the phases. Shape (n, 6).
-        travel: The joint travel of one cycle [rad]. Shape (n,).
-        approach: That of both approaches [rad]. Shape (n,).
+        screws: What they do.
     """
 
     loops: tuple[Loop, ...]
-    twist: Array
-    travel: Array
-    approach: Array
+    screws: Screws
 
-    def __len__(self) -> int:
-        return len(self.loops)
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class EveryLoop:
+    """All loops of a swimmer, of which few are ever made.
+
+    Attributes:
+        rectangles: Those on grids.
+        others: The others.
+        screws: What all do, those on grids first.
+    """
+
+    rectangles: Rectangles
+    others: tuple[Loop, ...]
+    screws: Screws
 
     def some(self, rows: Rows) -> Loops:
         """Return some of the loops."""
-        return Loops(tuple(self.loops[int(k)] for k in rows), self.twist[rows], self.travel[rows], self.approach[rows])
+        many = len(self.rectangles)
+        made = [self.rectangles.loop(k) if k < many else self.others[k - many] for k in rows.tolist()]
+        return Loops(tuple(made), self.screws.some(rows))
 
 
-def _merged(sequence: PrimitiveSequence) -> PrimitiveSequence:
-    """Return an approach with each control once, in the order in which they first act."""
-    order = list(dict.fromkeys(sequence.control.tolist()))
-    return PrimitiveSequence.of([(c, float(np.sum(sequence.angle[sequence.control == c]))) for c in order])
-
-
-def _spans(swimmer: Swimmer, home: Array, aside: tuple[int, float] | None, pair: tuple[int, int]) -> list[Array] | None:
+def _spans(swimmer: Swimmer, home: Array, aside: Aside, pair: tuple[int, int]) -> list[Array] | None:
     """Return how far below and above its home each angle of a pair may go, or None where there is no room."""
     limits = bend_limits(swimmer, home) - BEND_MARGIN_RAD
     out = []
@@ -137,24 +127,29 @@ def _spans(swimmer: Swimmer, home: Array, aside: tuple[int, float] | None, pair:
     return out
 
 
-def _rectangles(swimmer: Swimmer, home: Array) -> Iterator[Loop]:
+def _all_loops(swimmer: Swimmer, home: Array) -> tuple[list[Grid], list[Loop]]:
+    """Return the grids whose rectangles are loops of a swimmer, and further loops."""
     every = swimmer.controls
+    grids: list[Grid] = []
+    others: list[Loop] = []
+    # A yaw and a pitch alone roll the base with every loop, and nothing else could undo that.
+    alone = len(every) == 2 and plane_axis(swimmer) is None
     for pair in itertools.combinations(every, 2):
         same = LIMB_OF[pair[0]] == LIMB_OF[pair[1]]
         if same and swimmer.joints[int(LIMB_OF[pair[0]])].ball:
             continue  # turns about two axes of the limb do not close
         for aside in _asides(swimmer, home, pair):
             spans = _spans(swimmer, home, aside, pair)
-            if spans is not None:
-                # A yaw and a pitch alone roll the base with every loop, and nothing else could undo that.
-                alone = len(every) == 2 and plane_axis(swimmer) is None
-                if alone:
-                    yield from _mirrored(pair, spans)
-                if not (alone and np.all(home[:, 0, 0] > _STRAIGHT)):
-                    yield from _within(pair, spans, aside, same)
+            if spans is None:
+                continue
+            others += _mirrored(pair, spans) if alone else []
+            if not (alone and np.all(home[:, 0, 0] > _STRAIGHT)):
+                grids.append(Grid(pair, np.array(spans), aside))
+                others += _small(pair, spans, aside) if same else []
+    return grids, others
 
 
-def _asides(swimmer: Swimmer, home: Array, pair: tuple[int, int]) -> Iterator[tuple[int, float] | None]:
+def _asides(swimmer: Swimmer, home: Array, pair: tuple[int, int]) -> Iterator[Aside]:
     """Return the places of another angle at which a pair's loops are looked at; None for home."""
     yield None
     for control in swimmer.controls:
@@ -163,15 +158,11 @@ def _asides(swimmer: Swimmer, home: Array, pair: tuple[int, int]) -> Iterator[tu
             yield from [] if room is None else [(control, float(_ASIDE * end)) for end in room[0] if abs(end) > 0.1]
 
 
-def _within(pair: tuple[int, int], spans: list[Array], aside: tuple[int, float] | None, same: bool) -> Iterator[Loop]:
-    """Return the rectangles of a pair within its spans."""
-    for (a, b), (c, d) in itertools.product(_PARTS, _PARTS):
-        first, second = _part(spans[0], a, b), _part(spans[1], c, d)
-        if first is not None and second is not None:
-            yield _rectangle(pair, first, second, aside)
-    for side in (-s for s in _SMALL if same):
-        if all(span[0] <= side and -side <= span[1] for span in spans):
-            yield _rectangle(pair, (side, -side), (side, -side), aside)
+def _small(pair: tuple[int, int], spans: list[Array], aside: Aside) -> Iterator[Loop]:
+    """Return small squares of a pair within its spans."""
+    for side in _SMALL:
+        if all(span[0] <= -side and side <= span[1] for span in spans):
+            yield rectangle(pair, (-side, side), (-side, side), aside)
 
 
 def _mirrored(pair: tuple[int, int], spans: list[Array]) -> Iterator[Loop]:
@@ -196,29 +187,8 @@ def _mirrored(pair: tuple[int, int], spans: list[Array]) -> Iterator[Loop]:
             yield Loop(EMPTY, joined(played))
 
 
-def _part(span: Array, low: float, high: float) -> tuple[float, float] | None:
-    """Return a part of a span, or None where it is too short."""
-    ends = [abs(float(span[0])) * x if x < 0.0 else float(span[1]) * x for x in (low, high)]
-    return (ends[0], ends[1]) if ends[1] - ends[0] > 1e-3 else None
-
-
-def _rectangle(
-    pair: tuple[int, int], first: tuple[float, float], second: tuple[float, float], aside: tuple[int, float] | None
-) -> Loop:
-    approach = ([] if aside is None else [aside]) + [(pair[0], first[0]), (pair[1], second[0])]
-    a, b = first[1] - first[0], second[1] - second[0]
-    cycle = PrimitiveSequence.of([(pair[0], a), (pair[1], b), (pair[0], -a), (pair[1], -b)])
-    return Loop(PrimitiveSequence.of(approach), cycle)
-
-
-def measured(swimmer: Swimmer, home: Array, loops: tuple[Loop, ...]) -> Loops:
-    """Return loops with what they do.
-
-    Args:
-        swimmer: The swimmer, scaled to L = 1.
-        home: Shape that they begin and end at. Shape (2, 3, 3).
-        loops: The loops.
-    """
+def _measured(swimmer: Swimmer, home: Array, loops: Sequence[Loop]) -> Screws:
+    """Return what loops from a shape do. Shape (2, 3, 3) of the shape."""
     pieces, counts = [], []
     for loop in loops:
         played = loop.approach + loop.cycle
@@ -228,15 +198,18 @@ def measured(swimmer: Swimmer, home: Array, loops: tuple[Loop, ...]) -> Loops:
     approach, cycle = moves[::2], moves[1::2]
     twist = se3.log(matmul(matmul(approach, cycle), se3.inverse(approach)))
     travel = np.array([loop.cycle.joint_travel_rad for loop in loops])
-    return Loops(loops, twist, travel, np.array([2.0 * loop.approach.joint_travel_rad for loop in loops]))
+    return Screws(twist, travel, np.array([2.0 * loop.approach.joint_travel_rad for loop in loops]))
 
 
 @functools.lru_cache(maxsize=16)
-def _every(swimmer: Swimmer, home: bytes) -> Loops:
+def _every(swimmer: Swimmer, home: bytes) -> EveryLoop:
     shape = np.frombuffer(home).reshape(2, 3, 3)
-    return measured(swimmer, shape, tuple(_rectangles(swimmer, shape)))
+    grids, others = _all_loops(swimmer, shape)
+    found, more = rectangles_on(swimmer, shape, grids), _measured(swimmer, shape, others)
+    pairs = (found.twist, more.twist), (found.travel, more.travel), (found.approach, more.approach)
+    return EveryLoop(found, tuple(others), Screws(*(np.concatenate(pair) for pair in pairs)))
 
 
-def loops_of(swimmer: Swimmer, home: Array) -> Loops:
+def loops_of(swimmer: Swimmer, home: Array) -> EveryLoop:
     """Return the loops of a swimmer that is scaled to L = 1, worked out once a swimmer and shape."""
     return _every(swimmer, np.ascontiguousarray(home).tobytes())

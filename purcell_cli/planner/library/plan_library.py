@@ -25,11 +25,12 @@ import numpy as np
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, cross
-from purcell_cli.mechanics.lift import SEARCHING, run_displacements
+from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import LimbCircles
+from purcell_cli.planner.prepared import run_displacements_kept
 
 PRICES = np.array([204.0, 566.0, 566.0, 4.0, 374.0, 374.0])
 """Estimated square of the joint travel per component of a small displacement [rad^2 per L or rad]. Shape (6,)."""
@@ -115,7 +116,7 @@ class MotionLibrary:
         self._plans, self._limit = plans, swimmer.max_bend_rad
         whole, counts = joined(plans), [len(p) for p in plans]
         pieces = Pieces.of(whole)
-        once = run_displacements(swimmer, pieces, counts, np.ones(len(plans), np.int64), SEARCHING)
+        once = run_displacements_kept("library", swimmer, pieces, counts, SEARCHING)
         self._does = se3.log(se3.normalised(once)) * PRICES
         self._size = norm(self._does)
         bends = LimbCircles.of(pieces).largest_bends()[0].max(axis=1)

@@ -18,14 +18,11 @@ from purcell_cli.geometry.rotations import Array, angle_between
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.joint_motion import home_shape
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.blocks import Block, block_displacements
 from purcell_cli.motion.curve import Curve
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.mission import Follow
-
-LegBlocks = Callable[[Configuration, Configuration, float], tuple[Block, ...]]
-"""Plans a leg from a configuration to another with limbs that bend no further than so much [rad]."""
+from purcell_cli.planner.missions.known_legs import KnownLegs, Leg, LegBlocks
 
 SMALLEST_BEND_RAD = 0.1
 """Limbs bend at least so far in strokes [rad]: the number of strokes grows as its square falls."""
@@ -41,8 +38,10 @@ _PROBE_L = 3.0
 """How long the straight way is by which strokes' swing is measured [L]: long enough for strokes that repeat."""
 _LONGEST_L = 8.0
 """Nor are they tried longer than this at first [L]."""
-_SAME_DIGITS = 9
-"""Legs whose displacements are the same to so many digits are planned once [L, rad]."""
+_SMOOTH_RAD = 0.3
+"""A curve that turns by less than this at a point is smooth there [rad]: it has 20 points or more a circle."""
+_SNAP = 0.25
+"""A leg ends at a point of the curve where one is within this part of the leg of its end: so laps are cut alike."""
 _MOST_LEGS = 2000
 """Legs of one curve at most."""
 _HELD = 6
@@ -77,6 +76,19 @@ class CurvePoses:
         steps = steps + _TURN_L * angle_between(every[:-1, :3, :3], every[1:, :3, :3])
         return cls(every, np.concatenate([[0.0], np.cumsum(steps)]), place)
 
+    def snapped(self, along: float, slack: float) -> float:
+        """Return a place along, or the stop nearest to it if that is within a slack of it [L].
+
+        Stops are the poses; where the swimmer turns little at a point, half turned, so that it looks along a curve that
+        is smooth.
+        """
+        turning = np.flatnonzero((np.diff(self.place_m) == 0.0) & (np.diff(self.along) < _SMOOTH_RAD * _TURN_L))
+        stops = self.along.copy()
+        stops[turning] = stops[turning + 1] = 0.5 * (stops[turning] + stops[turning + 1])
+        stops[-1] = self.along[-1]
+        near = float(stops[int(np.argmin(np.abs(stops - along)))])
+        return near if abs(near - along) < slack else along
+
     def at(self, along: float) -> tuple[Array, float]:
         """Return the pose so far along, and how far along the curve it is [m]."""
         if along >= float(self.along[-1]):
@@ -101,6 +113,7 @@ class CurveLegs:
         goal: The goal configuration, at the curve's end.
         plan_leg: Plans a leg.
         told: Is told how far along the search is, 0 to 1.
+        known: The legs that are planned already.
     """
 
     swimmer: Swimmer
@@ -109,20 +122,23 @@ class CurveLegs:
     goal: Configuration
     plan_leg: LegBlocks
     told: Callable[[float], None] = lambda _share: None
-    _known: dict[tuple[object, ...], tuple[Block, ...]] = dataclasses.field(default_factory=dict)
+    known: KnownLegs = dataclasses.field(init=False)
 
-    def blocks(self) -> tuple[Block, ...]:
-        """Return the strokes of the cheapest way found, or of the one that leaves the curve latest.
+    def __post_init__(self) -> None:
+        self.known = KnownLegs(self.swimmer, self.follow.tolerance_m, self.plan_leg)
+
+    def legs(self) -> tuple[Leg, ...]:
+        """Return the legs of the cheapest way found, or of the one that leaves the curve latest.
 
         Raises:
             ParameterError: A tolerance that the swing of the smallest strokes exceeds already.
         """
-        best: tuple[Block, ...] | None = None
+        best: tuple[Leg, ...] | None = None
         least, furthest = np.inf, -1.0
         bend, smallest = self._largest_bend(), min(SMALLEST_BEND_RAD, self.swimmer.max_bend_rad)
         while True:
             found, reached = self._along(bend, least)
-            travel = sum(b.joint_travel_rad for b in found)
+            travel = sum(leg.joint_travel_rad for leg in found)
             if reached >= 1.0 and travel < least:
                 best, least, furthest = found, travel, 1.0
             elif furthest >= 1.0:
@@ -162,33 +178,35 @@ class CurveLegs:
         found = check(self.swimmer, begin, blocks, Limits(follow=Follow(line, self.swimmer.length_m * 1e3))).off_curve
         return np.inf if found is None else _SWING * found.most_m
 
-    def _along(self, bend_rad: float, most_rad: float) -> tuple[tuple[Block, ...], float]:
-        """Return strokes along the curve, and which part of it they keep near; given up where they cost too much."""
+    def _along(self, bend_rad: float, most_rad: float) -> tuple[tuple[Leg, ...], float]:
+        """Return legs along the curve, and which part of it they keep near; given up where they cost too much."""
         poses = CurvePoses.of(self.follow, self.start, self.goal, self.swimmer.length_m)
         whole = float(poses.along[-1])
         shape = home_shape(self.swimmer, self.start.shape)
         here, at, place, step, held = self.start, 0.0, 0.0, min(_LONGEST_L, whole), 0
         shortest = _SHORTEST_L[bend_rad <= SMALLEST_BEND_RAD]
-        out: list[Block] = []
+        out: list[Leg] = []
         for _ in range(_MOST_LEGS):
             if at >= whole:
                 return tuple(out), 1.0
             step = min(step, whole - at)
-            last = at + step >= whole * (1.0 - 1e-12)
-            pose, end = poses.at(whole if last else at + step)
+            to = poses.snapped(at + step, _SNAP * step)
+            last = to >= whole * (1.0 - 1e-12)
+            pose, end = poses.at(to)
             there = self.goal if last else Configuration(se3.normalised(pose), shape)
             part = self.follow.curve.part(max(place - self.follow.tolerance_m, 0.0), end + self.follow.tolerance_m)
-            found = self._near(here, there, part, bend_rad, last) if self._may(here, there, part) else None
-            if found is None:
+            leg = self.known.leg(here, there, bend_rad, last) if self._may(here, there, part) else None
+            if leg is None or self.known.off_m(leg, here, part) > self.follow.tolerance_m:
                 if step <= shortest:
                     return tuple(out), min(at / whole, 0.999)
                 step, held = 0.5 * step, _HELD
                 continue
-            blocks, here = found
-            out += blocks
-            at, place = (whole if last else at + step), end
+            out.append(leg)
+            # the limbs end as wanted to rounding; the next leg need not straighten what is no bend
+            here = Configuration(se3.normalised(matmul(here.pose, leg.moved)), there.shape)
+            at, place = to, end
             step, held = (step, held - 1) if held else (2.0 * step, 0)
-            if at > _TELLING * whole and sum(b.joint_travel_rad for b in out) > most_rad * at / whole:
+            if at > _TELLING * whole and sum(leg.joint_travel_rad for leg in out) > most_rad * at / whole:
                 return tuple(out), min(at / whole, 0.999)
             self.told(at / whole)
         return tuple(out), min(at / whole, 0.999)
@@ -198,21 +216,3 @@ class CurveLegs:
         twist = se3.log(se3.normalised(matmul(se3.inverse(here.pose), there.pose)))
         way = matmul(here.pose, se3.exp(np.linspace(0.0, 1.0, 9)[:, None] * twist))
         return float(np.max(part.distance_m(way[:, :3, 3]))) <= self.follow.tolerance_m
-
-    def _near(
-        self, here: Configuration, there: Configuration, part: Curve, bend_rad: float, last: bool
-    ) -> tuple[tuple[Block, ...], Configuration] | None:
-        """Return the strokes of a leg that stays near the curve, and where it ends; None where it does not."""
-        move = matmul(se3.inverse(here.pose), there.pose)
-        move[:3, 3] /= self.swimmer.length_m
-        key = (bend_rad, *np.round([*move.ravel(), *here.shape.ravel()], _SAME_DIGITS).tolist())
-        blocks = None if last else self._known.get(key)
-        if blocks is None:
-            blocks = self._known[key] = self.plan_leg(here, there, bend_rad)
-        report = check(self.swimmer, here, blocks, Limits(follow=Follow(part, self.follow.tolerance_m)))
-        if any(v.limit == "follow" for v in report.violations):
-            return None
-        moved = se3.prefix_products(block_displacements(self.swimmer, blocks, here.shape))[-1]
-        # the limbs end as wanted to rounding; the next leg need not straighten what is no bend
-        end = Configuration(se3.normalised(matmul(here.pose, moved)), there.shape)
-        return blocks, end

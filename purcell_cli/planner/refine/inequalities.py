@@ -8,10 +8,13 @@ there each primitive has another, where the limbs are nearest.
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.geometry.reproducible import cos, inner
+from purcell_cli.geometry.reproducible import arccos, cos, inner
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.kernel import shooting
 from purcell_cli.mechanics.connection import COLLINEAR
@@ -19,6 +22,7 @@ from purcell_cli.mechanics.joints import ANGLES
 from purcell_cli.mechanics.lift_derivatives import turning_axes
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import clearances, distance_slope, limb_distance
 from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.planner.refine.shooting import Equations, MoreRows
@@ -100,6 +104,42 @@ def rows_besides(equations: Equations, clearance: float | None) -> tuple[MoreRow
     return (rows if ranged or meeting else None), 2 * count * ranged + count * meeting
 
 
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _RangeOf:
+    """What the inequalities of one joint angle's range share at all angles of a motion.
+
+    Attributes:
+        known: The joint angle at the start, the goal and the shape between the phases [rad]. Shape (3,).
+        ends: Its range [rad].
+        turns: Which primitives turn it. Shape (k,).
+        mine: At the ends of which it may change. Shape (j,).
+        slope: Its derivative there by the free angles. Shape (j, n).
+    """
+
+    known: Array
+    ends: tuple[float, float]
+    turns: NDArray[np.bool_]
+    mine: NDArray[np.int64]
+    slope: Array
+
+
+@functools.lru_cache(maxsize=4)
+def _ranges(equations: Equations) -> list[_RangeOf]:
+    out, sequence = [], equations.sequence
+    shapes = equations.start, equations.goal, equations.home
+    for limb, joint in enumerate(equations.swimmer.joints):
+        for k, name in enumerate(ANGLES):
+            if name not in joint.angles or joint.range_deg(name) is None:
+                continue
+            turns = (sequence.limb == limb) & (sequence.axis == 2 - k)
+            mine = np.flatnonzero(turns & (equations.fixed == 0))
+            acts = np.where(turns & (np.arange(len(sequence)) <= mine[:, None]), 1.0, 0.0)
+            acts[:, equations.fixed != 0] = 0.0
+            known = np.array([joint.read(shape[limb])[k] for shape in shapes])
+            out.append(_RangeOf(known, joint.range_rad(name), turns, mine, equations.by_free_angles(acts)))
+    return out
+
+
 def range_rows(equations: Equations, sequence: PrimitiveSequence) -> tuple[Array, Array]:
     """Return the room left in the joints' ranges where it is small, and its derivative by the free angles.
 
@@ -107,34 +147,22 @@ def range_rows(equations: Equations, sequence: PrimitiveSequence) -> tuple[Array
 
     Args:
         equations: The motion.
-        sequence: Its primitives.
+        sequence: Its primitives, at any angles.
 
     Returns:
         Angles left at the ends of primitives [rad], shape (j,), and its derivative, shape (j, n).
     """
-    rooms, slopes = [np.empty(0)], [np.empty((0, len(sequence)))]
-    for limb, joint in enumerate(equations.swimmer.joints):
-        for k, name in enumerate(ANGLES):
-            if name not in joint.angles or joint.range_deg(name) is None:
-                continue
-            own = (sequence.limb == limb) & (sequence.axis == 2 - k)
-            mine = np.flatnonzero(own & (equations.fixed == 0))
-            shapes = equations.start, equations.goal, equations.home
-            known = np.array([joint.read(shape[limb])[k] for shape in shapes])
-            angle = known[0] + np.cumsum(
-                np.where(sequence.limb == limb, sequence.angle, 0.0) * (sequence.axis == 2 - k)
-            )
-            angle = angle[mine]
-            at_known = np.min(np.abs(angle[:, None] - known), axis=1) < _AT_KNOWN_RAD
-            inside = np.where(at_known, 0.0, _RANGE_MARGIN_RAD)
-            low, high = joint.range_rad(name)
-            acts = np.zeros((len(mine), len(sequence)))
-            acts[:, mine] = mine[None, :] <= mine[:, None]
-            for room, slope in ((angle - low - inside, acts), (high - inside - angle, -acts)):
-                active = room < ACTIVE
-                rooms.append(room[active])
-                slopes.append(slope[active])
-    return np.concatenate(rooms), equations.by_free_angles(np.concatenate(slopes))
+    rooms, slopes = [np.empty(0)], [np.empty((0, len(equations.weight)))]
+    for one in _ranges(equations):
+        angle = (one.known[0] + np.cumsum(np.where(one.turns, sequence.angle, 0.0)))[one.mine]
+        at_known = np.min(np.abs(angle[:, None] - one.known), axis=1) < _AT_KNOWN_RAD
+        inside = np.where(at_known, 0.0, _RANGE_MARGIN_RAD)
+        low, high = one.ends
+        for room, sign in ((angle - low - inside, 1.0), (high - inside - angle, -1.0)):
+            active = np.flatnonzero(room < ACTIVE)
+            rooms.append(room[active])
+            slopes.append(sign * one.slope[active])
+    return np.concatenate(rooms), np.concatenate(slopes)
 
 
 def least_distances(equations: Equations, clearance: float) -> Array:
@@ -168,7 +196,7 @@ def clearance_rows(
     """
     row, limb = np.arange(len(sequence)), sequence.limb
     active = np.flatnonzero(least > -np.inf)
-    if not len(active):
+    if not len(active) or _far_apart(equations.swimmer, sequence, shapes, active, float(np.max(least[active]))):
         return np.zeros(0), np.zeros((0, len(equations.weight)))
     pieces = Pieces.between(sequence, shapes)[active]
     enough = float(np.max(least, initial=0.0)) + _NEAR_L
@@ -185,3 +213,16 @@ def clearance_rows(
         lever[:, pitched] = inner(own_y, torque[:, limb[pitched]])
     acts = row[None, :] < (active[near] + at_end)[:, None]
     return (apart - least[active])[near], equations.by_free_angles(np.where(acts, lever, 0.0))
+
+
+def _far_apart(
+    swimmer: Swimmer, sequence: PrimitiveSequence, shapes: Array, some: NDArray[np.int64], least: float
+) -> bool:
+    """Return whether no limb bends by more than a right angle on some primitives, and the joints are far apart.
+
+    The joints are then nearest to each other. On the way between two bends a limb bends at most by half of the sum of
+    both and of the angle that it turns by.
+    """
+    bend = arccos(np.clip(shapes[..., 0, 0], -1.0, 1.0))
+    most = 0.5 * (bend[some] + bend[some + 1] + np.abs(sequence.angle[some])[:, None])
+    return bool(np.max(most) < 0.5 * np.pi) and float(limb_distance(swimmer, COLLINEAR[..., 0])) - least >= _NEAR_L

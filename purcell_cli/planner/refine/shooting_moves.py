@@ -90,7 +90,7 @@ class MoveSegment:
         if self.axes is None:
             return by_turn
         m, n = len(by_turn), len(self.turn)
-        return np.asarray(matmul(by_turn.reshape(m * n, 6), self.axes)).reshape(m, -1)
+        return np.asarray(matmul(by_turn.reshape(m * n, 6), self.axes)).reshape(m, n * self.axes.shape[1])
 
     def at(self, unknown: Array) -> MoveSegment:
         """Return the segment at other unknowns. Shape (f,)."""

@@ -15,7 +15,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration, Deviation
-from purcell_cli.mechanics.joint_motion import home_shape
+from purcell_cli.mechanics.joint_motion import home_shape, plane_axis
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements, starting_shapes
 from purcell_cli.motion.limits import Limits
@@ -90,7 +90,8 @@ def around(
         return None
     refuse_closed_off(swimmer, limits.obstacles, limits.clearance_m, start, goal)
     scene = with_walls(limits.obstacles, limits.workspace)
-    region = Region.of(scene, swings(swimmer), swimmer.length_m, limits.clearance_m, start.pose, goal.pose)
+    axis = plane_axis(swimmer)
+    region = Region.of(scene, swings(swimmer), swimmer.length_m, limits.clearance_m, start.pose, goal.pose, axis)
     roadmap, rng = Roadmap(region, start.pose, goal.pose), np.random.default_rng(seed)
     search = _Search(_Query(swimmer, start, goal, limits, leg), roadmap)
     for k in range(_ROUNDS + 1):

@@ -54,7 +54,13 @@ def clearance(scene: Scene, poses: Array, half_m: float) -> Array:
 
 
 def clear_edges(
-    scene: Scene, swing: Swing, length_m: float, clearance_m: float, begin: Array, end: Array
+    scene: Scene,
+    swing: Swing,
+    length_m: float,
+    clearance_m: float,
+    begin: Array,
+    end: Array,
+    plane: str | None = None,
 ) -> list[Edge | None]:
     """Return the cheapest ways between poses that are clear of obstacles; None where there is none.
 
@@ -65,13 +71,14 @@ def clear_edges(
         clearance_m: How far links stay from obstacles [m].
         begin: The poses where the edges begin [m]. Shape (n, 4, 4).
         end: Where they end [m]. Shape (n, 4, 4).
+        plane: The axis of the hinges that keep the swimmer in a plane, if there are such.
     """
     out: list[Edge | None] = [None] * len(begin)
     for low in range(0, len(begin), _TOGETHER):
         here, there = begin[low : low + _TOGETHER], end[low : low + _TOGETHER]
         wanted = matmul(se3.inverse(here), there)
         wanted[:, :3, 3] /= length_m
-        found = steer(se3.normalised(wanted), swing.loops, _STARTS)
+        found = steer(se3.normalised(wanted), swing.loops, _STARTS, plane=plane)
         if not len(found.arc):
             continue
         each = swing.loops.cost(found.arc[..., 0], hypot(found.arc[..., 1], found.arc[..., 2]))

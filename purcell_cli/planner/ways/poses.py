@@ -9,7 +9,7 @@ import numpy as np
 from purcell_cli.environment.scene import Scene
 from purcell_cli.environment.tube import Tube
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.reproducible import matmul, norm, normal_numbers
+from purcell_cli.geometry.reproducible import inner, matmul, norm, normal_numbers
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.planner.ways.edges import clearance
 from purcell_cli.planner.ways.swing import Swing
@@ -29,6 +29,36 @@ _MARGIN_L = 6.0
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Plane:
+    """The plane that two hinges of one axis keep the base in.
+
+    Attributes:
+        axis: The axis of the hinges, "yaw" or "pitch".
+        start: The pose at the start [m]. Shape (4, 4).
+    """
+
+    axis: str
+    start: Array
+
+    @property
+    def normal(self) -> Array:
+        """The plane's normal, along the hinges' axis. Shape (3,)."""
+        return self.start[:3, 2 if self.axis == "yaw" else 1]
+
+    def projected(self, vectors: Array, place: bool) -> Array:
+        """Return the parts of vectors along the plane, or the feet of the perpendiculars from places. Shapes (n, 3)."""
+        off = vectors - self.start[:3, 3] if place else vectors
+        return np.asarray(vectors - inner(off, self.normal)[:, None] * self.normal)
+
+    def poses(self, places: Array, headings: Array) -> Array:
+        """Return poses in the plane nearest to places, that look in directions. Shapes (n, 3) to (n, 4, 4)."""
+        unit, normal = _unit(self.projected(headings, False), self.start[:3, 0]), self.normal
+        normals = np.broadcast_to(normal, unit.shape)
+        columns = [unit, cross(normals, unit), normals] if self.axis == "yaw" else [unit, normals, cross(unit, normals)]
+        return se3.pose(np.stack(columns, axis=2), self.projected(places, True))
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Region:
     """Where the poses of a roadmap are.
 
@@ -39,6 +69,7 @@ class Region:
         clearance_m: How far links stay from obstacles [m].
         low: The least x, y and z [m]. Shape (3,).
         high: The largest [m]. Shape (3,).
+        plane: The plane that the swimmer stays in, if its joints keep it in one.
     """
 
     scene: Scene
@@ -47,10 +78,18 @@ class Region:
     clearance_m: float
     low: Array
     high: Array
+    plane: Plane | None = None
 
     @classmethod
     def of(
-        cls, scene: Scene, swings: tuple[Swing, ...], length_m: float, clearance_m: float, start: Array, goal: Array
+        cls,
+        scene: Scene,
+        swings: tuple[Swing, ...],
+        length_m: float,
+        clearance_m: float,
+        start: Array,
+        goal: Array,
+        axis: str | None = None,
     ) -> Region:
         """Return the region round a start, a goal and what stands between or near them. Shapes (4, 4)."""
         ends = np.stack([start[:3, 3], goal[:3, 3]])
@@ -64,7 +103,14 @@ class Region:
                 more = 0.0 if isinstance(one, Tube) else _MARGIN_L * length_m
                 reach_low = np.minimum(reach_low, bounds[0] - more)
                 reach_high = np.maximum(reach_high, bounds[1] + more)
-        return cls(scene, swings, length_m, clearance_m, reach_low, reach_high)
+        plane = None if axis is None else Plane(axis, start)
+        return cls(scene, swings, length_m, clearance_m, reach_low, reach_high, plane)
+
+    def _poses(self, places: Array, headings: Array) -> Array:
+        return _poses(places, headings) if self.plane is None else self.plane.poses(places, headings)
+
+    def _in_plane(self, vectors: Array, place: bool) -> Array:
+        return vectors if self.plane is None else self.plane.projected(vectors, place)
 
     def room(self, poses: Array) -> Array:
         """Return how much room poses have beyond what the smallest strokes take [m]. Shapes (..., 4, 4) to (...)."""
@@ -87,20 +133,20 @@ class Region:
         return found[self.room(found) >= 0.0]
 
     def _anywhere(self, rng: np.random.Generator, count: int, ends: Array) -> Array:
-        places = self.low + rng.random((_TRIED, 3)) * (self.high - self.low)
+        places = self._in_plane(self.low + rng.random((_TRIED, 3)) * (self.high - self.low), True)
         headings = normal_numbers(rng, (_TRIED, 3))
         way = ends[1, :3, 3] - ends[0, :3, 3]
         if float(norm(way)) > 0.0:  # half of them look roughly where the goal is
             headings[::2] = 0.4 * headings[::2] + way / norm(way)
-        poses = _poses(places, headings)
+        poses = self._poses(places, headings)
         return poses[np.flatnonzero(self.room(poses) >= 0.0)[:count]]
 
     def _narrow(self, rng: np.random.Generator, count: int) -> Array:
         """Return poses where something stands to both sides, moved to where there is most room."""
-        places = self.low + rng.random((_PROBED, 3)) * (self.high - self.low)
+        places = self._in_plane(self.low + rng.random((_PROBED, 3)) * (self.high - self.low), True)
         least = self.swings[-1].radius * self.length_m + self.clearance_m
         places = places[self.scene.distance(places, places)[0] >= least]
-        aside = normal_numbers(rng, (len(places), 3))
+        aside = self._in_plane(normal_numbers(rng, (len(places), 3)), False)
         far = _ASIDE_L[0] + rng.random(len(places)) * (_ASIDE_L[1] - _ASIDE_L[0])
         aside *= (far * self.length_m / np.maximum(norm(aside), 1e-9))[:, None]
         both = [self.scene.distance(places + s * aside, places + s * aside)[0] < 0.0 for s in (1.0, -1.0)]
@@ -108,7 +154,7 @@ class Region:
         if not len(places):
             return np.empty((0, 4, 4))
         headings = normal_numbers(rng, (_HEADINGS, 3))
-        every = _poses(np.repeat(places, _HEADINGS, axis=0), np.tile(headings, (len(places), 1)))
+        every = self._poses(np.repeat(places, _HEADINGS, axis=0), np.tile(headings, (len(places), 1)))
         room = self.room(every).reshape(len(places), _HEADINGS)
         poses = every.reshape(len(places), _HEADINGS, 4, 4)[np.arange(len(places)), np.argmax(room, axis=1)]
         room = room.max(axis=1)
@@ -118,6 +164,8 @@ class Region:
             twist[:, :3] *= self.length_m
             twist[:, 3] = 0.0
             moved = matmul(poses, se3.exp(twist))
+            if self.plane is not None:
+                moved = self.plane.poses(moved[:, :3, 3], moved[:, :3, 0])
             found = self.room(moved)
             poses, room = np.where((found > room)[:, None, None], moved, poses), np.maximum(found, room)
         return se3.normalised(poses)
@@ -135,7 +183,7 @@ class Region:
             side = np.clip(np.searchsorted(ends, at, side="right") - 1, 0, len(size) - 1)
             places = points[side] + ((at - ends[side]) / size[side])[:, None] * sides[side]
             before, after = (self._at(points, ends, at + s * 2.0 * self.length_m) for s in (-1.0, 1.0))
-            out.append(_poses(places, after - before))
+            out.append(self._poses(places, after - before))
         return np.concatenate(out)
 
     def _at(self, points: Array, ends: Array, at: Array) -> Array:
@@ -144,10 +192,15 @@ class Region:
 
 def _poses(places: Array, headings: Array) -> Array:
     """Return poses at places that look in directions. Shapes (n, 3) to (n, 4, 4)."""
-    size = norm(headings)[:, None]
-    unit = np.where(size > 0.0, headings / np.where(size > 0.0, size, 1.0), [1.0, 0.0, 0.0])
+    unit = _unit(headings, np.array([1.0, 0.0, 0.0]))
     helper = np.zeros_like(unit)
     helper[np.arange(len(unit)), np.argmin(np.abs(unit), axis=1)] = 1.0
     across = cross(helper, unit)
     across /= norm(across)[:, None]
     return se3.pose(np.stack([unit, across, cross(unit, across)], axis=2), places)
+
+
+def _unit(vectors: Array, otherwise: Array) -> Array:
+    """Return vectors of length 1 along others; of those of no length, another one. Shape (n, 3)."""
+    size = norm(vectors)[:, None]
+    return np.asarray(np.where(size > 0.0, vectors / np.where(size > 0.0, size, 1.0), otherwise))

@@ -87,7 +87,8 @@ class Roadmap:
                 return
             first, last = (self.poses[[pair[end] for pair in pairs]] for end in (0, 1))
             swing = region.swings[k]
-            found = clear_edges(region.scene, swing, region.length_m, region.clearance_m, first, last)
+            axis = None if region.plane is None else region.plane.axis
+            found = clear_edges(region.scene, swing, region.length_m, region.clearance_m, first, last, axis)
             for pair, edge in zip(pairs, found, strict=True):
                 self._level[pair] = k
                 if edge is not None:

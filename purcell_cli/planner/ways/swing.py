@@ -15,6 +15,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.joint_motion import plane_axis
 from purcell_cli.mechanics.lift import SEARCHING, piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
@@ -55,15 +56,16 @@ def swings(swimmer: Swimmer) -> tuple[Swing, ...]:
     Args:
         swimmer: The swimmer; one without ball joints is seen as if it had them.
     """
-    unit = dataclasses.replace(swimmer, joints=Swimmer().joints).scaled()
+    unit, flat = dataclasses.replace(swimmer, joints=Swimmer().joints).scaled(), plane_axis(swimmer) is not None
     bends = [share * unit.max_bend_rad for share in SHARES]
     few = [bend for k, bend in enumerate(bends) if k == 0 or bend >= _LEAST_BEND_RAD]
-    return tuple(_swing(dataclasses.replace(unit, max_bend_rad=bend)) for bend in few)
+    return tuple(_swing(dataclasses.replace(unit, max_bend_rad=bend), flat) for bend in few)
 
 
 @functools.lru_cache(maxsize=64)
-def _swing(unit: Swimmer) -> Swing:
-    loops = tightest((fan(unit, "travel", True), fan(unit, "travel", False)))
+def _swing(unit: Swimmer, flat: bool) -> Swing:
+    """Return the room that strokes of a swimmer on ball joints take; flat ones stay in a plane."""
+    loops = fan(unit, "travel", False) if flat else tightest((fan(unit, "travel", True), fan(unit, "travel", False)))
     along, aside = [], []
     for k in (0, len(loops.bend) - 1):
         beat, offset = (
