@@ -12,7 +12,8 @@ import time
 
 import numpy as np
 
-from purcell_cli import Configuration, Mission, Waypoint, plan, plan_mission
+from purcell_cli import Configuration, Mission, Waypoint, plan_mission
+from purcell_cli.solution import planned
 
 SIDE_L = 10.0
 """Side of the cube that positions are in [L]."""
@@ -43,9 +44,9 @@ def separate_rad(mission: Mission, kept: bool) -> float:
     here, spent, level = mission.start, 0.0, Configuration()
     for waypoint in mission.via:
         there = waypoint.filled(here if kept else level)
-        spent += plan(here, there).joint_travel_rad
+        spent += planned(here, there).joint_travel_rad
         here = there
-    return spent + plan(here, mission.goal).joint_travel_rad
+    return spent + planned(here, mission.goal).joint_travel_rad
 
 
 def main() -> None:

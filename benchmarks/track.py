@@ -2,7 +2,8 @@
 
     python -m benchmarks.track --random 10 --learn --seconds 280
 
-All stored scenarios of the paper's swimmer, then random queries under 30 L; of each a line, and the medians at the end.
+All stored scenarios of the paper's swimmer, then random queries under 30 L, limbs bent by no more than gaits bend them;
+of each a line, and the medians at the end.
 """
 
 from __future__ import annotations
@@ -24,8 +25,17 @@ from purcell_cli.feedback.measured import Measuring
 from purcell_cli.feedback.track import track
 from purcell_cli.files.builtin import find_scenario
 from purcell_cli.geometry import se3
+from purcell_cli.solution import plan
 
 SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"
+
+
+def moderate_shape(rng: np.random.Generator, swimmer: Swimmer) -> np.ndarray:
+    """Return limb orientations, uniform among those bent by no more than gaits bend them. Shape (2, 3, 3)."""
+    while True:
+        limbs = shape(rng, swimmer)
+        if np.min(limbs[:, 0, 0]) > math.cos(swimmer.max_bend_rad):
+            return limbs
 
 
 def queries(count: int) -> Iterator[tuple[str, Configuration, Configuration]]:
@@ -38,7 +48,7 @@ def queries(count: int) -> Iterator[tuple[str, Configuration, Configuration]]:
         rng = np.random.default_rng([2, seed])
         away = rng.normal(size=3)
         place = away / np.linalg.norm(away) * 0.05 * 600.0 ** rng.random() * Swimmer().length_m
-        first, last = (shape(rng, Swimmer()) for _ in range(2))
+        first, last = (moderate_shape(rng, Swimmer()) for _ in range(2))
         end = se3.pose(random_rotations(rng, 1)[0], place)
         yield f"random {seed}", Configuration(np.eye(4), first), Configuration(end, last)
 
@@ -48,6 +58,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--random", type=int, default=0, help="random queries besides the stored scenarios")
     parser.add_argument("--learn", action="store_true", help="fit links' drag between parts")
+    parser.add_argument(
+        "--knowing", action="store_true", help="travel of plans in the swimmer's own model, and no loop"
+    )
     parser.add_argument("--noise", default="", help="of measurements, as of `purcell track`")
     parser.add_argument("--seconds", type=float, default=math.inf, help="begin no query later than this")
     asked = parser.parse_args()
@@ -58,6 +71,11 @@ def main() -> None:
         if time.monotonic() - begun > asked.seconds:
             break
         model = Swimmer()
+        if asked.knowing:
+            knowing, plain = (plan(start, goal, swimmer=body).joint_travel_rad for body in (truth, model))
+            rows.append((True, 0, knowing / plain))
+            print(f"{name}: travel {knowing / plain:.2f}", flush=True)
+            continue
         learning = {"fitted": Learning(model, measuring)} if asked.learn else {}
         try:
             found = track(start, goal, truth, model=model, measuring=measuring, **learning)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -22,15 +22,13 @@ from purcell_cli.motion.plan import Plan, Structure
 from purcell_cli.planner.missions.curve_legs import CurveLegs
 from purcell_cli.planner.missions.leg_price import LegPrice
 from purcell_cli.planner.missions.limbs_in_place import in_place, limbs_turned
+from purcell_cli.planner.missions.mission_legs import MissionLegs, Stop
 from purcell_cli.planner.missions.one_motion import one_motion
 from purcell_cli.planner.missions.waypoint_order import best_order, leg_prices
 from purcell_cli.planner.missions.waypoint_poses import Touring
 from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.solution import Solution, carried_out, plan, planned
 from purcell_cli.wording import counted
-
-LegPlanner = Callable[[Configuration, Configuration], Solution]
-"""Plans one leg, from a configuration to another."""
 
 
 def plan_mission(
@@ -55,13 +53,8 @@ def plan_mission(
         GaitError: No stored gait for a motion that is needed.
     """
     body = swimmer or Swimmer()
-    told = [progress]
-
-    def leg(start: Configuration, goal: Configuration) -> Solution:
-        return plan(start, goal, swimmer=body, options=options, gaits=gaits, progress=told[0])
-
     if mission.plain:
-        return leg(mission.start, mission.goal)
+        return plan(mission.start, mission.goal, swimmer=body, options=options, gaits=gaits, progress=progress)
     if mission.follow is not None:
         return followed(mission, mission.follow, body, options, gaits, progress)
     refuse_waypoints(mission, body, options)
@@ -69,25 +62,30 @@ def plan_mission(
         bead_table(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
     touring = Touring(body, LegPrice(body))
     order = passing_order(mission, touring)
-    legs: list[Solution] = []
-    here = mission.start
-    for k, there in enumerate([*configurations(mission, order, touring), mission.goal]):
-        told[0] = _part(progress, k, len(order) + 1)
-        found = None
-        if there is None:
-            one = mission.via[order[k]]
-            found = turned_in_place(body, here, one, options)
-            there = one.filled(here)
-        legs.append(found or leg(here, there))
-        here = legs[-1].end
-    return carried_out(joined(mission, order, legs), options)
+    chosen = configurations(mission, order, touring)
+    planned_legs = [0]
+
+    def leg(start: Configuration, goal: Configuration, bent: float) -> Plan:
+        planned_legs[0] += 1
+        part = _part(progress, min(planned_legs[0] - 1, len(order)), len(order) + 1)
+        careful = dataclasses.replace(body, max_bend_rad=bent * body.max_bend_rad)
+        return planned(start, goal, swimmer=careful, options=options, gaits=gaits, progress=part)
+
+    def in_place(here: Configuration, waypoint: Waypoint) -> Plan | None:
+        return turned_in_place(body, here, waypoint, options)
+
+    stops = [Stop(mission.via[k], one) for k, one in zip(order, chosen, strict=True)]
+    legs = MissionLegs(body, touring.price, Limits.of(options), leg, in_place).between(
+        mission.start, stops, mission.goal
+    )
+    return carried_out(joined(body, mission, order, legs), options)
 
 
-def turned_in_place(swimmer: Swimmer, here: Configuration, waypoint: Waypoint, options: PlanOptions) -> Solution | None:
+def turned_in_place(swimmer: Swimmer, here: Configuration, waypoint: Waypoint, options: PlanOptions) -> Plan | None:
     """Return limbs turned to a waypoint that names them alone, if that keeps the limits."""
     blocks = limbs_turned(swimmer, here.shape, waypoint)
-    alone = carried_out(Plan(swimmer, here, here, blocks), options)
-    return alone if alone.limits.kept else None
+    alone = Plan(swimmer, here, waypoint.filled(here), blocks)
+    return alone if carried_out(alone, options).limits.kept else None
 
 
 def followed(
@@ -167,20 +165,21 @@ def configurations(mission: Mission, order: Sequence[int], touring: Touring) -> 
     ]
 
 
-def joined(mission: Mission, order: Sequence[int], legs: Sequence[Solution]) -> Plan:
+def joined(swimmer: Swimmer, mission: Mission, order: Sequence[int], legs: Sequence[Plan]) -> Plan:
     """Return the legs of a mission as one plan."""
     blocks: list[Block] = []
     passages = []
     for k, leg in enumerate(legs):
-        blocks += leg.plan.blocks
+        blocks += leg.blocks
         if k < len(order):
             passages.append(Passage(mission.via[order[k]], order[k], len(blocks)))
     words = f"{counted(len(legs), 'leg')}: " + "; ".join(
-        leg.plan.structures[0].words if leg.plan.structures else "nothing to do" for leg in legs
+        leg.structures[0].words if leg.structures else "strokes go on" if leg.blocks else "nothing to do"
+        for leg in legs
     )
-    last = legs[-1].plan
+    last = legs[-1]
     return Plan(
-        last.swimmer,
+        swimmer,
         mission.start,
         mission.goal,
         tuple(blocks),

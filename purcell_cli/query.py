@@ -5,7 +5,7 @@ from __future__ import annotations
 from purcell_cli.errors import ParameterError
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.joint_motion import refuse_displacement
-from purcell_cli.mechanics.joints import named
+from purcell_cli.mechanics.joints import AT_ONCE, named
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.mechanics.wall import refuse_wall
 from purcell_cli.motion.coordinates import refuse_large
@@ -53,8 +53,8 @@ def _refuse_joints(swimmer: Swimmer, start: Configuration, goal: Configuration, 
             "swimmer: a universal joint, whose loops close, beside a limb that is fixed, is wanted by the planner as "
             f"it is, found {named(swimmer.joints)}"
         )
-    if options.controls == Controls.SIMULTANEOUS:
+    if options.controls == Controls.SIMULTANEOUS and {joint.kind for joint in swimmer.joints}.difference(AT_ONCE):
         raise ParameterError(
-            "controls: primitive, since only ball joints turn at once so far, is wanted, "
+            "controls: primitive, since only ball joints and hinges turn at once so far, is wanted, "
             f"found simultaneous with {named(swimmer.joints)}"
         )

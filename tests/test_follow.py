@@ -12,7 +12,8 @@ from helpers import assert_close, random_sequence, random_swimmer
 
 from purcell_cli import Configuration, Curve, Follow, Mission, PlanOptions, Swimmer, missions, plan_mission
 from purcell_cli.errors import ParameterError
-from purcell_cli.geometry.rotations import Array, about_axis
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array, about_axis, angle_between
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limb_circles import LimbCircles
@@ -20,7 +21,7 @@ from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import sample
-from purcell_cli.motion.workspace import middle_speed
+from purcell_cli.motion.workspace import middle_speed, turning_speed
 from purcell_cli.planner.missions.curve_legs import CurvePoses
 from purcell_cli.solution import Solution, carried_out
 
@@ -92,6 +93,40 @@ def test_the_largest_distance_is_found_between_rows_too(seed: int) -> None:
     assert off is not None
     assert sampled <= off.most_m
     assert_close(off.distance_m, sampled, 0.02 * sampled + 2e-4 * swimmer.length_m)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_the_largest_turn_from_a_curve_s_orientation_is_bounded(seed: int) -> None:
+    """Against very many samples, each beside the nearest of many places of the curve."""
+    rng = np.random.default_rng(seed)
+    swimmer = random_swimmer(rng)
+    blocks = (Block(2, "any", random_sequence(rng, 4)),)
+    turns = se3.rotation(0.3 * rng.normal(size=(4, 3)))
+    curve = Curve(swimmer.length_m * rng.normal(size=(4, 3)), turns)
+    off = check(swimmer, Configuration(), blocks, Limits(follow=Follow(curve, swimmer.length_m))).off_curve
+    rows = sample(swimmer, Configuration(), blocks, 0.01 / swimmer.joint_rate_rad_s).pose
+    share = np.linspace(0.0, 1.0, 400, endpoint=False)[:, None]
+    steps = range(3)
+    places = np.concatenate([curve.point_m[k] + share * (curve.point_m[k + 1] - curve.point_m[k]) for k in steps])
+    between = [se3.log(se3.pose(turns[k].T @ turns[k + 1], np.zeros(3)))[3:] for k in steps]
+    there = np.concatenate([turns[k] @ se3.rotation(share * between[k]) for k in steps])
+    nearest = np.argmin(np.linalg.norm(rows[:, None, :3, 3] - places, axis=2), axis=1)
+    sampled = float(np.max(angle_between(there[nearest], rows[:, :3, :3])))
+    assert off is not None
+    assert off.turned_rad is not None
+    assert sampled - 0.01 <= off.turned_rad <= 1.05 * sampled + 0.05
+
+
+def test_the_base_never_turns_faster_than_its_bound() -> None:
+    rng = np.random.default_rng(6)
+    for _ in range(10):
+        swimmer = random_swimmer(rng)
+        blocks = (Block(2, "any", random_sequence(rng, 5)),)
+        pieces = Pieces.of(blocks[0].sequence)
+        most = float(np.max(turning_speed(swimmer, LimbCircles.of(pieces)))) * swimmer.joint_rate_rad_s
+        rows = sample(swimmer, Configuration(), blocks, 0.01 / swimmer.joint_rate_rad_s)
+        turned = angle_between(rows.pose[:-1, :3, :3], rows.pose[1:, :3, :3])
+        assert np.all(turned <= most * np.diff(rows.time_s) + 1e-7)
 
 
 def test_the_middle_is_never_faster_than_its_bound() -> None:

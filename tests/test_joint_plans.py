@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
-from helpers import mostly_slow
+from helpers import NIGHTLY, assert_close, mostly_slow
 from joint_queries import COMBINATIONS, Query, joint_faults, plane_fault, random_query
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joints import Joint, limb_at
+from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.options import Effort, PlanOptions
+from purcell_cli.motion.options import Controls, Effort, PlanOptions
 from purcell_cli.motion.verdict import Verdict
+from purcell_cli.planner.arcs.primitive_counts import LEAST_BEND_RAD
+from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting, hinge_rows
 from purcell_cli.solution import plan
 
 QUICK = PlanOptions(effort=Effort.QUICK)
@@ -32,6 +37,56 @@ def test_a_random_query_arrives_by_the_axes_and_within_the_ranges_of_its_joints(
     assert max(off.position_m / query.swimmer.length_m, off.base_rad, off.limb1_rad, off.limb2_rad) < 1e-9
     assert joint_faults(query, solution.trajectory) == []
     assert plane_fault(query, name, solution.trajectory) < 1e-12
+
+
+HINGED = [
+    pytest.param(name, marks=pytest.mark.slow if name == "yaw hinges" else NIGHTLY)
+    for name in COMBINATIONS
+    if "universal" not in name
+]
+
+
+@pytest.mark.parametrize("name", HINGED)
+def test_hinges_and_ball_joints_turn_at_once(name: str) -> None:
+    """In less time than one by one, as exactly, by the axes and within the ranges of the joints, and at their rates."""
+    query = random_query(name, 0, 5.0)
+    first, second = query.swimmer.joints
+    swimmer = dataclasses.replace(query.swimmer, joints=(first.at_rate(0.5), second))
+    query = dataclasses.replace(query, swimmer=swimmer)
+    asked = (PlanOptions(effort=Effort.QUICK, controls=controls) for controls in Controls)
+    plain, quick = (plan(query.start, query.goal, swimmer=swimmer, options=options) for options in asked)
+    assert (plain.verdict, quick.verdict) == (Verdict.REACHED, Verdict.REACHED)
+    assert quick.controls == Controls.SIMULTANEOUS
+    assert quick.duration_s < 0.995 * plain.duration_s
+    assert quick.certificate.deviation.within(1e-9 * swimmer.length_m, 1e-9)
+    rows = quick.trajectory
+    assert joint_faults(query, rows) == []
+    assert plane_fault(query, name, rows) < 1e-12
+    busy = np.max(np.abs(rows.rate_rad_s).reshape(-1, 2, 3), axis=(0, 2))
+    assert_close(busy, [0.5, swimmer.joint_rate_rad_s], 1e-9)
+
+
+def test_room_in_the_ranges_of_hinges_is_linear_in_the_turns() -> None:
+    """Only the range that is near is looked at: limb 2's pitch; its yaw (the foil) changes nothing."""
+    joints = (Joint("hinge", "yaw", psi_deg=(-25.0, 30.0)), Joint("hinge", "pitch", theta_deg=(-18.0, 18.0)))
+    swimmer, rng = Swimmer(joints=joints).scaled(), np.random.default_rng(2)
+    turn = np.zeros((3, 6))
+    turn[:, [2, 4]] = rng.uniform(-0.01, 0.01, (3, 2))
+
+    def room(turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        motion = MoveShooting(swimmer, [MoveSegment(2, "any", turn)], COLLINEAR, COLLINEAR, np.eye(4), SEARCHING)
+        return hinge_rows(motion, turn)
+
+    here, slope = room(turn)
+    change = np.zeros((3, 6))
+    change[:, [2, 4]] = rng.uniform(-1e-3, 1e-3, (3, 2))
+    assert len(here) == 6  # the range of limb 1 is farther off
+    assert_close(room(turn + change)[0] - here, slope @ change.ravel(), 1e-12)
+    other = turn.copy()
+    other[:, 5] = 0.1
+    assert_close(room(other)[0], here, 0.0)
+    theta = np.cumsum(turn[:, 4])
+    assert_close(here, np.concatenate([theta, -theta]) + math.radians(18.0), 2e-7)
 
 
 @pytest.mark.slow
@@ -67,3 +122,17 @@ def test_the_check_of_joints_finds_what_they_cannot_do() -> None:
     held = dataclasses.replace(query, swimmer=Swimmer(joints=(narrow, narrow)))
     assert any("leaves its range" in fault for fault in joint_faults(held, rows))
     assert np.all(np.isfinite(rows.time_s))
+
+
+@pytest.mark.parametrize("bend", [0.1, 0.4])
+def test_small_bends_for_which_no_chain_is_found_are_refused_with_the_key(
+    bend: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("purcell_cli.planner.joints.candidates.joint_candidates", lambda *_: [])
+    swimmer = Swimmer(max_bend_rad=bend, joints=COMBINATIONS["universal joint and yaw hinge"])
+    asked = Configuration(), Configuration.from_angles((0.05, 0.0, 0.0))
+    if bend > LEAST_BEND_RAD:
+        assert plan(*asked, swimmer=swimmer).verdict == "not reached"
+        return
+    with pytest.raises(ParameterError, match=r"^max_bend_rad: .*found none within 0\.1 rad .*from 0\.3 on"):
+        plan(*asked, swimmer=swimmer)

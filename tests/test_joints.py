@@ -255,7 +255,7 @@ def test_joints_that_cannot_move_the_base_are_refused_with_the_directions() -> N
             plan(Configuration(), goal, swimmer=Swimmer(joints=joints))
 
 
-def test_simultaneous_controls_are_refused_for_other_joints_than_ball_joints() -> None:
+def test_simultaneous_controls_are_refused_for_universal_joints() -> None:
     with pytest.raises(ParameterError, match=r"primitive.*is wanted, found simultaneous with a universal joint"):
         plan(
             Configuration(),

@@ -10,13 +10,24 @@ import numpy as np
 import pytest
 from helpers import Run, assert_close, runner
 
-from purcell_cli import Configuration, Swimmer
+from purcell_cli import Configuration, PlanOptions, Swimmer
+from purcell_cli.environment.scene import Scene
+from purcell_cli.environment.solids import HalfSpace, Sphere
 from purcell_cli.errors import ParameterError
+from purcell_cli.feedback.drag_factors import What, factors_of, with_factors
+from purcell_cli.feedback.drag_filter import DragFilter
 from purcell_cli.feedback.measured import EXACTLY, Measuring
 from purcell_cli.feedback.simulate import simulate
-from purcell_cli.feedback.track import Tracker, track
+from purcell_cli.feedback.track import track
+from purcell_cli.feedback.tracker import Tracker
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import matmul
+from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.mechanics.joints import Joint
+from purcell_cli.mechanics.lift import piece_displacements
+from purcell_cli.mechanics.pieces import Pieces
+from purcell_cli.motion.obstacle_distance import link_distances
 from purcell_cli.motion.trajectory import as_table
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.solution import plan
@@ -49,6 +60,26 @@ def test_it_arrives_where_one_plan_alone_misses(goal: Configuration) -> None:
         plain._last = None
         plans += 1
     assert len(found.parts) <= plans
+
+
+@pytest.mark.slow
+def test_every_replan_stays_clear_of_obstacles() -> None:
+    """A ball where a limb would swing, and a floor: the first plan misses, and all plans are clear of both."""
+    scene = Scene((Sphere((0.2, 0.14, 0.0), 0.03), HalfSpace((0, 0, -0.15), (0, 0, 1))))
+    goal = Configuration.from_angles((0.04, 0.0, 0.0), (10, 0, 0))
+    found = track(START, goal, TRUTH, options=PlanOptions(obstacles=scene, effort="quick", clearance_m=0.002))
+    assert found.arrived
+    assert found.replans >= 1
+    for part in found.parts:
+        rows = part.solution.trajectory
+        assert part.solution.limits.obstacle is not None
+        assert part.solution.limits.obstacle.distance_m >= 0.002
+        assert float(np.min(link_distances(TRUTH, scene, rows.pose, rows.shape[..., 0])[0])) >= 0.002 - 1e-9
+    really = found.trajectory
+    assert really is not None
+    assert float(np.min(link_distances(TRUTH, scene, really.pose, really.shape[..., 0])[0])) > 0.0
+    alone = track(START, goal, TRUTH, options=PlanOptions(effort="quick"), replans=0).parts[0].solution.trajectory
+    assert float(np.min(link_distances(TRUTH, scene, alone.pose, alone.shape[..., 0])[0])) < 0.002
 
 
 def test_a_model_that_is_the_truth_needs_no_second_plan() -> None:
@@ -118,7 +149,7 @@ def test_a_loop_that_measures_within_strokes_arrives() -> None:
         travel.append(rest.joint_travel_rad)
     assert tracker.arrived(here)
     assert 3 < len(travel) < 40
-    assert travel[1] < travel[0] - 0.3  # it goes on, and does not begin anew
+    assert travel[2] < travel[1] - 0.3  # it goes on, and does not begin anew; the first part told how far it is
 
 
 def test_a_better_model_with_other_joints_is_refused() -> None:
@@ -172,3 +203,35 @@ def test_bad_input_is_refused(
 def test_a_noise_that_is_none_is_refused() -> None:
     with pytest.raises(ParameterError, match="position_l of at least 0"):
         Measuring(position_l=-1.0)
+
+
+def test_the_filter_finds_the_drag_that_moved_the_swimmer() -> None:
+    """From one short motion, measured on its way; the guess, and a filter told of another motion, predict worse."""
+    factors = factors_of(What.KINDS)
+    logs = np.array([0.05, -0.1, 0.1, 0.4, 0.3, 0.5, 0.2])
+    truth, guess = with_factors(Swimmer(), factors, logs.tolist()), Swimmer()
+    rng = np.random.default_rng(5)
+
+    def motion() -> Pieces:
+        rates = np.eye(6)[rng.integers(6, size=24)] * rng.choice([-1.0, 1.0], size=(24, 1))
+        shapes = shapes_along(np.array([np.eye(3)] * 2), None, 0.4 * rates)
+        return Pieces(shapes[:-1], rates, np.full(24, 0.4))
+
+    def made(swimmer: Swimmer, pieces: Pieces) -> np.ndarray:
+        moves = piece_displacements(swimmer, pieces)
+        moves[:, :3, 3] /= swimmer.length_m
+        return np.asarray(matmul(moves[::2], moves[1::2]))
+
+    def off(swimmer: Swimmer, pieces: Pieces) -> float:
+        gap = se3.log(matmul(se3.inverse(made(swimmer, pieces)), made(truth, pieces)))
+        return float(np.max(np.abs(gap)))
+
+    seen, other = motion(), motion()
+    rows = np.arange(0, 25, 2)
+    found = DragFilter.of(guess).after(seen, rows, made(truth, seen), np.zeros(6))
+    wrong = DragFilter.of(guess).after(seen, rows, made(truth, motion()), np.zeros(6))
+    assert off(found.swimmer, other) < 0.1 * off(guess, other)
+    assert off(wrong.swimmer, other) > 0.5 * off(guess, other)
+    assert np.max(np.diagonal(found.covariance)) < np.max(np.diagonal(DragFilter.of(guess).covariance))
+    noisy = DragFilter.of(guess).after(seen, rows, made(truth, seen), np.ones(6))
+    assert np.max(np.abs(noisy.logs)) < 0.2 * np.max(np.abs(found.logs))

@@ -18,10 +18,11 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-from benchmarks.peers.contest import PLANNERS, outcome
+from benchmarks.peers.contest import PLANNERS
 from benchmarks.peers.judge import LOOSE
+from benchmarks.peers.processes import outcome
 from benchmarks.peers.queries import CLASSES, query
-from benchmarks.peers.tables import middle, table
+from benchmarks.peers.tables import middle, table, written
 from purcell_cli.verification.certificate import TOLERANCE_L
 
 PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "benchmarks.md"
@@ -40,13 +41,6 @@ def rows(results: list[dict[str, Any]]) -> list[list[str]]:
             travel = middle(near, "joint_travel_rad", ".1f")
             out.append([kind, name, f"{exact} of {len(mine)}", f"{len(near)} of {len(mine)}", *medians, travel])
     return out
-
-
-def written(page: str, mark: str, text: str) -> str:
-    """Return a page with what stands between the marks of a name replaced."""
-    first, last = f"<!-- {mark} -->\n", f"\n<!-- end of {mark} -->"
-    low, high = page.index(first) + len(first), page.index(last)
-    return page[:low] + text + page[high:]
 
 
 def main() -> None:

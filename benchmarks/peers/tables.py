@@ -20,3 +20,10 @@ def line(cells: list[str]) -> str:
 def table(head: list[str], body: list[list[str]]) -> str:
     """Return a table."""
     return "\n".join(line(row) for row in [head, ["---"] * len(head), *body])
+
+
+def written(page: str, mark: str, text: str) -> str:
+    """Return a page with what stands between the marks of a name replaced."""
+    first, last = f"<!-- {mark} -->\n", f"\n<!-- end of {mark} -->"
+    low, high = page.index(first) + len(first), page.index(last)
+    return page[:low] + text + page[high:]

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.peers import sampling, shooting
-from benchmarks.peers.contest import Planner, outcome
 from benchmarks.peers.judge import LOOSE, Answer, error
+from benchmarks.peers.processes import Planner, outcome
 from benchmarks.peers.queries import query
 from benchmarks.peers.tables import line, middle, table
 

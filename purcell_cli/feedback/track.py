@@ -1,8 +1,8 @@
-"""The loop: plan on a model, swim on the truth, measure, plan again from there.
+"""The loop: plan on a model, swim a part on the truth, measure, plan again from there.
 
-What the swimmer really makes of a displacement that is asked of the model is learned on the way, as a linear map of
-body twists (Broyden's update): the next plan asks for what is expected to make the displacement that is still missing.
-So the miss falls faster than by the model's own error. Joints do as they are told; only the base's pose is corrected.
+The first part is short: it is swum for what it tells of the swimmer, whose drag the tracker learns (`tracker`). Its end
+is one of a control's. Later plans are swum whole, since a plan that is broken off late costs as much to mend as a short
+one does. On the way the swimmer is measured where controls change.
 """
 
 from __future__ import annotations
@@ -18,179 +18,38 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.measured import EXACTLY, Measuring
 from purcell_cli.feedback.replan import done_by, way_of
 from purcell_cli.feedback.simulate import refuse_other_joints, simulate
-from purcell_cli.geometry import se3
-from purcell_cli.geometry.linear_systems import solve
-from purcell_cli.geometry.reproducible import inner, matmul, normal_numbers
-from purcell_cli.geometry.rotations import Array
+from purcell_cli.feedback.tracker import TOLERANCE_L, TOLERANCE_RAD, Tracker
+from purcell_cli.geometry.reproducible import normal_numbers
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.blocks import block_displacements, starting_shapes
-from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.options import PlanOptions
-from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, as_table
-from purcell_cli.motion.verdict import Verdict
-from purcell_cli.planner.rest import blocks_after, rest
-from purcell_cli.planner.way import Way
-from purcell_cli.solution import Solution, carried_out, plan
+from purcell_cli.solution import Solution
 
-TOLERANCE_L = 1e-3
-"""Position tolerance of an arrival, in units of L."""
-TOLERANCE_RAD = float(np.radians(0.1))
-"""Angle tolerance of an arrival [rad]."""
 REPLANS = 10
 """How often it is planned again, at most."""
-_LEARNED_FROM = 3.0
-"""Displacements of more than so many tolerances say how the swimmer moves; smaller ones are mostly noise."""
-_LEAST_GAIN, _MOST_GAIN = 0.4, 2.5
-"""Where what was learned would shorten or lengthen a displacement by more, the model's word is taken."""
-
-
-_LAG_RAD = 0.1
-"""The rest of a plan that was swum in part begins at most so much joint travel before what was swum [rad]."""
-
-
-class Tracker:
-    """Plans the rest of a way from measured configurations, and learns from what the last plan made.
-
-    It keeps the ways of its plans, so that an update changes their remaining strokes instead of planning anew.
-
-    Args:
-        goal: The goal.
-        model: The swimmer that is planned for.
-        options: What is asked of plans.
-        tolerance_l: Position tolerance, in units of L.
-        tolerance_rad: Angle tolerance [rad].
-    """
-
-    def __init__(
-        self,
-        goal: Configuration,
-        model: Swimmer,
-        options: PlanOptions = PlanOptions(),
-        tolerance_l: float = TOLERANCE_L,
-        tolerance_rad: float = TOLERANCE_RAD,
-    ) -> None:
-        self.goal, self.model, self.options = goal, model, options
-        self.tolerance_l, self.tolerance_rad = tolerance_l, tolerance_rad
-        self._map: Array = np.eye(6)
-        self._begun = goal
-        self._last: Solution | None = None
-        self._ways: list[Way] = []
-
-    def off(self, measured: Configuration) -> Deviation:
-        """Return how far a configuration is from the goal."""
-        return Deviation.between(measured, self.goal)
-
-    def arrived(self, measured: Configuration) -> bool:
-        """Return whether a configuration is at the goal, within the tolerances."""
-        return self.off(measured).within(self.tolerance_l * self.model.length_m, self.tolerance_rad)
-
-    def update(self, measured: Configuration, swum_s: float = math.inf) -> Solution:
-        """Return a plan of the rest of the way from where the swimmer was measured to be.
-
-        Args:
-            measured: Where it is.
-            swum_s: How long of the last plan was swum; all of it where nothing is said [s].
-
-        Raises:
-            ParameterError: See `solution.plan`.
-        """
-        self._learn(measured, swum_s)
-        aim = self._aim(measured)
-        found = self._rest(measured, aim, swum_s)
-        if found is None:
-            found = plan(measured, aim, swimmer=self.model, options=self.options)
-            self._ways = []
-        way = way_of(found.plan)
-        self._ways = [*self._ways[:1], *([] if way is None else [way])]
-        self._last, self._begun = found, measured
-        return found
-
-    def _rest(self, measured: Configuration, aim: Configuration, swum_s: float) -> Solution | None:
-        """Return the rest of one of the plans so far; None without one.
-
-        Of a plan that was swum in part that is what is left of it: brought to the goal, or else as it is, since to go
-        back where one came from at every measurement leads nowhere. Else that of the plan whose way is nearest.
-        """
-        last, limits = self._last, Limits.of(self.options)
-        if last is not None and self._ways and swum_s < last.duration_s:
-            done_rad, way = done_by(last.plan, swum_s), self._ways[-1]
-            place, _ = way.nearest(measured, aim, max(done_rad - _LAG_RAD, 0.0))
-            left = rest(way, place, measured, aim, limits, (0.0,)) or self._going_on(last.plan, measured, done_rad)
-            return carried_out(left, self.options)
-        near = sorted(((*way.nearest(measured, aim), way) for way in self._ways), key=lambda one: one[1])
-        for place, _, way in near:
-            found = rest(way, place, measured, aim, limits)
-            solution = None if found is None else carried_out(found, self.options)
-            if solution is not None and solution.verdict == Verdict.REACHED:
-                return solution
-        return None
-
-    def _going_on(self, last: Plan, measured: Configuration, done_rad: float) -> Plan:
-        """Return what is left of a plan as it is; its goal is where the model then ends."""
-        blocks = blocks_after(last, done_rad)
-        pose = matmul(measured.pose, se3.prefix_products(block_displacements(self.model, blocks, measured.shape))[-1])
-        end = Configuration(se3.normalised(pose), starting_shapes(blocks, measured.shape)[-1])
-        return Plan(self.model, measured, end, blocks)
-
-    def _aim(self, measured: Configuration) -> Configuration:
-        """Return the goal of a plan that is expected to make what is missing."""
-        missing = self._twist(measured, self.goal)
-        asked = solve(self._map, missing)
-        sizes = (float(np.sqrt(inner(t, t))) for t in (asked, missing))
-        gain = next(sizes) / max(next(sizes), 1e-300)
-        if not _LEAST_GAIN < gain < _MOST_GAIN:
-            asked = missing
-        return Configuration(se3.normalised(matmul(measured.pose, self._pose(asked))), self.goal.shape)
-
-    def use(self, model: Swimmer) -> None:
-        """Plan for another model from now on; what was learned of the last one's error is forgotten.
-
-        Args:
-            model: A swimmer with the same joints.
-
-        Raises:
-            ParameterError: Its joints are others.
-        """
-        refuse_other_joints(self.model, model)
-        self.model, self._map, self._last, self._ways = model, np.eye(6), None, []
-
-    def _learn(self, measured: Configuration, swum_s: float) -> None:
-        """Take what the last plan made into the map; a part of it, within a stroke, says little of whole ones."""
-        if self._last is None or swum_s < self._last.duration_s:
-            return
-        asked, made = self._twist(self._begun, self._last.plan.goal), self._twist(self._begun, measured)
-        size = float(inner(asked, asked))
-        if np.sqrt(size) < _LEARNED_FROM * max(self.tolerance_l, self.tolerance_rad):
-            return
-        surprise = made - matmul(self._map, asked)
-        self._map = self._map + surprise[:, None] * asked / size
-
-    def _twist(self, first: Configuration, second: Configuration) -> Array:
-        """Return the body twist from one pose to another [L, rad]. Shape (6,)."""
-        g = se3.normalised(matmul(se3.inverse(first.pose), second.pose))
-        g[:3, 3] /= self.model.length_m
-        return np.asarray(se3.log(g))
-
-    def _pose(self, twist: Array) -> Array:
-        g = se3.exp(twist)
-        g[:3, 3] *= self.model.length_m
-        return np.asarray(g)
+_FIRST_RAD, _FIRST_SHARE = 12.0, 0.5
+"""The first part is about so long [rad], and so large a share of its plan at most: of 6 to 16 rad the best."""
+_WHOLE_RAD = 3.0
+"""A first plan of less joint travel is swum whole [rad]."""
+_APART_RAD, _MOST_SEEN = 0.5, 200
+"""A swimmer is measured on its way so far apart at least [rad], and so often a part at most."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """A plan that was swum.
+    """A plan that was swum, or its beginning.
 
     Attributes:
-        solution: The plan, on the model.
+        solution: The plan, on the swimmer that was believed in.
+        joint_travel_rad: The joint travel of what was swum of it [rad].
         measured: Where the swimmer was measured to be after it.
         end: Where it really was.
         trajectory: What really happened.
     """
 
     solution: Solution
+    joint_travel_rad: float
     measured: Configuration
     end: Configuration
     trajectory: Trajectory
@@ -227,7 +86,7 @@ class Tracking:
     @property
     def joint_travel_rad(self) -> float:
         """The joint travel of all parts [rad]."""
-        return sum(part.solution.joint_travel_rad for part in self.parts)
+        return sum(part.joint_travel_rad for part in self.parts)
 
     @property
     def trajectory(self) -> Trajectory | None:
@@ -271,23 +130,64 @@ def track(
         raise ParameterError(f"replans: a number at least 0 is wanted, found {replans}")
     body = model or Swimmer()
     refuse_other_joints(body, truth)
-    tracker = Tracker(goal, body, options, *measuring.hidden(tolerance_l, tolerance_rad))
+    tracker = Tracker(goal, body, options, *measuring.hidden(tolerance_l, tolerance_rad), measuring)
     noise = np.random.default_rng(measuring.seed)
     parts: list[Part] = []
-    here = start
+
+    def measuring_at(swum: Trajectory, row: int) -> Configuration:
+        at = Configuration(swum.pose[row], swum.shape[row])
+        return measuring.of(at, body.length_m, normal_numbers(noise, (2, 3)))
+
+    here, swum_s = start, math.inf
     measured = measuring.of(here, body.length_m, normal_numbers(noise, (2, 3)))
     while not tracker.arrived(measured) and len(parts) <= replans:
-        solution = tracker.update(measured)
-        swum = simulate(as_table(solution.trajectory), truth, begun=here.pose).trajectory
+        solution = tracker.update(measured, swum_s, anew=True)
+        swum_s = _until(solution, first=not parts) if len(parts) < replans else math.inf
+        while True:
+            swum = simulate(as_table(solution.trajectory.until(swum_s)), truth, begun=here.pose).trajectory
+            seen = [(float(swum.time_s[row]), measuring_at(swum, row)) for row in _seen_on_the_way(swum)]
+            measured = measuring_at(swum, -1)
+            if swum_s == math.inf or not tracker.on_its_way(measured, swum_s):
+                break
+            swum_s = math.inf
+        for time_s, at in seen:
+            tracker.saw(at, time_s)
         here = swum.end
-        measured = measuring.of(here, body.length_m, normal_numbers(noise, (2, 3)))
-        parts.append(Part(solution, measured, here, swum))
+        travel = done_by(solution.plan, min(swum_s, solution.duration_s))
+        parts.append(Part(solution, travel, measured, here, swum))
         so_far = Tracking(start, goal, truth, tuple(parts), tracker.arrived(measured))
         told(so_far)
         better = None if so_far.arrived else fitted(so_far)
         if better is not None:
             tracker.use(better)
     return Tracking(start, goal, truth, tuple(parts), tracker.arrived(measured))
+
+
+def _seen_on_the_way(swum: Trajectory) -> list[int]:
+    """Return the rows in which a swimmer is measured on its way: where controls change, not too near each other."""
+    rate = swum.rate_rad_s
+    switches = 1 + np.flatnonzero(np.any(rate[1:-1] != rate[:-2], axis=1))
+    travel = np.concatenate([[0.0], np.cumsum(np.sum(np.abs(rate[:-1]), axis=1) * np.diff(swum.time_s))])
+    apart, last, out = max(_APART_RAD, float(travel[-1]) / _MOST_SEEN), 0.0, []
+    for row in switches.tolist():
+        if apart <= travel[row] - last and apart <= travel[-1] - travel[row]:
+            out.append(row)
+            last = travel[row]
+    return out
+
+
+def _until(solution: Solution, first: bool) -> float:
+    """Return how long of a plan is swum before the swimmer is measured again [s]; infinity for all of it."""
+    travel = solution.joint_travel_rad
+    if not first or travel < _WHOLE_RAD or way_of(solution.plan) is None:
+        return math.inf
+    wanted = min(_FIRST_RAD, _FIRST_SHARE * travel)
+    rows = solution.trajectory
+    switches = rows.time_s[1:-1][np.any(rows.rate_rad_s[1:-1] != rows.rate_rad_s[:-2], axis=1)]
+    if not len(switches):
+        return math.inf
+    done = np.array([done_by(solution.plan, t) for t in switches.tolist()])
+    return float(switches[int(np.argmin(np.abs(done - wanted)))])
 
 
 def joined(parts: Sequence[Trajectory]) -> Trajectory:

@@ -17,10 +17,21 @@ struct block {
     const double *cost, *curve, *entry; /* (size,), (size, size) or null, and what the walls are, where not zero */
     const int64_t *start, *column;      /* where each wall's entries begin, (walls + 1,), and their variables */
     const double *across;              /* (linked, rows) */
+    SIZE part[2][2];                   /* from which row to which, in two parts: it is in no others */
     double *y, *step, *force;          /* (size,) */
     double *factor, *carried;          /* (size, size), (linked, rows) */
     double *slack, *press, *dslack, *dpress, *target; /* (walls,) */
 };
+
+/* All rows that a block is in: moves are in no bends before them. */
+#define ROWS_OF(b, r) \
+    for (int part_ = 0; part_ < 2; part_++) \
+        for (SIZE r = (b)->part[part_][0]; r < (b)->part[part_][1]; r++)
+
+/* Those of them up to one of them. */
+#define UNTIL(b, r, c) \
+    for (int low_ = 0; low_ <= part_; low_++) \
+        for (SIZE c = (b)->part[low_][0], end_ = low_ < part_ ? (b)->part[low_][1] : r + 1; c < end_; c++)
 
 /* The Cholesky factor of a matrix (n, n), in its lower triangle. */
 static void factorise(double *a, SIZE n) {
@@ -84,36 +95,36 @@ static void eliminate(struct block *b, double *schur, SIZE rows) {
     for (SIZE i = 0; i < b->linked; i++) {
         double *row = b->carried + i * rows;
         const double *lower = b->factor + (first + i) * n + first;
-        for (SIZE c = 0; c < rows; c++) row[c] = b->across[i * rows + c];
+        ROWS_OF(b, c) row[c] = b->across[i * rows + c];
         for (SIZE j = 0; j < i; j++) {
             const double *other = b->carried + j * rows, by = lower[j];
             if (by != 0.0)
-                for (SIZE c = 0; c < rows; c++) row[c] -= by * other[c];
+                ROWS_OF(b, c) row[c] -= by * other[c];
         }
         const double by = 1.0 / lower[i];
-        for (SIZE c = 0; c < rows; c++) row[c] *= by;
+        ROWS_OF(b, c) row[c] *= by;
     }
     SIZE i = 0;
     for (; i + 2 < b->linked; i += 3) { /* three at a time: `schur` is read and written less often */
         const double *u = b->carried + i * rows, *v = u + rows, *w = v + rows;
-        for (SIZE r = 0; r < rows; r++) {
+        ROWS_OF(b, r) {
             const double p = u[r], q = v[r], s = w[r];
             double *out = schur + r * rows;
             if (p != 0.0 || q != 0.0 || s != 0.0)
-                for (SIZE c = 0; c <= r; c++) out[c] += p * u[c] + q * v[c] + s * w[c];
+                UNTIL(b, r, c) out[c] += p * u[c] + q * v[c] + s * w[c];
         }
     }
     for (; i < b->linked; i++) {
         const double *u = b->carried + i * rows;
-        for (SIZE r = 0; r < rows; r++) {
+        ROWS_OF(b, r) {
             const double p = u[r];
             double *out = schur + r * rows;
-            for (SIZE c = 0; c <= r; c++) out[c] += p * u[c];
+            UNTIL(b, r, c) out[c] += p * u[c];
         }
     }
 }
 
-#define WORDS 20 /* doubles that a block's record may take */
+#define WORDS 24 /* doubles that a block's record may take */
 _Static_assert(sizeof(struct block) <= WORDS * sizeof(double), "a block's record has room");
 
 struct program {
@@ -139,7 +150,7 @@ static void direction(struct program *p) {
         forward(b->factor, n, 0, b->step);
         for (SIZE j = 0; j < b->linked; j++) {
             const double by = b->step[first + j], *row = b->carried + j * m;
-            for (SIZE r = 0; r < m; r++) p->change[r] += by * row[r];
+            ROWS_OF(b, r) p->change[r] += by * row[r];
         }
     }
     forward(p->schur, m, 0, p->change);
@@ -150,7 +161,7 @@ static void direction(struct program *p) {
         for (SIZE j = 0; j < b->linked; j++) {
             const double *row = b->carried + j * m;
             double sum = 0.0;
-            for (SIZE r = 0; r < m; r++) sum += row[r] * p->change[r];
+            ROWS_OF(b, r) sum += row[r] * p->change[r];
             b->step[first + j] -= sum;
         }
         backward(b->factor, n, b->step);
@@ -220,7 +231,7 @@ static double misses(struct program *p) {
         for (SIZE j = 0; j < b->linked; j++) {
             const double *row = b->across + j * m, y = b->y[first + j];
             double sum = 0.0;
-            for (SIZE r = 0; r < m; r++) {
+            ROWS_OF(b, r) {
                 sum += row[r] * p->multiplier[r];
                 p->missing[r] += y * row[r];
             }
@@ -271,6 +282,11 @@ API SIZE purcell_convex(SIZE blocks, SIZE rows, SIZE equal, double price, double
             way = b->slack[k] > way ? b->slack[k] : way;
         }
         p.walls += walls;
+        SIZE begin = equal, none = 1;
+        for (; begin < rows && none; begin += none)
+            for (SIZE j = 0; j < linked && none; j++) none = across[j * rows + begin] == 0.0;
+        const SIZE part[2][2] = {{0, equal}, {begin, rows}};
+        for (int k = 0; k < 4; k++) b->part[k / 2][k % 2] = part[k / 2][k % 2];
         cost += n, y += n, start += walls, bound += walls, across += linked * rows;
         if (curve) curve += n * n;
     }

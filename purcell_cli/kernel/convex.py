@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from purcell_cli.kernel.arrays import Array, Whole, address, doubles, wholes
 from purcell_cli.kernel.library import KERNEL
 
-_RECORD = 20
+_RECORD = 24
 """Doubles that the kernel keeps a block's record in."""
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from numbers import Real
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -32,6 +32,8 @@ from purcell_cli.mechanics.fluid import Fluid, refuse_unfit
 from purcell_cli.mechanics.joints import ACCELERATION_LIMITS, BALL, Joints
 from purcell_cli.mechanics.wall import Wall
 
+T = TypeVar("T")
+
 LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
     {
         "base_half_length_m": (1e-12, 1e6),
@@ -47,6 +49,11 @@ LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
 
 LARGEST_BODY_RADIUS_M = 1e6
 """The largest radius of a body [m], that of the longest base."""
+
+
+def _kept(method: Callable[[Swimmer], T]) -> Callable[[Swimmer], T]:
+    """Return a method without arguments whose values are kept for the last swimmers: a plan asks hundreds of times."""
+    return functools.wraps(method)(functools.lru_cache(maxsize=64)(method))
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -247,6 +254,7 @@ class Swimmer:
         numbers = None if isinstance(self.drag, str) else getattr(self.drag, LINKS[link])
         return rod if numbers is None else numbers.over(rod)
 
+    @_kept
     def weights(self) -> tuple[float, float]:
         """Return the least and the greatest lateral drag per length of links that turn or drift, in units of k.
 
@@ -258,6 +266,7 @@ class Swimmer:
             found += [rod.across / (2.0 * k * half), rod.turn / (2.0 / 3.0 * k * half * half * half)]
         return min(found), max(found)
 
+    @_kept
     def bend_spread(self) -> float:
         """Return the spread of the links about their best-fitting line, per squared bend of one limb [m^3].
 
@@ -277,6 +286,7 @@ class Swimmer:
             found.append(8.0 / 3.0 * l * l * l - shift * shift / total - tilt * tilt / line)
         return self.weights()[1] * max(found)
 
+    @_kept
     def roll_sharpness(self) -> float:
         """Return the bend of a limb at which lateral drag resists roll as much as spin drag does [rad].
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
-from purcell_cli.geometry.reproducible import inner, norm
+from purcell_cli.geometry import se3
+from purcell_cli.geometry.reproducible import inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, angle_between, from_matrix
 
 _JUMP = 20.0
@@ -113,13 +116,31 @@ class Curve:
         """
         out = np.empty(len(point_m))
         begin, edge = self._steps_once()
-        for low in range(0, len(point_m), _TOGETHER):
-            some = point_m[low : low + _TOGETHER]
-            middle = 0.5 * (some.min(axis=0) + some.max(axis=0))
-            radius = float(np.max(norm(some - middle)))
-            rough = _distances(middle[None], begin, edge)[0]
-            near = rough <= float(np.min(rough)) * _ROUNDED + 2.0 * _ROUNDED * radius
-            out[low : low + _TOGETHER] = np.min(_distances(some, begin[near], edge[near]), axis=1)
+        for some, near in _nearby(point_m, begin, edge):
+            out[some] = np.min(_distances(point_m[some], begin[near], edge[near])[0], axis=1)
+        return out
+
+    def turned_from(self, pose: Array) -> Array:
+        """Return how far poses are turned from the curve's orientation where it is nearest [rad]. (m, 4, 4) to (m,).
+
+        Where it is equally near at several places, as in laps, the least of these counts.
+
+        Raises:
+            ParameterError: The curve has no orientations.
+        """
+        if self.orientation is None:
+            raise ParameterError("a curve with orientations is wanted, found one without")
+        point_m, begin, edge = pose[:, :3, 3], self.point_m[:-1], np.diff(self.point_m, axis=0)
+        step = matmul(np.swapaxes(self.orientation[:-1], 1, 2), self.orientation[1:])
+        turn = se3.log(se3.pose(step, np.zeros((len(step), 3))))[:, 3:]
+        slack = _AS_NEAR * float(np.max(np.abs(self.point_m)))
+        out = np.full(len(pose), np.inf)
+        for some, near in _nearby(point_m, begin, edge):
+            off, share = _distances(point_m[some], begin[near], edge[near])
+            row, which = np.nonzero(off <= np.min(off, axis=1)[:, None] + slack)
+            place = np.flatnonzero(near)[which]
+            there = matmul(self.orientation[place], se3.rotation(share[row, which, None] * turn[place]))
+            np.minimum.at(out, some.start + row, angle_between(there, pose[some.start + row, :3, :3]))
         return out
 
     def _steps_once(self) -> tuple[Array, Array]:
@@ -138,11 +159,28 @@ _ROUNDED = 1.0 + 1e-9
 """Room for rounding in which steps may be nearest."""
 
 
-def _distances(point_m: Array, begin_m: Array, edge_m: Array) -> Array:
-    """Return how far points are from the steps of a curve [m]. Shapes (m, 3), (n, 3) and (n, 3) to (m, n)."""
+_AS_NEAR = 1e-9
+"""Places whose distances differ by less than this part of the largest coordinate are equally near."""
+
+
+def _nearby(point_m: Array, begin_m: Array, edge_m: Array) -> Iterator[tuple[slice, NDArray[np.bool_]]]:
+    """Return points, some at a time, and which steps may be nearest to one of them. Shapes (m, 3), (n, 3), (n, 3)."""
+    for low in range(0, len(point_m), _TOGETHER):
+        some = slice(low, min(low + _TOGETHER, len(point_m)))
+        middle = 0.5 * (point_m[some].min(axis=0) + point_m[some].max(axis=0))
+        radius = float(np.max(norm(point_m[some] - middle)))
+        rough = _distances(middle[None], begin_m, edge_m)[0][0]
+        yield some, rough <= float(np.min(rough)) * _ROUNDED + 2.0 * _ROUNDED * radius
+
+
+def _distances(point_m: Array, begin_m: Array, edge_m: Array) -> tuple[Array, Array]:
+    """Return how far points are from the steps of a curve [m], and at which share of these.
+
+    Shapes (m, 3), (n, 3) and (n, 3) to (m, n) each.
+    """
     away = point_m[:, None] - begin_m
     share = np.clip(inner(away, edge_m) / inner(edge_m, edge_m), 0.0, 1.0)
-    return norm(away - share[..., None] * edge_m)
+    return norm(away - share[..., None] * edge_m), share
 
 
 def _unchecked(points: Array) -> Curve:

@@ -139,6 +139,13 @@ def middle_speed(swimmer: Swimmer, circles: LimbCircles) -> Array:
     return np.asarray(np.sqrt(power * swimmer.lateral_drag() / min(base.along, base.across)))
 
 
+def turning_speed(swimmer: Swimmer, circles: LimbCircles) -> Array:
+    """Return what the speed of the base's orientation cannot exceed [rad/s]. Shape (n,)."""
+    power, _ = _power_and_drags(swimmer, circles)
+    base = swimmer.rod(0)
+    return np.asarray(np.sqrt(power * swimmer.lateral_drag() / min(base.turn, base.spin)))
+
+
 def _power_and_drags(swimmer: Swimmer, circles: LimbCircles) -> tuple[Array, list[float]]:
     """Return what power the motion cannot exceed, shape (n,), and each link's least drag, over the lateral drag."""
     halves, k = swimmer.halves_m, swimmer.lateral_drag()

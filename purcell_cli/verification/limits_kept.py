@@ -59,6 +59,7 @@ class LimitsKept:
         workspace_violation_m: How far a link leaves the workspace; None without one [m].
         obstacle_distance_m: The least distance of a link from an obstacle; None without one [m].
         off_curve_m: How far the base's middle is from its curve at most; None without one [m].
+        turned_rad: How far the base is turned from its curve's orientation at most; None where that is free [rad].
         faults: The limits that are broken, in words; at most one of each kind.
 
     Args:
@@ -75,6 +76,7 @@ class LimitsKept:
         self.workspace_violation_m = None if wanted.workspace is None else 0.0
         self.obstacle_distance_m = None if wanted.obstacles is None else np.inf
         self.off_curve_m = None if wanted.follow is None else 0.0
+        self.turned_rad: float | None = None
         self.faults: dict[str, str] = {}
         self._swimmer = swimmer
         named = [one.filled(start).shape for one in wanted.via]
@@ -151,6 +153,8 @@ class LimitsKept:
         index, most = np.arange(len(poses)), follow.tolerance_m
         found = farthest(self._swimmer, follow.curve, poses, index, pieces, _displacements, most)
         self.off_curve_m = max(self.off_curve_m or 0.0, found.most_m)
+        if found.turned_rad is not None:
+            self.turned_rad = max(self.turned_rad or 0.0, found.turned_rad)
         if found.most_m > most:
             when = f"{_line(row + found.place)} (t = {time_s[found.place] + found.time_s:.6g} s)"
             what = f"the base's middle is {1e3 * found.most_m:.4g} mm from its curve, more than {1e3 * most:.4g} mm"

@@ -174,6 +174,10 @@ class CurvePart(TypedDict):
     length_m: Annotated[float, "how long it is [m]"]
     tolerance_m: Annotated[float, "how far from it the base's middle may be [m]"]
     distance_m: Annotated[float, "what its distance from the curve does not exceed at any instant [m]"]
+    turned_rad: Annotated[
+        float | None,
+        "what the base's turn from the curve's orientation does not exceed at any instant [rad]; null where it is free",
+    ]
 
 
 class PlanDocument(TypedDict):

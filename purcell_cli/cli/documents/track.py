@@ -16,10 +16,10 @@ class MeasuringPart(TypedDict):
 
 
 class TrackPart(TypedDict):
-    """A plan that was swum."""
+    """A plan that was swum, or its beginning."""
 
-    joint_travel_rad: Annotated[float, "its joint travel [rad]"]
-    duration_s: Annotated[float, "how long it took [s]"]
+    joint_travel_rad: Annotated[float, "the joint travel that was swum [rad]"]
+    duration_s: Annotated[float, "how long that took [s]"]
     measured_off: Annotated[DeviationPart, "how far from the goal the swimmer was measured to be after it"]
     off: Annotated[DeviationPart, "how far from the goal it really was"]
 
@@ -37,5 +37,5 @@ class TrackDocument(TypedDict):
     replans: Annotated[int, "how often it was planned again"]
     joint_travel_rad: Annotated[float, "joint travel of all parts [rad]"]
     off: Annotated[DeviationPart, "how far from the goal the swimmer really ended"]
-    parts: Annotated[list[TrackPart], "the plans that were swum, in order"]
+    parts: Annotated[list[TrackPart], "the parts that were swum, in order, with a new plan after each but the last"]
     out: Annotated[str | None, "the file of what really happened"]

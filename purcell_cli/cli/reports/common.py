@@ -102,6 +102,11 @@ def angles_deg(roll: float, pitch: float, yaw: float) -> tuple[float, float, flo
     return math.degrees(yaw), math.degrees(pitch), math.degrees(roll)
 
 
+def turned_from_curve(turned_rad: float | None) -> str:
+    """Return how far the base is turned from a curve's orientation, in words; nothing where that is free."""
+    return "" if turned_rad is None else f", turned from its orientation by {math.degrees(turned_rad):.3g} deg at most"
+
+
 def plain_table(title: str) -> Table:
     """Return a table with a title, and lines under its headings alone."""
     from rich.box import SIMPLE_HEAD

@@ -40,6 +40,7 @@ from purcell_cli.cli.reports.common import (
     displacement_cells,
     displacement_document,
     swimmer_document,
+    turned_from_curve,
 )
 
 
@@ -154,7 +155,12 @@ def _curve(solution: Solution) -> CurvePart | None:
     follow, off = solution.plan.follow, solution.limits.off_curve
     if follow is None or off is None:
         return None
-    return {"length_m": follow.curve.length_m, "tolerance_m": follow.tolerance_m, "distance_m": off.most_m}
+    return {
+        "length_m": follow.curve.length_m,
+        "tolerance_m": follow.tolerance_m,
+        "distance_m": off.most_m,
+        "turned_rad": off.turned_rad,
+    }
 
 
 _ROOMY = 116
@@ -237,7 +243,8 @@ def _show_way(console: Console, document: PlanDocument) -> None:
     if (curve := document["follow"]) is not None:
         console.print(
             f"{1e3 * curve['distance_m']:.4g} mm from the curve of {curve['length_m']:.4g} m at most "
-            f"({1e3 * curve['tolerance_m']:.4g} mm allowed)"
+            f"({1e3 * curve['tolerance_m']:.4g} mm allowed){turned_from_curve(curve['turned_rad'])}",
+            soft_wrap=True,
         )
 
 

@@ -33,8 +33,8 @@ def track_document(
     size = model.length_m
     parts: list[TrackPart] = [
         {
-            "joint_travel_rad": part.solution.joint_travel_rad,
-            "duration_s": part.solution.duration_s,
+            "joint_travel_rad": part.joint_travel_rad,
+            "duration_s": float(part.trajectory.time_s[-1]),
             "measured_off": deviation_document(Deviation.between(part.measured, found.goal), size),
             "off": deviation_document(Deviation.between(part.end, found.goal), size),
         }
@@ -59,7 +59,7 @@ def track_document(
 def show_track(console: Console, document: TrackDocument) -> None:
     """Show a way that was swum in parts."""
     table = plain_table("Plan, swim, measure")
-    for heading in ("plan", "joint travel [rad]", "time [s]", "then off by [L]", "[deg]"):
+    for heading in ("part", "joint travel [rad]", "time [s]", "then off by [L]", "[deg]"):
         table.add_column(heading, justify="right")
     for k, part in enumerate(document["parts"], 1):
         off = part["measured_off"]

@@ -19,6 +19,7 @@ from purcell_cli.cli.reports.common import (
     certificate_document,
     deviation_document,
     swimmer_document,
+    turned_from_curve,
 )
 
 
@@ -52,6 +53,7 @@ def verify_document(found: Verification, swimmer: Swimmer) -> VerifyDocument:
             "length_m": follow.curve.length_m,
             "tolerance_m": follow.tolerance_m,
             "distance_m": limits.off_curve_m or 0.0,
+            "turned_rad": limits.turned_rad,
         },
         "judged": {
             "clearance_m": limits.wanted.clearance_m,
@@ -91,7 +93,8 @@ def show_verify(console: Console, document: VerifyDocument) -> None:
             console.print(f"waypoint via[{one['index']}] passed at {one['time_s']:.3f} s")
     if (curve := document["follow"]) is not None:
         told_mm = f"{1e3 * curve['distance_m']:.4g} mm from the curve at most"
-        console.print(f"{told_mm} ({1e3 * curve['tolerance_m']:.4g} mm allowed)")
+        allowed = f"({1e3 * curve['tolerance_m']:.4g} mm allowed)"
+        console.print(f"{told_mm} {allowed}{turned_from_curve(curve['turned_rad'])}", soft_wrap=True)
     for fault in document["faults"]:
         console.print(f"- {fault}", soft_wrap=True)
     _verdict(console, document["verdict"])

@@ -42,6 +42,8 @@ _MANY_L = 3.0
 """Short plans are tried up to this displacement, where there is no chain [L, rad]."""
 _PART_L, _MOST_PARTS = 1.0, 40
 """Where no chain makes a displacement, it is made in equal parts of at most this, and so many of them [L, rad]."""
+_MANY_CHAINS = 4
+"""So many chains of one pair of ways tell what the next pair's are like."""
 _LESS = 0.1
 """A chain's fraction of a cycle below this is made by the others."""
 
@@ -71,10 +73,12 @@ def joint_candidates(
     if every is not None and len(every.screws):
         few = every.some(best_loops(every.screws, rows, _LOOPS if axis is None else _LOOPS_PLANAR))
         counts = (6, 7, breadth.chains) if axis is None else (3, 4, breadth.chains)
+        like = None
         for first, last, missing in pairs:
             if len(found) >= _ENOUGH:
                 break
-            chains = chains_for(few.screws, missing, rows, counts, seed)
+            chains = chains_for(few.screws, missing, rows, counts, seed, like)
+            like = chains if like is None and len(chains.loops) >= _MANY_CHAINS else like
             parts = math.ceil(float(np.max(np.abs(se3.log(missing)))) / _PART_L)
             if not len(chains.loops) and 1 < parts <= _MOST_PARTS:
                 chains = chains_for(few.screws, se3.exp(se3.log(missing) / parts), rows, counts, seed).times(parts)

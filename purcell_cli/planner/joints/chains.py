@@ -24,6 +24,9 @@ _DIRECTIONS = 400
 _PARENTS, _CHILDREN, _GENERATIONS = 8, 16, 12
 """The best chains that others are made from, how many from each, and how often: they save a tenth of the joint travel
 of random queries by all combinations of joints, for less time than three times as many random chains take."""
+_FEWER = 5
+"""How often others are made from chains that are the best of a like displacement: they are as good as those from
+scratch."""
 _UNEVEN = 0.3
 """Standard deviation of the relative change of a parent's numbers of cycles."""
 _SOLVED = 1e-3
@@ -96,7 +99,12 @@ def solved_chains(loops: Screws, words: Rows, starts: Array, wanted: Array, rows
 
 
 def chains_for(
-    loops: Screws, wanted: Array, rows: tuple[int, ...], counts: tuple[int, int, int], seed: int = 0
+    loops: Screws,
+    wanted: Array,
+    rows: tuple[int, ...],
+    counts: tuple[int, int, int],
+    seed: int = 0,
+    like: Chains | None = None,
 ) -> Chains:
     """Return chains of loops that make a displacement, the least joint travel first.
 
@@ -106,22 +114,34 @@ def chains_for(
         rows: The components of twists that count.
         counts: How many loops a chain has at least and at most, and how many chains are tried.
         seed: Seed of the chains.
+        like: Chains that make another displacement, of as many loops: the first ones are like those.
     """
     least, most, tries = counts
     rng = np.random.default_rng(seed)
+    if like is not None:
+        parents = solved_chains(loops, like.loops[:_PARENTS], like.cycles[:_PARENTS], wanted, rows)
+        return _sorted(_bred(loops, wanted, rows, parents, _FEWER, rng))
     found: list[Chains] = []
     for length in range(least, most + 1):
         words = rng.integers(len(loops), size=(tries // (most + 1 - least), length))
         starts = normal_numbers(rng, words.shape) * _reach(loops, words, wanted)
-        found.append(solved_chains(loops, words, starts, wanted, rows))
-        for _ in range(_GENERATIONS):
-            parents = _sorted(_together(found[-1:], length))
-            if not len(parents.loops):
-                break
-            words, starts = _children(rng, loops, parents, wanted)
-            children = solved_chains(loops, words, starts, wanted, rows)
-            found[-1] = _together([parents, children], length)
+        tried = solved_chains(loops, words, starts, wanted, rows)
+        found.append(_bred(loops, wanted, rows, tried, _GENERATIONS, rng))
     return _sorted(_together(found, most))
+
+
+def _bred(
+    loops: Screws, wanted: Array, rows: tuple[int, ...], tried: Chains, generations: int, rng: np.random.Generator
+) -> Chains:
+    """Return chains, the last of those that others like the best ones were made of, again and again."""
+    length = tried.loops.shape[1]
+    for _ in range(generations):
+        parents = _sorted(tried)
+        if not len(parents.loops):
+            break
+        words, starts = _children(rng, loops, parents, wanted)
+        tried = _together([parents, solved_chains(loops, words, starts, wanted, rows)], length)
+    return tried
 
 
 def _reach(loops: Screws, words: Rows, wanted: Array) -> Array:

@@ -35,10 +35,17 @@ class Weights:
     Attributes:
         time: Cost of a second, at a joint rate of 1 rad/s.
         travel: Cost of a radian of joint travel.
+        rates: How fast limbs turn, in units of the joint rate; as fast as that where not given. Shape (6,).
     """
 
     time: float
     travel: float
+    rates: Array | None = None
+
+    def durations(self, turn: Array) -> Array:
+        """Return how long moves last at a joint rate of 1 rad/s. Shape (n, 6) to (n,)."""
+        size = np.abs(turn)
+        return np.asarray(np.max(size if self.rates is None else size / self.rates, axis=1))
 
     def cost(self, turn: Array, cycles: Array) -> float:
         """Return what moves cost.
@@ -48,7 +55,7 @@ class Weights:
             cycles: How often each is played. Shape (n,).
         """
         size = np.abs(turn)
-        each = self.time * np.max(size, axis=1) + self.travel * np.add.reduce(size, axis=1)
+        each = self.time * self.durations(turn) + self.travel * np.add.reduce(size, axis=1)
         return float(np.add.reduce(cycles * each))
 
 
@@ -103,7 +110,7 @@ class MoveProgram:
                 wall[low + row, n + row] = -1.0
                 wall[low : low + c, change] = sign * tie[felt]
             wall[2 * c + row, n + row] = 1.0
-            wall[2 * c + row, felt // 6] = -1.0
+            wall[2 * c + row, felt // 6] = -1.0 if weights.rates is None else -weights.rates[felt % 6]
             wall[3 * c : 3 * c + f, change] = np.eye(f)
             wall[3 * c + f :, change] = -np.eye(f)
             component = 6 * group.first + felt
@@ -137,8 +144,9 @@ class MoveProgram:
         turn = values.turn.ravel()
         bound = self._sign * turn[self._component] + self._reach * reach
         margin = 0.5 * reach
-        largest = np.max(np.abs(values.turn), axis=1)
-        begun = np.where(self._move >= 0, largest[self._move] + 2.0 * margin, 0.0)
+        slowest = 1.0 if self.weights.rates is None else float(np.min(self.weights.rates))
+        longest = self.weights.durations(values.turn)
+        begun = np.where(self._move >= 0, longest[self._move] + 2.0 * margin / slowest, 0.0)
         begun = np.where(self._size >= 0, np.abs(turn[self._size]) + margin, begun)
         enough = _ACCURATE * (1.0 + self.weights.cost(values.turn, self.motion.cycles))
         m, near = len(values.residual), values.room < _NEAR * reach * self._deepest

@@ -3,8 +3,8 @@
 A motion is a chain of segments. The rotation vectors of a segment's moves depend linearly on its own
 unknowns. On a segment that is played once every component of every rotation vector is an unknown; on a
 repeated loop the unknowns are the sides of half of it, so that it closes whatever they are. The limbs
-must be collinear at the end of phases 1 and 2, and at the end of the motion the limbs must have the
-goal's shape and the base the goal's pose.
+must be collinear at the end of phases 1 and 2, or as near to it as hinges' ranges allow, and at the end of the
+motion the limbs must have the goal's shape and the base the goal's pose.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from purcell_cli.geometry.linear_systems import least_squares
 from purcell_cli.geometry.reproducible import apply, cos, inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, as_vector
 from purcell_cli.mechanics.collocation import Accuracy
+from purcell_cli.mechanics.joint_motion import home_shape
+from purcell_cli.mechanics.joints import ANGLES
 from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian_of_moves
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -30,6 +32,10 @@ from purcell_cli.planner.refine.segments import phase_ends
 
 _ACTIVE = 0.5
 """Limbs within this of the bend limit on a move are constraints, as a part of it; both as 1 - cos of the bend."""
+_ACTIVE_RANGE_RAD = 0.35
+"""Hinges within this of an end of their range are constraints, the same as of primitives [rad]."""
+_RANGE_MARGIN_RAD = 1e-7
+"""Margin inside hinges' ranges: a hundred times what the last steps may change [rad]."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -105,7 +111,8 @@ class Values:
         turn: Turns of all moves, one cycle each [rad]. Shape (n, 6).
         residual: What is missing [L, rad]. Shape (m,).
         derivative: By every unknown. Shape (m, f).
-        room: Room left below the bend limit where it is small, in the cosine of the bend. Shape (k,).
+        room: Room left below the bend limit where it is small, in the cosine of the bend, and in the ranges of
+            hinges [rad]. Shape (k,).
         room_derivative: By every unknown. Shape (k, f).
     """
 
@@ -150,7 +157,8 @@ class MoveShooting:
         self.phase = np.repeat([segment.phase for segment in self.segments], counts)
         self.cycles = np.repeat([segment.cycles for segment in self.segments], counts)
         self.repeats = [Repeat(a, b, segment.cycles) for segment, a, b in self._places if segment.cycles > 1]
-        self._targets = phase_ends(self.phase, goal)
+        self.home = home_shape(swimmer, start)
+        self._targets = phase_ends(self.phase, goal, self.home)
 
     def of(self, segments: Sequence[MoveSegment], accuracy: Accuracy | None = None) -> MoveShooting:
         """Return the same equations for another motion, on the flow computed otherwise if an accuracy is given."""
@@ -216,6 +224,9 @@ class MoveShooting:
                 slope[i, :, :stop, i] = turning[:stop, i].transpose(1, 0, 2)
             derivative.append(slope.reshape(6, 6 * n))
         room, room_slope = self._room(shapes[:-1], turn, turning)
+        if not self.swimmer.ball_joints:
+            left, left_slope = hinge_rows(self, moves.turn)
+            room, room_slope = np.concatenate([room, left]), np.concatenate([room_slope, left_slope])
         return Values(
             moves.turn,
             np.concatenate(residual),
@@ -227,7 +238,7 @@ class MoveShooting:
     @functools.cached_property
     def _least_cosine(self) -> Array:
         """The least cosine of the bend of each limb on each move. Shape (n, 2)."""
-        return least_cosines(self.phase, self.start, self.goal, self.swimmer.max_bend_rad)
+        return least_cosines(self.phase, self.start, self.goal, self.swimmer.max_bend_rad, self.home)
 
     def _room(self, shapes: Array, turn: Array, turning: Array) -> tuple[Array, Array]:
         """Return the room below the bend limit where each limb is most bent on each move, and its derivative.
@@ -249,6 +260,38 @@ class MoveShooting:
         own = matmul(se3.left_jacobian(s[:, None] * turn[move, limb]), shapes[move, limb])
         slope[np.arange(k), move, limb] = s[:, None] * matmul(lever[:, None], own)[:, 0]
         return room[move, limb], slope.reshape(k, 6 * n)
+
+
+def hinge_rows(motion: MoveShooting, turn: Array) -> tuple[Array, Array]:
+    """Return the room left in the ranges of hinges where it is small, and its derivative by all turns.
+
+    A range is kept with a margin, but where the start, the goal or the shape between the phases is nearer its end.
+
+    Args:
+        motion: The motion; one cycle of a loop that repeats brings hinges back.
+        turn: Turns of its moves [rad]. Shape (n, 6).
+
+    Returns:
+        Angles left at the ends of moves [rad], shape (k,), and their derivative, shape (k, 6 n).
+    """
+    n = len(turn)
+    rooms, slopes = [np.empty(0)], [np.empty((0, 6 * n))]
+    for limb, joint in enumerate(motion.swimmer.joints):
+        for k, name in enumerate(ANGLES):
+            if joint.kind != "hinge" or joint.range_deg(name) is None:
+                continue
+            column = 3 * limb + 2 - k
+            known = [joint.read(shape[limb])[k] for shape in (motion.start, motion.goal, motion.home)]
+            angle = known[0] + np.cumsum(turn[:, column])
+            low, high = joint.range_rad(name)
+            low, high = min(low + _RANGE_MARGIN_RAD, *known), max(high - _RANGE_MARGIN_RAD, *known)
+            acts = np.zeros((n, n, 6))
+            acts[:, :, column] = np.arange(n)[None, :] <= np.arange(n)[:, None]
+            for room, slope in ((angle - low, acts), (high - angle, -acts)):
+                active = room < _ACTIVE_RANGE_RAD
+                rooms.append(room[active])
+                slopes.append(slope[active].reshape(-1, 6 * n))
+    return np.concatenate(rooms), np.concatenate(slopes)
 
 
 def most_bent(axes: Array, turn: Array) -> tuple[Array, Array]:

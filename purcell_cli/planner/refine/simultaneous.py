@@ -9,6 +9,9 @@
    strokes by yaws alone, or by pitches alone, stay so, since out of a plane the roll of the base
    changes too fast with the rotations; then all moves that are played once are free.
 
+Hinges turn about one axis, a ball joint beside them about all three; there limbs are not rolled first. On a universal
+joint psi and theta do not turn at once at constant rates in the limb's frame, so it has no moves.
+
 A result that is no quicker, not exact, or beyond a limit is rejected. Conventions: `rotations`.
 """
 
@@ -17,13 +20,15 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 
 from purcell_cli.geometry.reproducible import matmul, norm
 from purcell_cli.geometry.rotations import Array, about_axis, as_vector
 from purcell_cli.mechanics.configuration import displacement_between
+from purcell_cli.mechanics.joint_motion import flattened
+from purcell_cli.mechanics.joints import AT_ONCE
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.moves import MoveSequence, joined
 from purcell_cli.mechanics.primitives import PrimitiveSequence
@@ -32,11 +37,12 @@ from purcell_cli.motion.blocks import Block, starting_shapes
 from purcell_cli.motion.clock import clock_step
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.limits_check import check
+from purcell_cli.motion.pace import paced as played_at_pace
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.refine.minimum_energy import EnergyProgram, paced
 from purcell_cli.planner.refine.minimum_time import QUICKEST, SHORTEST, Program, minimised, settled
-from purcell_cli.planner.refine.move_program import MoveProgram
+from purcell_cli.planner.refine.move_program import MoveProgram, Weights
 from purcell_cli.planner.refine.octagonal_loops import cycle, octagons, twist, yaws
 from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
 
@@ -86,6 +92,8 @@ def quickened(plan: Plan, limits: Limits | None = None, objective: str = "time",
     """
     if not plan.blocks or sum(len(block.sequence) for block in plan.blocks) > _MOST_MOVES:
         return plan
+    if not all(joint.kind in AT_ONCE for joint in plan.swimmer.joints):
+        return plan
     search = _Search(plan, limits, effort, "time" if objective == "switches" else objective)
     return search.run()
 
@@ -100,23 +108,32 @@ class _Search:
     def __init__(self, plan: Plan, limits: Limits | None, effort: str, objective: str) -> None:
         self.plan, self.limits, self.effort, self.objective = plan, limits, effort, objective
         self.best, self.total = plan, (1.0 - _SPARE) * math.fsum(b.duration for b in plan.blocks)
+        swimmer = plan.swimmer
+        self.axes = None if swimmer.ball_joints else np.eye(6)[:, swimmer.controls]
+        rates = swimmer.rate_of(0) / swimmer.joint_rate_rad_s, swimmer.rate_of(1) / swimmer.joint_rate_rad_s
+        self.rates = None if rates == (1.0, 1.0) else np.repeat(rates, 3)
 
     def run(self) -> Plan:
         """Return the best plan: what takes least time is where the search of others begins too."""
-        found = self.descended(self.starts(_ACROSS_RAD, 0.0), lambda motion: MoveProgram(motion, QUICKEST))
-        if self.objective in _OTHERS:
-            begun = [*found, *self.starts(0.0)]
-            self.descended(begun, functools.partial(_OTHERS[self.objective], total=self.total))
+        across = (_ACROSS_RAD, 0.0) if self.axes is None else (0.0,)
+        found = self.descended(self.starts(*across), functools.partial(self._weighed, QUICKEST))
+        if self.objective == "travel":
+            self.descended([*found, *self.starts(0.0)], functools.partial(self._weighed, SHORTEST))
+        if self.objective == "energy":
+            self.descended([*found, *self.starts(0.0)], functools.partial(EnergyProgram, total=self.total))
         return self.best
+
+    def _weighed(self, weights: Weights, motion: MoveShooting) -> Program:
+        return MoveProgram(motion, dataclasses.replace(weights, rates=self.rates))
 
     def starts(self, *across_rad: float) -> list[MoveShooting]:
         """Return the plan as motions by moves, the limbs rolled in phase 2 by angles, opposite ways [rad]."""
         plan, unit = self.plan, self.plan.swimmer.scaled()
-        wanted = displacement_between(plan.start, plan.goal, plan.swimmer.length_m)
+        wanted = flattened(plan.swimmer, displacement_between(plan.start, plan.goal, plan.swimmer.length_m))
         inner = dataclasses.replace(unit, max_bend_rad=max(unit.max_bend_rad - _MARGIN_RAD, 0.5 * unit.max_bend_rad))
         if all(block.phase != 2 for block in plan.blocks):
             across_rad = across_rad[-1:]
-        every = [_segments(plan, unit, across) for across in across_rad]
+        every = [_segments(plan, unit, across, self.axes) for across in across_rad]
         return [MoveShooting(inner, s, plan.start.shape, plan.goal.shape, wanted, SEARCHING) for s in every]
 
     def descended(self, starts: list[MoveShooting], program: Callable[[MoveShooting], Program]) -> list[MoveShooting]:
@@ -132,7 +149,7 @@ class _Search:
         for motion, _ in sorted(begun, key=lambda one: one[1]):
             if ended and len(motion.unknown) > _FEW:
                 break
-            found, merit = self._minimised(_without_idle(_freed(motion)), program, last=True)
+            found, merit = self._minimised(_without_idle(_freed(motion, self.axes)), program, last=True)
             found, off = settled(_without_idle(found))
             if off < _ARRIVED and self._consider(found):
                 ended.append((merit, found))
@@ -160,15 +177,23 @@ class _Search:
 
     def _spent(self, plan: Plan) -> tuple[float, float, float]:
         """Return what plans are compared by: the objective, time, joint travel."""
-        spent = cost(self.objective, plan.swimmer, plan.blocks, plan.start.shape)
-        return spent, plan.duration_s, plan.joint_travel_rad
+        swimmer, blocks = played_at_pace(plan.swimmer, plan.start.shape, plan.blocks)
+        spent = cost(self.objective, swimmer, blocks, plan.start.shape)
+        return spent, cost("time", swimmer, blocks, plan.start.shape), plan.joint_travel_rad
 
 
-def _segments(plan: Plan, swimmer: Swimmer, across_rad: float) -> list[MoveSegment]:
-    """Return the segments of a plan, its limbs rolled in phase 2 by an angle, opposite ways [rad]."""
+def _segments(plan: Plan, swimmer: Swimmer, across_rad: float, axes: Array | None) -> list[MoveSegment]:
+    """Return the segments of a plan, its limbs rolled in phase 2 by an angle, opposite ways [rad].
+
+    Args:
+        plan: The plan.
+        swimmer: Its swimmer, scaled.
+        across_rad: The angle [rad].
+        axes: The axes that joints have, where they are not all ball joints. Shape (6, p).
+    """
     out: dict[int, list[MoveSegment]] = {1: [], 2: [], 3: []}
     for block, shape in zip(plan.blocks, starting_shapes(plan.blocks, plan.start.shape), strict=False):
-        out[block.phase] += _rounded(block, shape, swimmer) or [_segment(block)]
+        out[block.phase] += _rounded(block, shape, swimmer, axes) or [_segment(block, axes)]
     if across_rad:
         roll = across_rad * np.array([[1.0, 0.0, 0.0, -1.0, 0.0, 0.0]])
         rolled = [_seen_rolled(segment, across_rad) for segment in out[2]]
@@ -198,16 +223,16 @@ def _alike(one: MoveSegment, other: MoveSegment) -> bool:
     return bool(np.array_equal(one.axes, other.axes))
 
 
-def _segment(block: Block) -> MoveSegment:
+def _segment(block: Block, axes: Array | None) -> MoveSegment:
     turn = MoveSequence.of_controls(block.sequence).turn
     if block.cycles == 1:
-        return _once(block.phase, block.gait, turn)
+        return _once(block.phase, block.gait, turn, axes)
     return MoveSegment(
         block.phase, block.gait, turn, block.cycles, tie=np.empty((turn.size, 0)), amplitude_rad=block.amplitude_rad
     )
 
 
-def _rounded(block: Block, shape: Array, swimmer: Swimmer) -> list[MoveSegment]:
+def _rounded(block: Block, shape: Array, swimmer: Swimmer, axes: Array | None) -> list[MoveSegment]:
     """Return a repeated rectangle of both yaws as a repeated octagon with ways to it and from it; else nothing."""
     sequence = block.sequence
     if block.cycles == 1 or len(sequence) != 4 or not isinstance(sequence, PrimitiveSequence):
@@ -227,19 +252,24 @@ def _rounded(block: Block, shape: Array, swimmer: Swimmer) -> list[MoveSegment]:
     corner = np.roll(corner, -int(np.argmin(norm(corner - here))), axis=0)
     way, turn = yaws(corner[:1] - here), yaws(cycle(corner))
     if cycles <= _FEW_CYCLES:
-        loop = _once(2, ROUNDED, np.tile(turn, (cycles, 1)))
+        loop = _once(2, ROUNDED, np.tile(turn, (cycles, 1)), axes)
     else:
         loop = MoveSegment(2, ROUNDED, turn, cycles, tie=_half_tie(turn))
-    return [_once(2, ROUNDED, way), loop, _once(2, ROUNDED, -way)]
+    return [_once(2, ROUNDED, way, axes), loop, _once(2, ROUNDED, -way, axes)]
 
 
-def _once(phase: int, gait: str, turn: Array) -> MoveSegment:
-    """Return a segment that is played once, its turns cut, and kept to the yaws or to the pitches if they are so."""
+def _once(phase: int, gait: str, turn: Array, axes: Array | None) -> MoveSegment:
+    """Return a segment that is played once, its turns cut, and kept to the yaws or to the pitches if they are so.
+
+    Where joints have but some axes, it is kept to those.
+    """
     parts = np.maximum(np.ceil(np.max(np.abs(turn), axis=1) / _PIECE_RAD), 1).astype(np.int64)
     cut = np.repeat(turn / parts[:, None], parts, axis=0)
     used = set(np.flatnonzero(np.any(turn != 0.0, axis=0)).tolist())
     plane = next((p for p in ([2, 5], [1, 4]) if used <= set(p)), None)
-    return MoveSegment(phase, gait, cut, axes=None if plane is None else np.eye(6)[:, plane])
+    if axes is None and plane is not None:
+        axes = np.eye(6)[:, plane]
+    return MoveSegment(phase, gait, cut, axes=axes)
 
 
 def _half_tie(turn: Array) -> Array:
@@ -267,9 +297,9 @@ def _seen_rolled(segment: MoveSegment, across_rad: float) -> MoveSegment:
     return dataclasses.replace(segment, turn=turn, axes=seen(segment.axes), tie=seen(segment.tie))
 
 
-def _freed(motion: MoveShooting) -> MoveShooting:
-    """Return the motion with every turn that is made once free in all components."""
-    return motion.of(_joined([s if s.cycles > 1 else dataclasses.replace(s, axes=None) for s in motion.segments]))
+def _freed(motion: MoveShooting, axes: Array | None) -> MoveShooting:
+    """Return the motion with every turn that is made once free about all axes that joints have."""
+    return motion.of(_joined([s if s.cycles > 1 else dataclasses.replace(s, axes=axes) for s in motion.segments]))
 
 
 def _without_idle(motion: MoveShooting) -> MoveShooting:
@@ -311,11 +341,3 @@ def _on_the_clock(motion: MoveShooting, rate_rad_s: float, lasting: Array | None
 def _ticking(turn: Array, lasting: Array, step: float) -> MoveSequence:
     ticks = np.maximum(np.ceil(lasting / step), 1.0)
     return MoveSequence(np.clip(turn / (ticks * step)[:, None], -1.0, 1.0), ticks * step)
-
-
-def _shortest(motion: MoveShooting, total: float) -> Program:  # noqa: ARG001 - joint travel needs no time
-    return MoveProgram(motion, SHORTEST)
-
-
-_OTHERS: Mapping[str, Callable[..., Program]] = {"travel": _shortest, "energy": EnergyProgram}
-"""What is minimised for other objectives than time, by their names."""

@@ -1,0 +1,52 @@
+"""Known strokes brought to a goal by Newton's method, though they begin or end a little elsewhere than before."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+from purcell_cli.mechanics.configuration import Configuration, displacement_between
+from purcell_cli.mechanics.joint_motion import flattened
+from purcell_cli.mechanics.lift import SEARCHING
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.blocks import Block
+from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.plan import Plan
+from purcell_cli.planner.reconfiguration import careful_bend_rad
+from purcell_cli.planner.refine.exact_arrival import approach
+from purcell_cli.planner.refine.segments import segments_of
+from purcell_cli.planner.refine.shooting import Equations
+from purcell_cli.planner.refinement import Near, Refinement, played
+
+_PATIENCE = 8
+"""Rounds without a halved residual before strokes are given up: they are few, and often at their bend limit."""
+
+
+def brought(
+    swimmer: Swimmer,
+    start: Configuration,
+    goal: Configuration,
+    blocks: Sequence[Block],
+    limits: Limits | None = None,
+    clock_s: float = 0.0,
+) -> Plan | None:
+    """Return strokes of primitives changed until they lead from a start to a goal; None where they do not get there.
+
+    Args:
+        swimmer: The swimmer.
+        start: Where they begin.
+        goal: Where they are to end.
+        blocks: The strokes.
+        limits: What the motion must keep besides the bend limit.
+        clock_s: The step of the clock of a longer motion that they are part of [s].
+    """
+    kept_to = limits or Limits()
+    wanted = flattened(swimmer, displacement_between(start, goal, swimmer.length_m))
+    motion = Equations(swimmer.scaled(), segments_of(blocks), start.shape, goal.shape, wanted, SEARCHING)
+    careful = dataclasses.replace(swimmer, max_bend_rad=careful_bend_rad(swimmer, kept_to))
+    refinement = Refinement(careful, start, kept_to, "travel", clock_s)
+    near = Near(*approach(motion, refinement.bend_rad, patience=_PATIENCE))
+    found = refinement.contender(near, "") if near.close else None
+    if found is None or not found.good:
+        return None
+    return Plan(swimmer, start, goal, played(found.motion), limits=found.report)
