@@ -16,7 +16,7 @@ from purcell_cli.kernel.decimals import rows_as_text
 from reference import base_velocity, lift, lift_derivatives
 from scipy.optimize import linprog
 
-from purcell_cli.kernel import distances, library, linear, poses, shooting, sources
+from purcell_cli.kernel import chains, distances, library, linear, poses, shooting, sources
 from purcell_cli.kernel.certificate import extrapolated
 from purcell_cli.kernel.descent import Descent
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
@@ -25,6 +25,7 @@ from purcell_cli.kernel.pairs import pair_prices
 from purcell_cli.kernel.program import penalised
 from purcell_cli.kernel.screw_chains import solved
 from purcell_cli.kernel.shapes import shapes_along
+from purcell_cli.kernel.steering import steered
 from purcell_cli.mechanics.base_velocity import kernel_numbers
 from purcell_cli.mechanics.collocation import Accuracy, flow_of
 from purcell_cli.mechanics.lift import EXACT, SEARCHING
@@ -37,6 +38,7 @@ SWIMMER = Swimmer().scaled()
 FOLDER = library.HERE
 MODULES = (
     "certificate",
+    "chains",
     "convex",
     "descent",
     "elementary",
@@ -48,6 +50,7 @@ MODULES = (
     "screw_chains",
     "shapes",
     "shooting",
+    "steering",
 )
 """The modules of the kernel that call it."""
 
@@ -261,6 +264,17 @@ def searched(flow: Flow, sequence: PrimitiveSequence, shapes: np.ndarray) -> lis
     return [angle, *rest, np.array([off, *missed]), short]
 
 
+def chained(rng: np.random.Generator) -> chains.Settled:
+    """Return what chains of random loops settle on."""
+    numbers = [np.array([0.2, 1.0, 0.0, 0.8, 1.0, across, 1.3, 3.0, 4.0, 12.0]) for across in (0.0, 1.0)]
+    kinds = [chains.LoopTable(part, 0.1 * rng.normal(size=(3, 12, 12))) for part in numbers]
+    rolls = chains.RollTable(np.linspace(0.0, 1.5, 4), np.array([0.0, 2.0, 5.0, 9.0]), 1.4)
+    which, flags = rng.integers(-1, 2, (3, 2)), rng.integers(0, 2, (2, 3, 2))
+    unknown, ones = rng.uniform(0.3, 0.7, (3, 7)), np.ones((3, 7))
+    there = poses.exp(rng.normal(size=(3, 6)))
+    return chains.settled(kinds, rolls, "travel", which, ones[:, :2], *flags, unknown, there, 0.1 * ones, ones, ones, 4)
+
+
 def everything(seed: int) -> bytes:
     """Return what all functions of the kernel in use find for random input."""
     rng = np.random.default_rng(seed)
@@ -311,6 +325,8 @@ def everything(seed: int) -> bytes:
         ),
         shooting.bounded_step(rng.normal(size=(8, 30)), np.ones(8), rng.normal(size=4), rng.normal(size=(4, 30)), 0.1),
         *searched(flow, primitives, shapes),
+        *chained(rng),
+        *steered(0.05, 0.02, [0.0, 0.7, 1.5], [1.0, 1.1, 0.9], poses.exp(pieces[1]), rng.normal(size=(30, 10))),
         played(with_twice_the_digits(np.eye(4)), flow.pieces(*pieces), 5),
         pair_prices(poses.exp(pieces[1]), poses.exp(pieces[1]), pieces[2], pieces[2], np.linspace(0.1, 0.8, 8)),
         *solved(

@@ -6,7 +6,6 @@
 
 #define SPIN_SHARE 0.25 /* what a spin about the own axis counts in the length of steps */
 #define MOST_ITERATIONS 100
-#define ROUGH_STAGES 5 /* rules of so few stages err by 1e-7, and so may the resistance */
 #define MOST_PARTS 8
 #define MOST_DEPTH 60 /* of cutting */
 #define MOST_STEPS 2000000 /* of a piece: some seconds, in which Ctrl-C waits */

@@ -53,6 +53,8 @@ struct chain {
     int moves;            /* whether pieces are moves, not primitives */
     int based;            /* the limb that the piece turns about the base's z, or -1 */
     wide_pose here, once; /* from the path's start and from the repeat's */
+    int plain;            /* whether a rough flow without repeats is put together in doubles: `at` */
+    double at[16];
     double pitch_axis[3]; /* that limb's own y where the piece begins */
     int repeating;
     double *total, *own;  /* of the piece: what turning limbs changes on it, and what its own turn does */
@@ -82,6 +84,19 @@ static void by_pitch(struct chain *c, const struct step *step) {
     }
 }
 
+/* The twists for a unit rate of limb i about axis j of the base at a shape, [3 i + j], two at once; of links that do
+ * not feel each other. */
+static void all_rates(const struct chain *c, const double *shape, double out[6][6]) {
+    lane axes[2][3], rates[2][3], xi[6], per_rate[6][6];
+    for (int i = 0; i < 6; i++) {
+        const double along = shape[9 * (i / 3) + 3 * (i % 3)];
+        axes[i / 3][i % 3] = (lane){along, along};
+        rates[i / 3][i % 3] = (lane){0.0, 0.0};
+    }
+    purcell_connection(c->s, axes, rates, 0, xi, 0, per_rate, 0);
+    for (int i = 0; i < 36; i++) out[i / 6][i % 6] = per_rate[i / 6][i % 6][0];
+}
+
 /* The twist at the end of a primitive. */
 static void ending(const struct chain *c, const double *shape, SIZE control, SIZE steps, double out[6]) {
     const int limb = LIMB_OF(control), axis = (int)(control % 3);
@@ -109,7 +124,8 @@ static void link(const struct step *step, void *state) {
         const double end = step->start + step->duration;
         purcell_of_field(step->field, (lane){end, end}, 1, c->given);
     }
-    purcell_wide_round(&c->here, pose);
+    for (int i = 0; c->plain && i < 16; i++) pose[i] = c->at[i];
+    if (!c->plain) purcell_wide_round(&c->here, pose);
     adjoint(pose, ad);
     carried(&c->solved, c->rule->stages, c->solved.change, seen);
     product(ad, seen, moved, 6, 6, 6);
@@ -146,7 +162,10 @@ static void link(const struct step *step, void *state) {
         product(ad, seen, moved, 6, 6, 6);
         for (int i = 0; i < 36; i++) c->own[i] += moved[i];
     }
-    purcell_wide_times(&c->here, c->solved.pose);
+    if (c->plain)
+        product(pose, c->solved.pose, c->at, 4, 4, 4);
+    else
+        purcell_wide_times(&c->here, c->solved.pose);
     if (c->repeating) purcell_wide_times(&c->once, c->solved.pose);
 }
 
@@ -214,8 +233,11 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
     c.known.limb = -1;
     double *const spread = room + 94 * n, begun[16], once[16], there[16], ad[36], back[36], sum[36], made[36];
     const int columns = control ? 1 : 6;
+    double at_end[6][6];
     SIZE r = 0;
     purcell_wide_identity(&c.here);
+    c.plain = k == 0 && stages <= ROUGH_STAGES;
+    identity(c.at, 4);
     for (SIZE p = 0; p < n; p++) {
         double rate[6];
         const double duration = played(control, amount, shapes + 18 * p, p, rate);
@@ -231,7 +253,24 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
         for (int i = 0; i < 72; i++) c.total[i] = 0.0;
         const SIZE steps = purcell_mesh(c.s, &rule, shapes + 18 * p, rate, duration, CHANGE, &c.known, link, &c);
         if (steps < 0) return p + 1;
-        if (control) ending(&c, shapes + 18 * p, control[p], steps, room + 88 * n + 6 * p);
+        if (control && c.s->reach == 0.0 && ((p + 1 < n && amount[p + 1] == 0.0) || amount[p] == 0.0)) {
+            /* Primitives that turn by nothing, offered in case that they may, all end at one shape. */
+            double *const end = room + 88 * n + 6 * p;
+            const int limb = LIMB_OF(control[p]), axis = (int)(control[p] % 3);
+            if (!p || amount[p] != 0.0) all_rates(&c, shapes + 18 * (p + 1), at_end);
+            for (int i = 0; i < 6; i++) {
+                end[i] = 0.0;
+                for (int j = 0; j < 3; j++)
+                    end[i] += at_end[3 * limb + j][i] *
+                              (control[p] >= BASE_YAW ? j == 2 : shapes[18 * p + 9 * limb + 3 * j + axis]);
+            }
+        } else if (control) {
+            ending(&c, shapes + 18 * p, control[p], steps, room + 88 * n + 6 * p);
+        }
+        if (c.plain) {
+            for (int i = 0; i < 16; i++) c.total[72 + i] = c.at[i];
+            continue;
+        }
         if (steps > 0) purcell_wide_normalise(&c.here);
         purcell_wide_round(&c.here, c.total + 72);
         if (r < k && p + 1 == repeats[3 * r + 1]) {
@@ -250,8 +289,13 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
             r++;
         }
     }
-    purcell_wide_normalise(&c.here);
-    purcell_wide_round(&c.here, pose);
+    if (c.plain) {
+        purcell_orthonormalise(1, 4, c.at);
+        for (int i = 0; i < 16; i++) pose[i] = c.at[i];
+    } else {
+        purcell_wide_normalise(&c.here);
+        purcell_wide_round(&c.here, pose);
+    }
     inverse_pose(pose, there);
     adjoint(there, back);
     double outside[36] = {0.0}, inside[36] = {0.0};

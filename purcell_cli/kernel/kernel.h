@@ -55,6 +55,9 @@ API void purcell_quaternions(SIZE n, const double *rotations, double *out);
 API void purcell_exp(SIZE n, const double *twists, double *out);
 API void purcell_log(SIZE n, const double *poses, double *out);
 API void purcell_orthonormalise(SIZE n, SIZE d, double *matrices);
+API void purcell_exp(SIZE n, const double *twists, double *out);
+API void purcell_least_steps(SIZE n, SIZE k, const double *columns, const double *wanted, const double *begun,
+                             const double *loose, const double *low, const double *high, double *room, double *out);
 API void purcell_shapes(SIZE n, const double *start, const SIZE *control, const double *amount, double *out);
 API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const double *nodes, const double *weights,
                                       const double *to_node, double step, double settled, SIZE n, const double *shapes,
@@ -87,6 +90,20 @@ struct swimmer {
     double table[];
 };
 #define SWIMMER_NUMBERS 25
+
+/* shooting.c, program.c: see there. */
+API SIZE purcell_equations(const double *swimmer, SIZE stages, const double *nodes, const double *weights,
+                           const double *to_node, double step, double settled, SIZE n, const double *start,
+                           const SIZE *control, const double *angle, SIZE k, const SIZE *repeats, const double *wanted,
+                           SIZE t, const SIZE *stops, const double *ends, double *room, double *shapes,
+                           double *residual, double *derivative);
+API SIZE purcell_bend_rows(SIZE n, const SIZE *control, const double *angle, const double *shapes, const double *least,
+                           const SIZE *fixed, double near, double *places, double *room, double *slope);
+API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, const double *missing, const double *room,
+                              const double *slope, double reach, double *work, double *out);
+API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, double *matrix, const double *wanted,
+                         const double *cost, const double *low, const double *high, double *x, double *room,
+                         int64_t *whole);
 
 /* beads.c, bead_table.c: the resistance of links that feel each other's flow, from their beads and from a table of it.
  *
@@ -157,6 +174,7 @@ void purcell_wide_store(const wide_pose *g, double *high_low);
 
 /* collocation.c: the flow on a step, by Gauss collocation on a mesh graded by the distance from a straight line. */
 #define MOST_STAGES 16
+#define ROUGH_STAGES 5 /* rules of so few stages err by 1e-7, and so may the resistance and sums of poses */
 struct rule {
     SIZE stages;
     const double *nodes, *weights, *to_node;

@@ -293,9 +293,7 @@ class Swimmer:
         Nearer to the collinear shape than this the roll row of A(r) varies quickly: a limb bent by
         beta that rolls with the swimmer is dragged sideways through the `bend_spread` times beta^2.
         """
-        spin = self.rod(1).spin + self.rod(2).spin + self.rod(0).spin
-        spin += sphere(self.body_radius_m, self.viscosity_pa_s)[1]
-        return math.sqrt(spin / (self.lateral_drag() * self.bend_spread()))
+        return _roll_sharpness(self)
 
     def drag_matrix(self, link: int) -> Array:
         """Return H_i, the drag matrix of link i about its own centre, in its own frame, the base's with its sphere.
@@ -331,3 +329,11 @@ def within_limits(name: str, value: float, like: str) -> float:
     if not low < float(value) <= high:
         raise ParameterError(f"{name}: a number above {low:g} and at most {high:g} is wanted, found {value!r}")
     return float(value)
+
+
+@functools.lru_cache(maxsize=64)
+def _roll_sharpness(swimmer: Swimmer) -> float:
+    """Return `Swimmer.roll_sharpness`, worked out once for a swimmer."""
+    spin = swimmer.rod(1).spin + swimmer.rod(2).spin + swimmer.rod(0).spin
+    spin += sphere(swimmer.body_radius_m, swimmer.viscosity_pa_s)[1]
+    return math.sqrt(spin / (swimmer.lateral_drag() * swimmer.bend_spread()))

@@ -36,7 +36,7 @@ class Breadth:
     arcs_from: float = 0.7
     library_below: float = 1.25
     longer: tuple[float, ...] = ()
-    library_plans: int = 6
+    library_plans: int = 4
     pace: Pace = Pace(rounds=2, steps=10, longest=40)
 
 
@@ -76,7 +76,7 @@ class Stage:
         return self.candidates + self.finalists + self.random_plans
 
 
-_QUICK = Stage(Breadth(chains=1, rounds=4, shorter=0, library_plans=4, pace=Pace(1, 6)))
+_QUICK = Stage(Breadth(chains=1, rounds=4, shorter=0, pace=Pace(1, 6)))
 """A quick search: one chain of loops, and nothing is optimised together."""
 _STANDARD = Stage(rivals=1, pace=Pace(rounds=3, steps=12, longest=40), longest_rad=20.0, most_apart=24)
 """A standard search: the best candidate, or two, optimised if their joint travel is below 20 rad."""

@@ -20,7 +20,7 @@ from purcell_cli.planner.structures import StructureRecord
 
 _RANDOM_PLAN_RAD = 25.0
 """Random plans are tried where phase 2 takes less joint travel than this [rad]."""
-_RIVAL = 1.35
+_RIVAL = 1.1
 """Candidates estimated at less than so many times the joint travel of the best plan rival it."""
 _SHORTER = 0.99
 """Candidates estimated at less than so many times the joint travel of the best plan are refined, however long."""

@@ -7,10 +7,12 @@ import dataclasses
 import numpy as np
 import pytest
 from helpers import assert_close, flown, is_close, missed
+from reference import chain as reference
 
 from purcell_cli import Swimmer
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.geometry import se3
+from purcell_cli.kernel.chains import LoopTable, RollTable
 from purcell_cli.planner.arcs.chain import Chains, linked
 from purcell_cli.planner.arcs.loop_family import fan
 from purcell_cli.planner.arcs.roll_stroke import roll_stroke
@@ -23,9 +25,9 @@ SWIMMERS = {
 ARCS = [np.array([[2.0, 0.3, 0.5], [1.5, -0.4, 0.1], [-0.9, 0.0, 0.4]]), np.array([[-3.0, 0.2, -0.3]])]
 
 
-def chains(swimmer: Swimmer, only: int = -1) -> Chains:
+def chains(swimmer: Swimmer, only: int = -1, measure: str = "travel") -> Chains:
     """Return the chains of `ARCS`, with loops of one kind or the cheapest."""
-    fans = tuple(fan(swimmer, "travel", across) for across in (True, False))
+    fans = tuple(fan(swimmer, measure, across) for across in (True, False))
     turning = roll_stroke(stored_gaits()["x-rotation"], swimmer)
     return linked(turning, fans, ARCS, np.array([0.7, -0.4]), np.array([only, only]))
 
@@ -40,6 +42,44 @@ def test_a_chain_says_what_its_strokes_do(name: str, only: int) -> None:
         assert some.costs()[0][k] == pytest.approx(travel, rel=1e-2)
     assert some.arcs(0) == 3
     assert some.arcs(1) == 1
+
+
+@pytest.mark.parametrize("measure", ["travel", "energy", "switches"])
+@pytest.mark.parametrize("only", [-1, 0, 1])
+def test_the_kernel_puts_chains_together_as_numpy_does(only: int, measure: str) -> None:
+    """Costs too, and the steps that settle them; chains that are mirrored, the foil, go elsewhere."""
+    some = chains(SWIMMERS["long fat limbs"], only, measure)
+    costs, other = some.costs()[0], dataclasses.replace(some, mirrored=~some.mirrored).displacements()
+    for k, found in enumerate(some.displacements()):
+        wanted, cost = reference.made(some, k)
+        assert_close(found, wanted, 1e-12, 5.0)
+        assert costs[k] == pytest.approx(cost, rel=1e-12)
+        assert not is_close(other[k], wanted, 1e-2)
+        one, there = some[np.array([k])], (wanted @ se3.exp(np.array([0.2, -0.1, 0.1, 0.3, 0.05, -0.04])))[None]
+        few, off, paid = one.settled(there, 6)
+        asked, missing, price = reference.settled(one, there, 6)
+        assert_close(np.concatenate([few.bend, few.aside]), np.concatenate([asked.bend, asked.aside]), 1e-7)
+        assert_close(few.roll, asked.roll, 1e-7)
+        assert off[0] == pytest.approx(missing, abs=1e-7)
+        assert paid[0] == pytest.approx(price, rel=1e-7)
+
+
+def test_tables_that_make_no_sense_are_refused() -> None:
+    some = chains(SWIMMERS["the paper's"])
+    good = some.fans[0].table
+    for numbers in (good.numbers[:-1], np.append(good.numbers[:-1], 11.0), np.append(good.numbers[:-3], [17, 16, 12])):
+        with pytest.raises(ValueError, match="wanted"):
+            LoopTable(numbers, good.series)
+    with pytest.raises(ValueError, match="series"):
+        LoopTable(good.numbers, good.series[:2])
+    for roll, travel, largest in (([0.0], [0.0], 1.0), ([0.0, 1.0], [0.0], 1.0), ([0.0, 1.0], [0.0, 1.0], 0.0)):
+        with pytest.raises(ValueError, match="wanted"):
+            RollTable(np.array(roll), np.array(travel), largest)
+    for wrong in ({"which": some.which + 2}, {"cycles": some.cycles[:1]}, {"mirrored": some.mirrored[:, :1]}):
+        with pytest.raises((ValueError, TypeError)):
+            dataclasses.replace(some, **wrong).displacements()
+    with pytest.raises(ValueError, match="wanted"):
+        some.residuals(np.eye(4))
 
 
 @pytest.mark.parametrize("only", [0, 1])

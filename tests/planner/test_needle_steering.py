@@ -8,10 +8,12 @@ import math
 import numpy as np
 import pytest
 from helpers import assert_close, is_close, missed, random_rotations
+from reference import steering as reference
 
 from purcell_cli import Swimmer
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis
+from purcell_cli.kernel.steering import steered
 from purcell_cli.planner.arcs.loop_family import Fan, fan
 from purcell_cli.planner.arcs.needle_steering import Arcs, steer
 
@@ -59,6 +61,30 @@ def test_arcs_and_the_last_roll_compose_to_the_displacement() -> None:
     ways = found()
     for arc, roll, k in zip(ways.arc, ways.roll, ways.displacement, strict=True):
         assert missed(wanted()[k], composed(arc, float(roll))) < COMPOSED
+
+
+@pytest.mark.parametrize("across", [False, True])
+def test_the_kernel_steers_as_numpy_does(across: bool) -> None:
+    """Most beginnings end at the same arcs; with tighter loops, the foil, hardly any does."""
+    loops, rng = fan(Swimmer().scaled(), "travel", across), np.random.default_rng(9)
+    inverse = np.repeat(se3.inverse(wanted()), 6, axis=0)
+    begun = rng.normal(size=(len(inverse), 10))
+    given = loops.straight, loops.tight, *loops.reach
+    x, off = steered(*given, inverse, begun)
+    asked, missing = reference.steered(inverse, begun, loops)
+    alike = np.max(np.abs(x - asked), axis=1) < 1e-6 * np.maximum(1.0, np.max(np.abs(asked), axis=1))
+    assert np.mean(alike) > 0.9  # a few chase each other round, and rounding errors grow
+    assert np.max(np.abs(off - missing)[alike]) < 1e-6
+    other = steered(loops.straight, 2.0 * loops.tight, *loops.reach, inverse, begun)[0]
+    assert np.mean(np.max(np.abs(other - asked), axis=1) < 1e-6) < 0.3
+
+
+def test_steering_refuses_what_makes_no_sense() -> None:
+    good = [0.05, 0.01, [0.0, 1.5], [1.0, 1.0], np.eye(4)[None], np.zeros((1, 10))]
+    assert steered(*good)[0].shape == (1, 10)
+    for k, wrong in ((0, 0.0), (1, np.nan), (2, [0.0]), (3, [1.0]), (4, np.eye(4)), (5, np.zeros((1, 9)))):
+        with pytest.raises(ValueError, match="wanted"):
+            steered(*(wrong if j == k else part for j, part in enumerate(good)))
 
 
 def test_arcs_in_the_wrong_order_or_with_the_roll_before_them_do_not() -> None:

@@ -17,35 +17,22 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.geometry import se3
-from purcell_cli.geometry.reproducible import apply, arctan2, hypot, inner, matmul, norm
-from purcell_cli.geometry.rotations import Array, about_axis, wrapped
-from purcell_cli.kernel.linear import least_steps
+from purcell_cli.geometry.reproducible import arctan2, hypot, norm
+from purcell_cli.geometry.rotations import Array, wrapped
+from purcell_cli.kernel.chains import Settled, settled
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.arcs.loop_family import Fan
-from purcell_cli.planner.arcs.loop_fit import LONGEST_STEP_RAD, fitted
+from purcell_cli.planner.arcs.loop_fit import fitted
 from purcell_cli.planner.arcs.loops import NAME, stroke
 from purcell_cli.planner.arcs.roll_stroke import Rolling
 
-_SMALL = 1e-6
-"""The step of the difference quotients by bend, aside and roll [rad]."""
-_CLOSE = 3e-3
-"""Chains that miss their displacement by less than this are compared by cost, others by what they miss [L, rad]."""
 _FULL_RAD = 1e-3
 """A loop whose bend is within this of its upper bound is as large as it may be [rad]."""
-_FAR_L = 1.0
-"""Over distances above this, errors across the way count in proportion to the distance [L]: they act as a heading."""
-_FAR_AHEAD_L = 1000.0
-"""Over distances above this, errors along the way count in proportion to the distance [L]."""
-_THRIFT_RAD = 2.0
-"""Step length along the cost gradient in each round, in joint travel [rad]."""
 _ROLL_EFFORT = 5.0
 """Weight of a roll in the least step; a bend or aside has 8 times its cycles plus 4. A larger one keeps rolls."""
 _LONGER = 0.1
 """The largest part by which the cycles of a chain grow at once, before rounding up."""
 _ARRAYS = ("which", "cycles", "mirrored", "backwards", "bend", "aside", "roll")
-_MIRROR = np.diag([1.0, -1.0, -1.0, 1.0])
-"""Half a turn about x: negating all yaws and pitches conjugates a displacement by it. Shape (4, 4)."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -122,33 +109,8 @@ class Chains:
         Returns:
             Costs, shape (n,), and derivatives, shape (n, 3 m + 1).
         """
-        steps = np.array([[0.0, 0.0], [_SMALL, 0.0], [0.0, _SMALL]])
-        paid = np.zeros((3, *self.which.shape))
-        for k, fan in enumerate(self.fans):
-            i, j = np.nonzero(self.which == k)
-            places = (self.bend[i, j] + steps[:, :1], self.aside[i, j] + steps[:, 1:])
-            cycle, ways = (part.reshape(3, -1) for part in fan.loops.costs(*(x.ravel() for x in places)))
-            paid[:, i, j] = (self.cycles[i, j] * cycle + ways) / fan.unit
-        rolling = self.roll_stroke.travel(np.stack([self.roll, self.roll + _SMALL]))
-        slope = np.concatenate([paid[1] - paid[0], paid[2] - paid[0], rolling[1] - rolling[0]], axis=1) / _SMALL
-        return paid[0].sum(axis=1) + rolling[0].sum(axis=1), slope
-
-    def _moves(self) -> tuple[Array, Array]:
-        """Return the arcs' displacements, and their body twists by bend and aside.
-
-        Returns:
-            Displacements, shape (n, m, 4, 4), and twists, shape (n, m, 2, 6).
-        """
-        cycle, ways = np.zeros((3, *self.which.shape, 6)), np.zeros((3, *self.which.shape, 6))
-        for k, fan in enumerate(self.fans):
-            i, j = np.nonzero(self.which == k)
-            found = fan.loops.at(self.bend[i, j], self.aside[i, j])
-            for part, values in ((cycle, found.cycle), (ways, found.ways)):
-                part[0, i, j], part[1:, i, j] = values[0], values[0] + _SMALL * values[1:]
-        moved = matmul(*se3.exp(np.stack([self.cycles[..., None] * cycle, ways])))
-        moved = np.where(self.mirrored[..., None, None], matmul(matmul(_MIRROR, moved), _MIRROR), moved)
-        moved = np.where(self.backwards[..., None, None], se3.inverse(moved), moved)
-        return moved[0], np.moveaxis(_twist_of(matmul(se3.inverse(moved[0]), moved[1:])) / _SMALL, 0, 2)
+        found = self._settled(np.broadcast_to(np.eye(4), (len(self), 4, 4)), 0)
+        return found.cost, found.slope
 
     def residuals(self, wanted: Array) -> tuple[Array, Array]:
         """Return log(D^-1 g) and their derivatives by bends, asides and rolls.
@@ -159,36 +121,21 @@ class Chains:
         Returns:
             Residuals, shape (n, 6), and derivatives, shape (n, 6, 3 m + 1).
         """
-        moved, twists = self._moves()
-        whole, after = self._put_together(moved)
-        carried = se3.adjoint(se3.inverse(after))
-        turned = matmul(carried[:, 1::2], np.swapaxes(twists, 2, 3))
-        columns = [turned[..., 0], turned[..., 1], carried[:, ::2, :, 3]]
-        derivative = np.concatenate(columns, axis=1).swapaxes(1, 2)
-        return se3.log(se3.normalised(matmul(se3.inverse(wanted), whole))), derivative
+        found = self._settled(wanted, 0)
+        return found.residual, found.derivative
 
     def displacements(self) -> Array:
         """Return what the chains do to the base. Shape (n, 4, 4)."""
-        return self._put_together(self._moves()[0])[0]
+        return self._settled(np.broadcast_to(np.eye(4), (len(self), 4, 4)), 0).displacement
 
-    def _put_together(self, moved: Array) -> tuple[Array, Array]:
-        """Return the displacements of whole chains, and of what follows each pure roll and each arc.
-
-        Args:
-            moved: The displacements of the arcs. Shape (n, m, 4, 4).
-
-        Returns:
-            Displacements. Shapes (n, 4, 4) and (n, 2 m + 1, 4, 4).
-        """
-        n, m = self.which.shape
-        rolls = se3.pose(about_axis(0, self.roll), np.zeros((n, m + 1, 3)))
-        after = np.empty((n, 2 * m + 1, 4, 4))
-        after[:, 2 * m] = np.eye(4)
-        pairs = matmul(moved, rolls[:, 1:])
-        for k in reversed(range(m)):
-            after[:, 2 * k] = matmul(pairs[:, k], after[:, 2 * k + 2])
-        after[:, 1::2] = matmul(rolls[:, 1:], after[:, 2::2])
-        return matmul(rolls[:, 0], after[:, 0]), after
+    def _settled(self, wanted: Array, rounds: int) -> Settled:
+        """Return what the kernel finds; see `settled`."""
+        low, high = self._bounds()
+        effort = 8.0 * (self.cycles + 0.5)
+        loose = np.concatenate([effort, effort, np.full_like(self.roll, _ROLL_EFFORT)], axis=1) ** -2.0
+        kinds = [fan.table for fan in self.fans]
+        chains = self.which, self.cycles, self.mirrored, self.backwards, self._unknown
+        return settled(kinds, self.roll_stroke.table, self.fans[0].measure, *chains, wanted, low, high, loose, rounds)
 
     def settled(self, wanted: Array, rounds: int) -> tuple[Chains, Array, Array]:
         """Return the chains changed until they make displacements, at little cost.
@@ -201,28 +148,11 @@ class Chains:
             rounds: How many.
 
         Returns:
-            The best chains of all rounds, what they miss by (see `missed`), shape (n,), and their costs, shape (n,).
+            The best chains of all rounds, what they miss by, of far displacements what lies across by less, for it is a
+            heading, shape (n,), and their costs, shape (n,).
         """
-        low, high = self._bounds()
-        effort = 8.0 * (self.cycles + 0.5)
-        loose = np.concatenate([effort, effort, np.full_like(self.roll, _ROLL_EFFORT)], axis=1) ** -2.0
-        x = best = self._unknown
-        off, paid = np.full(len(self), np.inf), np.full(len(self), np.inf)
-        for k in range(rounds + 1):
-            here = self._with(x)
-            residual, columns = here.residuals(wanted)
-            cost, slope = here.costs()
-            size = missed(residual, wanted)
-            better = np.where(np.maximum(size, off) < _CLOSE, cost < paid, size < off)
-            best, off, paid = (
-                np.where(better[:, None], x, best),
-                np.where(better, size, off),
-                np.where(better, cost, paid),
-            )
-            if k < rounds:
-                step = least_steps(columns, -residual, -_THRIFT_RAD * loose * slope, loose, low - x, high - x)
-                x = x + step * np.minimum(1.0, LONGEST_STEP_RAD / np.maximum(np.abs(step).max(axis=1), 1e-300))[:, None]
-        return self._with(best), off, paid
+        found = self._settled(wanted, rounds)
+        return self._with(found.unknown), found.off, found.paid
 
     def short(self, wanted: Array) -> Array:
         """Return by how much less far than displacements the chains go [L]. Shapes (n, 4, 4) to (n,)."""
@@ -315,28 +245,3 @@ def linked(
         before = before + turns[:, k]
     turns[np.arange(n), np.count_nonzero(live, axis=1)] = wrapped(roll - before)
     return Chains(roll_stroke, fans, which, cycles, mirrored, backwards, bend, aside, turns)
-
-
-def missed(residual: Array, wanted: Array) -> Array:
-    """Return by how much displacements are missed [L, rad]; of far ones what lies across by less, for it is a heading.
-
-    Args:
-        residual: Twists log(D^-1 g). Shape (n, 6).
-        wanted: The displacements D. Shape (n, 4, 4).
-    """
-    way = norm(wanted[..., :3, 3])
-    ahead = apply(np.swapaxes(wanted[:, :3, :3], 1, 2), wanted[:, :3, 3]) / np.maximum(way, 1e-300)[:, None]
-    along = inner(ahead, residual[:, :3])
-    across = np.abs(residual[:, :3] - along[:, None] * ahead).max(axis=-1)
-    parts = [
-        np.abs(along) / (1.0 + way / _FAR_AHEAD_L),
-        across / (1.0 + way / _FAR_L),
-        np.abs(residual[:, 3:]).max(axis=-1),
-    ]
-    return np.asarray(np.maximum.reduce(parts))
-
-
-def _twist_of(change: Array) -> Array:
-    """Return the twists of small changes g^-1 g'. Shape (..., 4, 4) to (..., 6)."""
-    spin = 0.5 * (change[..., :3, :3] - np.swapaxes(change[..., :3, :3], -1, -2))
-    return np.concatenate([change[..., :3, 3], spin[..., [2, 0, 1], [1, 2, 0]]], axis=-1)

@@ -18,6 +18,7 @@ import numpy as np
 
 from purcell_cli.geometry.reproducible import arccos, arctan2, cos, hypot
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.chains import LoopTable
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.planner.arcs.loops import Loops, loops
 
@@ -81,6 +82,21 @@ class Fan:
         self._bearing, self._knot = self._bearing[order], order.astype(np.float64)
         size = hypot(self.turn / self.tight, self.advance / self.straight)
         self._size = size[order]
+
+    @property
+    def reach(self) -> tuple[Array, Array]:
+        """Bearings, of turn against advance in what a unit cost makes of either at most, and what goes that way."""
+        return self._bearing, self._size
+
+    @property
+    def measure(self) -> str:
+        """What costs are; see `Loops`."""
+        return self.loops.measure
+
+    @property
+    def table(self) -> LoopTable:
+        """The loops as the kernel takes them."""
+        return self.loops.table(self.unit)
 
     def cost(self, advance: Array, turn: Array) -> Array:
         """Return what arcs cost when their loops repeat often [rad]. Shape (...).

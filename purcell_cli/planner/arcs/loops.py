@@ -25,6 +25,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.linear_systems import inverse as inverted
 from purcell_cli.geometry.reproducible import arccos, arcsin, arctan, arctan2, cos, matmul, sin, tan
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.chains import LoopTable
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift import piece_work
 from purcell_cli.mechanics.pieces import Pieces
@@ -108,6 +109,7 @@ class Loops:
         most_rad: The greatest [rad].
         least_aside: How little may lie aside.
         most_aside: How much may.
+        measure: What costs are.
         even: Whether the swimmer is alike end for end, so that the base's middle swims along circles.
 
     Args:
@@ -127,7 +129,7 @@ class Loops:
         bend = self.least_rad + 0.5 * (x + 1.0) * (self.most_rad - self.least_rad)
         aside = (0.5 * (y + 1.0)) ** self._power * self.most_aside
         grid = (part.ravel() for part in np.meshgrid(bend, aside, indexing="ij"))
-        self._measure = measure
+        self.measure = measure
         values = _values(swimmer, *self.sides(*grid), across, measure).reshape(*self._terms, -1)
         inverse = [inverted(chebyshev.chebvander(nodes, len(nodes) - 1)) for nodes in (x, y)]
         series = matmul(inverse[1], matmul(inverse[0], values.reshape(len(x), -1)).reshape(len(x), *values.shape[1:]))
@@ -135,6 +137,12 @@ class Loops:
         slopes[0][:-1] = chebyshev.chebder(series, axis=0) * 2.0 / (self.most_rad - self.least_rad)
         slopes[1][:, :-1] = chebyshev.chebder(series, axis=1)
         self._series = np.stack([series, *slopes]).reshape(3, -1, series.shape[-1])
+
+    def table(self, unit: float) -> LoopTable:
+        """Return the loops as the kernel takes them, with costs in a unit."""
+        bounds = self.least_rad, self.most_rad, self.least_aside, self.most_aside
+        shape = *self._terms, self._series.shape[-1]
+        return LoopTable(np.array([*bounds, self._power, self.across, unit, *shape], dtype=np.float64), self._series)
 
     def sides(self, bend: Array, aside: Array) -> tuple[Array, Array]:
         """Return the beats and offsets of loops [rad]. Shapes (n,)."""
@@ -160,10 +168,10 @@ class Loops:
 
     def costs(self, bend: Array, aside: Array) -> tuple[Array, Array]:
         """Return what a cycle costs, and the ways there and back together, as `measures` has it. Shapes (n,)."""
-        if self._measure == "energy":
+        if self.measure == "energy":
             found = self._summed(bend, aside)[0]
             return found[:, 12], found[:, 13]
-        if self._measure == "switches":
+        if self.measure == "switches":
             return np.full(len(bend), 4.0), np.full(len(bend), 8.0 if self.across else 6.0)
         beat, offset = self.sides(bend, aside)
         return 8.0 * beat, 4.0 * (beat + offset if self.across else np.abs(beat - offset))

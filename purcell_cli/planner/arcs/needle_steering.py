@@ -18,44 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.component_first import solve_positive
-from purcell_cli.geometry.reproducible import (
-    apply,
-    arctan2,
-    exp_coefficients,
-    hypot,
-    matmul,
-    norm,
-    normal_numbers,
-)
-from purcell_cli.geometry.rotations import Array, about_axis, hat
+from purcell_cli.geometry.reproducible import arctan2, matmul, norm, normal_numbers
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.steering import steered
 from purcell_cli.planner.arcs.loop_family import Fan
 
 _ARCS = 3
 """Arcs of each solution; the least cost leaves some of them empty."""
-_ROUNDS = 10
-"""Rounds of least squares from each start, the settling ones included."""
-_SETTLING = 3
-"""The last rounds, in which arcs only settle on the displacement and the weights stay."""
-_SMALL_RAD = 1e-3
-"""Below this turn of an arc a derivative is taken from its series, since its closed form cancels [rad]."""
-_E_ROLL = np.eye(6)[3]
-"""The unit twist of a roll. Shape (6,)."""
-_ROLL_PRICE = 0.1
-"""Weight of the squared last roll beside those of the arcs."""
-_LEAST = 1e-2
-"""The least cost of an arc in its weights, which an empty arc would make infinite [rad]."""
-_LONGEST_TURN = 0.5
-"""The largest change of a turn or roll in one round [rad]."""
+_ARRIVED = 1e-3
+"""Ways that miss by more than this are left out: chains of loops settle the rest [L, rad]."""
 _WAYS = (1.0, -1.0)
 """Directions, forwards and backwards, of the straight ways among the starts."""
-_REVIVED = 0.1
-"""The least advance and turn by which an arc is priced, as a part of what its cost could make of either; without it an
-arc that only advances, or only turns, could never do the other."""
-_REVIVED_L = 1.0
-"""The largest advance that is assumed so [L]."""
-_REVIVED_RAD = 0.5
-"""The largest turn that is assumed so [rad]."""
 _ACROSS = (1, 4, 7, 9)
 """The unknowns that lead out of the x-y plane: turns about y, and the roll."""
 _STRAY_RAD = 1e-6
@@ -104,25 +77,9 @@ def steer(displacement: Array, fan: Fan, starts: int, seed: int = 0, plane: str 
     begun[:, : len(_WAYS)] = _straight(displacement)[:, :starts]
     if plane is not None:  # what is in the plane stays there, by symmetry
         begun[..., _ACROSS] = 0.0
-    x = begun.reshape(n, 10)
-    loose = np.empty((n, 10))
-    for k_round in range(_ROUNDS):
-        residual, jacobian = _equations(x, inverse)
-        weighing = k_round < _ROUNDS - _SETTLING  # afterwards the arcs only settle on the displacement
-        if weighing:
-            loose = np.concatenate(
-                [_looseness(x[:, :9].reshape(n, 3, 3), fan), np.full((n, 1), 1.0 / _ROLL_PRICE)], axis=1
-            )
-        lever = jacobian * loose[:, None, :]
-        system = matmul(lever, np.swapaxes(jacobian, 1, 2))
-        system += 1e-12 * np.trace(system, axis1=1, axis2=2)[:, None, None] * np.eye(6)
-        from_here = x if weighing else 0.0 * x
-        wanted = (matmul(jacobian, from_here[:, :, None]))[:, :, 0] - residual
-        step = apply(np.swapaxes(lever, 1, 2), solve_positive(system, wanted)) - from_here
-        turning = np.max(np.abs(step[:, [1, 2, 4, 5, 7, 8, 9]]), axis=1)
-        x = x + step * np.minimum(1.0, _LONGEST_TURN / np.maximum(turning, 1e-300))[:, None]
-    residual, _ = _equations(x, inverse)
-    good = np.flatnonzero(np.max(np.abs(residual), axis=1) < 1e-3)
+    bearing, size = fan.reach
+    x, off = steered(fan.straight, fan.tight, bearing, size, inverse, begun.reshape(n, 10))
+    good = np.flatnonzero(off < _ARRIVED)
     if plane is not None:
         good = good[np.max(np.abs(x[good][:, _ACROSS]), axis=1) < _STRAY_RAD]
         x[:, _ACROSS] = 0.0
@@ -156,70 +113,3 @@ def _turn_to(axis: Array) -> Array:
     sine = norm(across)[..., None]
     unit = np.where(sine > 1e-12, across / np.where(sine > 0.0, sine, 1.0), [0.0, 0.0, 1.0])
     return np.asarray(unit * arctan2(sine, axis[:, :1]))
-
-
-def _looseness(arc: Array, fan: Fan) -> Array:
-    """Return the inverse weights of quadratics that fall with the joint travel of arcs. Shape (n, 9)."""
-    a, b = np.abs(arc[..., 0]), hypot(arc[..., 1], arc[..., 2])
-    here = np.maximum(fan.cost(a, b), _LEAST)
-    a = np.maximum(a, np.minimum(_REVIVED * fan.straight * here, _REVIVED_L))
-    b = np.maximum(b, np.minimum(_REVIVED * fan.tight * here, _REVIVED_RAD))
-    here, more_a, more_b = fan.cost(np.stack([a, 1.01 * a, a]), np.stack([b, b, 1.01 * b]))
-    loose_a = a**2 / (here * np.maximum(100.0 * (more_a / here - 1.0), 0.05))
-    loose_b = b**2 / (here * np.maximum(100.0 * (more_b / here - 1.0), 0.05))
-    return np.stack([loose_a, loose_b, loose_b], axis=-1).reshape(len(arc), 9)
-
-
-def _swum(arc: Array) -> tuple[Array, Array, Array]:
-    """Return the displacements exp(a, 0, 0; 0, p, q) of arcs, and the body twists of changes of a, p and q.
-
-    The exponential's series have only even powers of the turn, so their closed forms (Murray, Li
-    and Sastry 1994, A mathematical introduction to robotic manipulation, section 2.3) need no root.
-
-    Args:
-        arc: Advance [L] and turns about y and z [rad]. Shape (n, 3).
-
-    Returns:
-        Rotations, shape (n, 3, 3), positions, shape (n, 3), and twists, shape (n, 6, 3).
-    """
-    a, p, q = arc.T
-    tt = p * p + q * q
-    sine, cosine, rest = exp_coefficients(tt)
-    sine_slope = rest - cosine  # (d/dt sin t / t) / t, and the same of (1 - cos t) / t^2
-    small = tt < _SMALL_RAD**2
-    cosine_slope = np.where(small, tt / 180.0 - 1.0 / 12.0, (sine - 2.0 * cosine) / np.where(small, 1.0, tt))
-    zero, one = np.zeros_like(a), np.ones_like(a)
-    rotation = np.empty((len(a), 3, 3))
-    rotation[:, 0] = np.stack([1.0 - cosine * tt, -sine * q, sine * p], axis=-1)
-    rotation[:, 1] = np.stack([sine * q, 1.0 - cosine * q * q, cosine * p * q], axis=-1)
-    rotation[:, 2] = np.stack([-sine * p, cosine * p * q, 1.0 - cosine * p * p], axis=-1)
-    unit = np.stack([sine, cosine * q, -cosine * p], axis=-1)
-    slope = np.empty((len(a), 3, 3))
-    slope[:, :, 0] = unit
-    for k, (w, across) in enumerate(((p, (zero, zero, -cosine)), (q, (zero, cosine, zero))), 1):
-        parts = (sine_slope * w, cosine_slope * w * q + across[1], -cosine_slope * w * p + across[2])
-        slope[:, :, k] = a[:, None] * np.stack(parts, axis=-1)
-    twist = np.zeros((len(a), 6, 3))
-    twist[:, :3] = matmul(np.swapaxes(rotation, 1, 2), slope)
-    # The right Jacobian 1 - (1 - cos t) / t^2 hat(w) + (t - sin t) / t^3 hat(w)^2 on the axes y and z.
-    twist[:, 3:, 1] = np.stack([cosine * q, one - rest * q * q, rest * p * q], axis=-1)
-    twist[:, 3:, 2] = np.stack([-cosine * p, rest * p * q, one - rest * p * p], axis=-1)
-    return rotation, a[:, None] * unit, twist
-
-
-def _equations(x: Array, inverse: Array) -> tuple[Array, Array]:
-    """Return log(D^-1 exp .. exp) and its derivative. Shapes (n, 6) and (n, 6, 3 m + 1)."""
-    n, m = len(x), x.shape[1] // 3
-    moves = _swum(x[:, :-1].reshape(n * m, 3))
-    rotation, position, twist = (part.reshape(n, m, *part.shape[1:]) for part in moves)
-    jacobian = np.empty((n, 6, 3 * m + 1))
-    jacobian[:, :, -1] = _E_ROLL
-    turned, moved = about_axis(0, x[:, -1]), np.zeros((n, 3))
-    for k in reversed(range(m)):
-        back = np.swapaxes(turned, 1, 2)
-        speed, spin = twist[:, k, :3], twist[:, k, 3:]
-        jacobian[:, :3, 3 * k : 3 * k + 3] = matmul(back, speed - matmul(hat(moved), spin))
-        jacobian[:, 3:, 3 * k : 3 * k + 3] = matmul(back, spin)
-        moved = (matmul(rotation[:, k], moved[..., None]))[..., 0] + position[:, k]
-        turned = matmul(rotation[:, k], turned)
-    return se3.log(se3.normalised(matmul(inverse, se3.pose(turned, moved)))), jacobian

@@ -16,7 +16,7 @@ import numpy as np
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.gaits.pure_stroke import guessed
 from purcell_cli.geometry.reproducible import arctan2
-from purcell_cli.geometry.rotations import Array, wrapped
+from purcell_cli.kernel.chains import RollTable
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.pieces import Pieces
@@ -42,8 +42,9 @@ next, until one does not, or is below this [rad]."""
 class Rolling(Protocol):
     """What rolls between arcs."""
 
-    def travel(self, angle: Array) -> Array:
-        """Return about how much joint travel rolls by angles take [rad]. Shape (...)."""
+    @property
+    def table(self) -> RollTable:
+        """Rolls of one stroke up to the largest, and what they travel [rad], as the kernel takes them."""
 
     def blocks(self, angle: float) -> list[Block]:
         """Return the strokes that roll by an angle [rad]."""
@@ -77,15 +78,14 @@ class RollStroke:
         self._largest = min(_LARGEST_RAD, float(self._rolled[-1]))
 
     @property
+    def table(self) -> RollTable:
+        """Rolls of one stroke up to the largest, and what they travel [rad], as the kernel takes them."""
+        return RollTable(self._rolled, self._travel, self._largest)
+
+    @property
     def primitives_per_radian(self) -> float:
         """How many primitives a roll by a radian takes, by the largest strokes."""
         return len(self._once(float(self._amplitude[-1])).sequence) / self._largest
-
-    def travel(self, angle: Array) -> Array:
-        """Return about how much joint travel rolls by angles take [rad]. Shape (...)."""
-        size = np.abs(wrapped(angle))
-        count = np.maximum(np.ceil(size / self._largest), 1.0)
-        return np.asarray(count * np.interp(size / count, self._rolled, self._travel))
 
     def blocks(self, angle: float) -> list[Block]:
         """Return the roll strokes that roll by an angle [rad], as nearly as the table has it."""

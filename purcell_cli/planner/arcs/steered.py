@@ -12,6 +12,7 @@ import numpy as np
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import hypot, hypot_of, matmul
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.chains import RollTable
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.arcs.arc_price import tightest
 from purcell_cli.planner.arcs.chain import Chains, linked
@@ -31,7 +32,7 @@ _SLIGHT_RAD = 0.3
 _SAME = 1e-4
 """Neighbouring arcs become one if their separate cost is at most this part above the cost of the one."""
 _FAR_OFF = 0.02
-"""Chains that miss by more than this, measured by `chain.missed`, are astray [L, rad]."""
+"""Chains that miss by more than this, measured by `Chains.settled`, are astray [L, rad]."""
 
 _SETTLED = 3e-3
 """While no chain misses by less than this, in the last resort, all are made longer: what loops as large as may be lack,
@@ -68,9 +69,10 @@ def _steered(problem: Problem, breadth: Breadth) -> list[Candidate]:
     fans, steering, pairs = problem.fans, tightest(problem.fans), problem.pairs(breadth)
     way = steer(_seen_at(steering.centre, pairs.missing), steering, math.ceil(breadth.starts / len(pairs)))
     around = pairs.joint_travel_rad[way.displacement]
-    travel = steering.cost(way.arc[..., 0], hypot(way.arc[..., 1], way.arc[..., 2])).sum(axis=1) + around
+    each = steering.cost(way.arc[..., 0], hypot(way.arc[..., 1], way.arc[..., 2]))
+    travel = each.sum(axis=1) + around
     picked = np.array(_distinct(travel), dtype=np.int64)
-    arcs = [_swum(steering, _fewest(steering, way.arc[k])) for k in picked]
+    arcs = [_swum(steering, _fewest(steering, way.arc[k], each[k])) for k in picked]
     # The cheapest loops at every arc; and, since only those go exactly straight, loops that are bent in the plane.
     only = np.repeat([-1, fans.index(next(f for f in fans if not f.loops.across))], len(picked))
     picked = np.concatenate([picked, picked])
@@ -99,8 +101,8 @@ def arcs_in_plane(loops: Fan, wanted: Array, breadth: Breadth) -> list[Candidate
         breadth: How widely to search.
     """
     way = steer(_seen_at(loops.centre, wanted[None]), loops, breadth.starts, plane="yaw")
-    travel = loops.cost(way.arc[..., 0], np.abs(way.arc[..., 2])).sum(axis=1)
-    arcs = [_swum(loops, _fewest(loops, way.arc[k])) for k in _distinct(travel)]
+    each = loops.cost(way.arc[..., 0], np.abs(way.arc[..., 2]))
+    arcs = [_swum(loops, _fewest(loops, way.arc[k], each[k])) for k in _distinct(each.sum(axis=1))]
     chains = linked(_NoRolls(), (loops,), arcs, np.zeros(len(arcs)), np.zeros(len(arcs), dtype=np.int64))
     chains = chains[np.argsort(np.round(chains.costs()[0], 9), kind="stable")[: breadth.chains]]
     n = len(chains)
@@ -126,8 +128,7 @@ def _blocks_of(chains: Chains, k: int) -> tuple[Block, ...]:
 class _NoRolls:
     """What rolls where nothing can."""
 
-    def travel(self, angle: Array) -> Array:
-        return 0.0 * angle
+    table = RollTable(np.array([0.0, np.pi]), np.zeros(2), 4.0)
 
     def blocks(self, angle: float) -> list[Block]:
         del angle
@@ -156,7 +157,7 @@ def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> 
         breadth: How widely to search.
 
     Returns:
-        The chains, what they miss by (`chain.missed`), shape (n,), and what is spent in all, shape (n,).
+        The chains, what they miss by (see `Chains.settled`), shape (n,), and what is spent in all, shape (n,).
     """
     chains, off, spent = chains.settled(wanted, breadth.rounds)
     spent = spent + around
@@ -211,17 +212,19 @@ def _distinct(travel: Array) -> list[int]:
     return out
 
 
-def _fewest(loops: Fan, arc: Array) -> Array:
-    """Return arcs without slight ones, neighbours of one direction made one. Shape (n, 3)."""
+def _fewest(loops: Fan, arc: Array, travel: Array) -> Array:
+    """Return arcs without slight ones, neighbours of one direction made one. Shapes (n, 3) and (n,) to (m, 3)."""
     out: list[Array] = []
-    for one in arc:
-        travel = _cost(loops, one)
-        if travel < _SLIGHT_RAD:
+    last = 0.0
+    for one, own in zip(arc, travel.tolist(), strict=True):
+        if own < _SLIGHT_RAD:
             continue
-        if out and _cost(loops, out[-1]) + travel < (1.0 + _SAME) * _cost(loops, out[-1] + one):
-            out[-1] = out[-1] + one
+        both = _cost(loops, out[-1] + one) if out else 0.0
+        if out and last + own < (1.0 + _SAME) * both:
+            out[-1], last = out[-1] + one, both
         else:
             out.append(one)
+            last = own
     return np.array(out).reshape(-1, 3)
 
 
