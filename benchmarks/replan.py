@@ -18,7 +18,7 @@ from purcell_cli.feedback.replan import replan
 from purcell_cli.files.builtin import find_scenario
 from purcell_cli.geometry import se3
 from purcell_cli.mechanics.configuration import Configuration
-from purcell_cli.planner.way import Way
+from purcell_cli.planner.plan_path import PlanPath
 from purcell_cli.solution import plan
 
 NAMES = (
@@ -43,7 +43,7 @@ def main() -> None:
     ways = []
     for name in NAMES:
         query = find_scenario(name)
-        ways.append(Way.of(plan(query.start, query.goal, swimmer=query.swimmer).plan))
+        ways.append(PlanPath.of(plan(query.start, query.goal, swimmer=query.swimmer).plan))
     seconds, kept, reached = [], 0, 0
     for k in range(count + 1):
         way = ways[k % len(ways)]

@@ -40,7 +40,7 @@ from purcell_cli.planner.missions.on_the_way import blocks_before
 from purcell_cli.planner.missions.waypoint_order import best_order, leg_prices, price_of_order
 from purcell_cli.planner.missions.waypoint_poses import Touring, cheapest_way
 from purcell_cli.planner.rest import blocks_after
-from purcell_cli.planner.ways.around import ended
+from purcell_cli.planner.routes.around import ended
 from purcell_cli.solution import Solution, planned
 
 QUICK = PlanOptions(effort="quick")

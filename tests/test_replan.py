@@ -21,7 +21,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.verdict import Verdict
-from purcell_cli.planner.way import Way
+from purcell_cli.planner.plan_path import PlanPath
 from purcell_cli.solution import carried_out, plan
 
 L_M = Swimmer().length_m
@@ -34,27 +34,27 @@ def whole() -> Solution:
 
 
 @pytest.fixture(scope="module")
-def way(whole: Solution) -> Way:
-    return Way.of(whole.plan)
+def way(whole: Solution) -> PlanPath:
+    return PlanPath.of(whole.plan)
 
 
-def at(way: Way, place: int) -> Configuration:
+def at(way: PlanPath, place: int) -> Configuration:
     """Return the configuration at a place of a way that ends at its plan's goal."""
     left = way.left[place].copy()
     left[:3, 3] *= L_M
     return Configuration(way.plan.goal.pose @ se3.inverse(left), way.shape[place])
 
 
-def near(way: Way, place: int) -> Configuration:
+def near(way: PlanPath, place: int) -> Configuration:
     """Return what is measured there with noise of 1e-3 L and 0.1 degree."""
     return Measuring(1e-3, 0.1).of(at(way, place), L_M, np.random.default_rng(3).normal(size=(2, 3)))
 
 
-def middle(way: Way) -> int:
+def middle(way: PlanPath) -> int:
     return int(np.searchsorted(-way.travel_rad, -0.5 * way.travel_rad[0]))
 
 
-def test_a_way_is_where_the_trajectory_is(whole: Solution, way: Way) -> None:
+def test_a_way_is_where_the_trajectory_is(whole: Solution, way: PlanPath) -> None:
     rows = whole.trajectory
     row = np.searchsorted(rows.time_s, way.travel_rad[0] - way.travel_rad - 1e-9)
     exact = np.abs(rows.time_s[row] - (way.travel_rad[0] - way.travel_rad)) < 1e-9
@@ -65,7 +65,7 @@ def test_a_way_is_where_the_trajectory_is(whole: Solution, way: Way) -> None:
     assert not Deviation.between(at(way, 40), at(way, 44)).within(1e-4 * L_M, 1e-4)
 
 
-def test_the_rest_arrives_exactly_and_travels_as_far_as_was_left(way: Way) -> None:
+def test_the_rest_arrives_exactly_and_travels_as_far_as_was_left(way: PlanPath) -> None:
     place = middle(way)
     measured = near(way, place)
     found = replan(way, measured)
@@ -80,7 +80,7 @@ def test_the_rest_arrives_exactly_and_travels_as_far_as_was_left(way: Way) -> No
     assert carried_out(plain).verdict == Verdict.NOT_REACHED
 
 
-def test_on_the_way_the_rest_is_what_is_left(way: Way) -> None:
+def test_on_the_way_the_rest_is_what_is_left(way: PlanPath) -> None:
     for place in (0, 4, middle(way), middle(way) + 1):
         nearest, off = way.nearest(at(way, place), way.plan.goal)
         assert (nearest, off < 1e-7) == (place, True)
@@ -91,7 +91,7 @@ def test_on_the_way_the_rest_is_what_is_left(way: Way) -> None:
         assert_close(sum(b.joint_travel_rad for b in way.blocks_from(place)), way.travel_rad[place], 1e-9)
 
 
-def test_going_back_and_forth_moves_nothing(way: Way) -> None:
+def test_going_back_and_forth_moves_nothing(way: PlanPath) -> None:
     place = middle(way)
     blocks = way.back_and_forth(place, 5.0)
     start = way.shape[place]
@@ -105,7 +105,7 @@ def test_going_back_and_forth_moves_nothing(way: Way) -> None:
     assert not carried_out(half).deviation.within(1e-3, 1e-3)
 
 
-def test_near_the_end_a_part_of_the_way_is_gone_back(way: Way) -> None:
+def test_near_the_end_a_part_of_the_way_is_gone_back(way: PlanPath) -> None:
     place = len(way.travel_rad) - 4
     found = replan(way, near(way, place))
     assert found.kept
@@ -114,14 +114,14 @@ def test_near_the_end_a_part_of_the_way_is_gone_back(way: Way) -> None:
 
 
 @pytest.mark.slow
-def test_far_off_the_way_it_is_planned_anew(way: Way) -> None:
+def test_far_off_the_way_it_is_planned_anew(way: PlanPath) -> None:
     aside = Configuration.from_angles((0.0, 0.2, 0.0), (90, 0, 0))
     found = replan(way, aside)
     assert not found.kept
     assert found.solution.verdict == Verdict.REACHED
 
 
-def test_strokes_that_are_said_to_be_swum_are_left_out(way: Way) -> None:
+def test_strokes_that_are_said_to_be_swum_are_left_out(way: PlanPath) -> None:
     start = way.plan.start
     nearest, _ = way.nearest(start, way.plan.goal)
     later, off = way.nearest(start, way.plan.goal, 0.5 * float(way.travel_rad[0]))

@@ -76,7 +76,7 @@ class Problem:
         noise = 0.5 * np.max(np.abs(segment.turn)) * (noise - noise.mean(axis=0))
         return motion.of([dataclasses.replace(segment, turn=segment.turn + noise)])
 
-    def aside(self, motion: MoveShooting, metric: Array, half_axes: Array) -> float:
+    def offset_share(self, motion: MoveShooting, metric: Array, half_axes: Array) -> float:
         """Return which part of a loop is out of the plane of half axes, as a metric measures it."""
         root = np.linalg.cholesky(metric)
         corners = np.cumsum(motion.segments[0].turn @ self.axes, axis=0)
@@ -102,19 +102,19 @@ def test_a_small_stroke_of_least_energy_is_the_ellipse_of_the_eigenvalue_problem
     metric, pi = problem.metric, CORNERS * math.tan(math.pi / CORNERS)  # the latter of a polygon
     most, half_axes = problem.ellipse(metric)
     _, circle = problem.ellipse(np.eye(len(metric)))
-    excess, aside = [], []
+    excess, offset_share = [], []
     for size in (0.1, 0.05):
         played, way = problem.stroke(half_axes, size)
         begun = problem.disturbed(played)
         best, off = settled(minimised(begun, EnergyProgram(begun, TOTAL_S), 60)[0])
         least = 4.0 * pi / (most * TOTAL_S)  # per way
         excess.append(energy(best) / way / least - 1.0)
-        aside.append(problem.aside(best, metric, half_axes))
+        offset_share.append(problem.offset_share(best, metric, half_axes))
         round_one, other_way = problem.stroke(circle, size)
         assert off < 1e-10
         assert energy(begun) > 1.2 * energy(best)
         assert energy(round_one) / other_way > 1.05 * energy(best) / way
     assert abs(excess[0]) < 0.09
     assert abs(excess[1]) < max(0.6 * abs(excess[0]), 0.01)  # the latter is what the search leaves
-    assert aside[0] < 0.1
-    assert aside[1] < max(0.65 * aside[0], 1e-12)
+    assert offset_share[0] < 0.1
+    assert offset_share[1] < max(0.65 * offset_share[0], 1e-12)

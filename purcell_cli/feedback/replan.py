@@ -12,9 +12,9 @@ from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.pace import paced
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.verdict import Verdict
+from purcell_cli.planner.plan_path import PlanPath
 from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.rest import of_primitives, rest
-from purcell_cli.planner.way import Way
 from purcell_cli.query import refuse_query
 from purcell_cli.solution import Solution, carried_out, plan
 
@@ -39,7 +39,7 @@ class Replanned:
 
 
 def replan(
-    way: Way,
+    way: PlanPath,
     measured: Configuration,
     options: PlanOptions = PlanOptions(),
     *,
@@ -53,7 +53,7 @@ def replan(
     Newton's method; where they do not arrive within limits, or only by a long way, it is planned anew.
 
     Args:
-        way: The plan's way; it is made once for many calls, see `Way.of`.
+        way: The plan's way; it is made once for many calls, see `PlanPath.of`.
         measured: Where the swimmer is.
         options: What was asked of the plan.
         goal: Where it is to end; the plan's goal where none is given.
@@ -99,9 +99,9 @@ def replan_once(
     return Replanned(whole, False, left_rad=made.joint_travel_rad)
 
 
-def way_of(made: Plan) -> Way | None:
+def way_of(made: Plan) -> PlanPath | None:
     """Return the way of a plan whose strokes can be brought to a goal anew: of primitives, and not none."""
-    return Way.of(made) if made.blocks and of_primitives(made) else None
+    return PlanPath.of(made) if made.blocks and of_primitives(made) else None
 
 
 def done_by(made: Plan, time_s: float) -> float:

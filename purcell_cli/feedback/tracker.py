@@ -29,8 +29,8 @@ from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import schedule
 from purcell_cli.motion.verdict import Verdict
+from purcell_cli.planner.plan_path import PlanPath
 from purcell_cli.planner.rest import BACK_RAD, blocks_after, rest
-from purcell_cli.planner.way import Way
 from purcell_cli.solution import Solution, carried_out, plan
 
 TOLERANCE_L = 1e-3
@@ -70,7 +70,7 @@ class Tracker:
         self._belief = DragFilter.of(model)
         self._last: Solution | None = None
         self._seen: list[tuple[float, Configuration]] = []
-        self._ways: list[Way] = []
+        self._ways: list[PlanPath] = []
 
     def off(self, measured: Configuration) -> Deviation:
         """Return how far a configuration is from the goal."""
@@ -190,7 +190,7 @@ class Tracker:
     def _believe(self) -> None:
         """Plan for the swimmer that is believed in from now on."""
         self.model = self._belief.swimmer
-        self._ways = [Way.of(dataclasses.replace(way.plan, swimmer=self.model)) for way in self._ways]
+        self._ways = [PlanPath.of(dataclasses.replace(way.plan, swimmer=self.model)) for way in self._ways]
 
 
 def _rank(found: Solution) -> tuple[bool, float]:

@@ -5,49 +5,51 @@
 #include "kernel.h"
 #include "small.h"
 
-#define DIFFERENCE 1e-6  /* the step of difference quotients by bend, aside and roll [rad] */
+#define DIFFERENCE 1e-6  /* the step of difference quotients by bend, offset share and roll [rad] */
 #define NEARBY 3e-3      /* chains that miss by less are compared by cost, others by what they miss [L, rad] */
 #define FAR 1.0          /* over distances above this, errors across the way count in proportion to it: a heading [L] */
 #define FAR_AHEAD 1000.0 /* the same along the way [L] */
 #define THRIFT 2.0       /* step along the cost gradient in each round, in joint travel [rad] */
-#define LONGEST 0.3      /* the largest change of a bend, of what lies aside or of a roll in one step [rad] */
+#define LONGEST 0.3      /* the largest change of a bend, an offset share or a roll in one step [rad] */
 #define MOST_TERMS 16    /* Chebyshev terms of a series in one variable */
 #define PI 3.141592653589793
 enum { TRAVEL, ENERGY, SWITCHES };
 
 /* The loops of one kind, as the numbers before their series. */
 struct loops {
-    double least_bend, most_bend, least_aside, most_aside;
-    double power;        /* 1 or 2: the root of the part aside that is the series' second variable */
-    double across;       /* whether they are bent aside across their plane */
+    double least_bend, most_bend, least_offset_share, most_offset_share;
+    double power;        /* 1 or 2: the root of the offset share that is the series' second variable */
+    double across;       /* whether they are bent to one side across their plane */
     double unit;         /* what a cost of 1 rad is in the measure */
     double rows, columns, values; /* of the series: terms in the bend, in the root, and numbers each */
 };
 
 struct arc {
-    double cycle[3][6], ways[3][6]; /* twists, and how they change with bend and aside */
+    double cycle[3][6], ways[3][6]; /* twists, and how they change with bend and offset share */
     double paid, by[2];             /* cost, and how it changes */
 };
 
-/* What paying for loops of a beat and an offset makes by joint travel: a cycle, and the ways there and back. */
-static void travel_of(const struct loops *l, double bend, double aside, double out[2]) {
-    double beat = bend * (1.0 - aside), offset = bend * aside;
+/* What paying for loops of a half side and an offset makes by joint travel: a cycle, and the ways there and back. */
+static void travel_of(const struct loops *l, double bend, double offset_share, double out[2]) {
+    double half_side = bend * (1.0 - offset_share), offset = bend * offset_share;
     if (l->across != 0.0) {
         double sb, cb, sa, ca;
         purcell_sin_cos_of(bend, &sb, &cb);
-        purcell_sin_cos_of(aside, &sa, &ca);
+        purcell_sin_cos_of(offset_share, &sa, &ca);
         const double s = sb * sa;
-        beat = purcell_arctan2_of(sb / cb * ca, 1.0);
+        half_side = purcell_arctan2_of(sb / cb * ca, 1.0);
         offset = purcell_arctan2_of(s, sqrt((1.0 - s) * (1.0 + s)));
     }
-    out[0] = 8.0 * beat;
-    out[1] = 4.0 * (l->across != 0.0 ? beat + offset : fabs(beat - offset));
+    out[0] = 8.0 * half_side;
+    out[1] = 4.0 * (l->across != 0.0 ? half_side + offset : fabs(half_side - offset));
 }
 
-static void look_up(const struct loops *l, const double *series, int measure, double cycles, double bend, double aside,
+static void look_up(const struct loops *l, const double *series, int measure, double cycles, double bend, double offset_share,
                     struct arc *out) {
     const int rows = (int)l->rows, columns = (int)l->columns, values = (int)l->values;
-    const double over = 2.0 / (l->most_bend - l->least_bend), part = (aside > l->least_aside ? aside : l->least_aside) / l->most_aside;
+    const double over = 2.0 / (l->most_bend - l->least_bend);
+    const double share = offset_share > l->least_offset_share ? offset_share : l->least_offset_share;
+    const double part = share / l->most_offset_share;
     const double root = l->power == 2.0 ? sqrt(part) : part, x = over * (bend - l->least_bend) - 1.0, y = 2.0 * root - 1.0;
     double first[MOST_TERMS], second[MOST_TERMS], found[3][14] = {{0.0}};
     first[0] = second[0] = 1.0;
@@ -61,7 +63,7 @@ static void look_up(const struct loops *l, const double *series, int measure, do
                 const double weight = first[i] * second[j];
                 for (int v = 0; v < values; v++) found[s][v] += weight * series[v];
             }
-    const double inner = 2.0 / (l->power * l->most_aside * (l->power == 2.0 ? root : 1.0));
+    const double inner = 2.0 / (l->power * l->most_offset_share * (l->power == 2.0 ? root : 1.0));
     for (int v = 0; v < values; v++) found[2][v] *= inner;
     for (int s = 0; s < 3; s++)
         for (int i = 0; i < 6; i++) {
@@ -76,9 +78,9 @@ static void look_up(const struct loops *l, const double *series, int measure, do
         out->by[0] = out->by[1] = 0.0;
     } else {
         double here[2], more[2][2];
-        travel_of(l, bend, aside, here);
-        travel_of(l, bend + DIFFERENCE, aside, more[0]);
-        travel_of(l, bend, aside + DIFFERENCE, more[1]);
+        travel_of(l, bend, offset_share, here);
+        travel_of(l, bend + DIFFERENCE, offset_share, more[0]);
+        travel_of(l, bend, offset_share + DIFFERENCE, more[1]);
         out->paid = (cycles * here[0] + here[1]) / l->unit;
         for (int s = 0; s < 2; s++) out->by[s] = ((cycles * more[s][0] + more[s][1]) / l->unit - out->paid) / DIFFERENCE;
     }
@@ -160,7 +162,7 @@ struct table {
     int measure;
 };
 
-/* One chain at x: bends, asides and rolls. whole: (4, 4); residual: (6,); columns: (6, 3 m + 1); slope: (3 m + 1,).
+/* One chain at x: bends, offset shares and rolls. whole: (4, 4); residual: (6,); columns: (6, 3 m + 1); slope: (3 m + 1,).
  * room: 16 (2 m + 1) + 48 m numbers. Returns the cost. */
 static double evaluated(const struct table *t, SIZE m, const SIZE *which, const double *cycles, const SIZE *mirrored,
                         const SIZE *backwards, const double wanted[16], const double *x, double *room, double whole[16],
@@ -222,7 +224,7 @@ static double evaluated(const struct table *t, SIZE m, const SIZE *which, const 
     return cost;
 }
 
-/* Changes bends, asides and rolls of n chains of m arcs and m + 1 rolls until they make displacements, at little cost:
+/* Changes bends, offset shares and rolls of n chains of m arcs and m + 1 rolls until they make displacements, at little cost:
  * every round takes the least step to the displacement from where the cost alone would lead, within bounds.
  *
  * kinds: (k, 2) of addresses: each kind of loops, `struct loops` and its series, (3, rows columns, values). rolls: see

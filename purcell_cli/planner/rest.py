@@ -24,13 +24,13 @@ from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.incumbent import Contender
 from purcell_cli.planner.library.random_plans import free_segment
+from purcell_cli.planner.plan_path import PlanPath
 from purcell_cli.planner.reconfiguration import careful_bend_rad
 from purcell_cli.planner.refine.exact_arrival import approach
 from purcell_cli.planner.refine.minimum_travel import offered
 from purcell_cli.planner.refine.segments import segments_of
 from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refinement import Near, Refinement, played
-from purcell_cli.planner.way import Way
 
 _ENOUGH_FREE = 40
 """Motions of fewer free angles than this are offered idle controls at every switch."""
@@ -75,7 +75,7 @@ def blocks_after(plan: Plan, done_rad: float) -> tuple[Block, ...]:
 
 
 def rest(
-    way: Way,
+    way: PlanPath,
     place: int,
     measured: Configuration,
     goal: Configuration,
@@ -86,7 +86,7 @@ def rest(
 
     Args:
         way: The plan's way.
-        place: Where on the way the swimmer is nearest; see `Way.nearest`.
+        place: Where on the way the swimmer is nearest; see `PlanPath.nearest`.
         measured: Where the swimmer is.
         goal: Where it is to end.
         limits: What the motion must keep besides the bend limit.

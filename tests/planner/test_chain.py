@@ -58,7 +58,9 @@ def test_the_kernel_puts_chains_together_as_numpy_does(only: int, measure: str) 
         one, there = some[np.array([k])], (wanted @ se3.exp(np.array([0.2, -0.1, 0.1, 0.3, 0.05, -0.04])))[None]
         few, off, paid = one.settled(there, 6)
         asked, missing, price = reference.settled(one, there, 6)
-        assert_close(np.concatenate([few.bend, few.aside]), np.concatenate([asked.bend, asked.aside]), 1e-7)
+        assert_close(
+            np.concatenate([few.bend, few.offset_share]), np.concatenate([asked.bend, asked.offset_share]), 1e-7
+        )
         assert_close(few.roll, asked.roll, 1e-7)
         assert off[0] == pytest.approx(missing, abs=1e-7)
         assert paid[0] == pytest.approx(price, rel=1e-7)
@@ -85,11 +87,11 @@ def test_tables_that_make_no_sense_are_refused() -> None:
 @pytest.mark.parametrize("only", [0, 1])
 def test_the_derivative_of_chains_is_that_of_differences(only: int) -> None:
     some = chains(SWIMMERS["the paper's"], only)
-    some = dataclasses.replace(some, bend=0.9 * some.bend, aside=some.aside + 0.05 * (some.which >= 0))
+    some = dataclasses.replace(some, bend=0.9 * some.bend, offset_share=some.offset_share + 0.05 * (some.which >= 0))
     here = some.displacements()
     slope, cost_slope = some.residuals(here)[1], some.costs()[1]
     step = 1e-5
-    for name, low in (("bend", 0), ("aside", some.bend.shape[1]), ("roll", 2 * some.bend.shape[1])):
+    for name, low in (("bend", 0), ("offset_share", some.bend.shape[1]), ("roll", 2 * some.bend.shape[1])):
         values = getattr(some, name)
         for j in range(values.shape[1]):
             change = step * (np.arange(values.shape[1]) == j)
@@ -116,7 +118,7 @@ def test_settled_chains_make_what_is_wanted_within_their_bounds_and_cost_no_more
     assert missed(wanted[0], flown(swimmer, better.blocks(0))) < 5e-3
     live = few.which >= 0
     assert np.all(few.bend[live] <= swimmer.max_bend_rad)
-    assert np.all(few.aside[live] >= 0.0)
+    assert np.all(few.offset_share[live] >= 0.0)
 
 
 def test_longer_chains_have_more_cycles_where_loops_are_full() -> None:

@@ -38,8 +38,8 @@ def test_a_loop_of_the_fan_costs_what_its_joint_travel_is(across: bool) -> None:
     """Played a hundred times on the exact flow, ways in and out left aside."""
     of = fan(BODY, "travel", across)
     for k in range(0, len(of.bend), 3):
-        beat, offset = (float(x[0]) for x in of.loops.sides(of.bend[k : k + 1], of.aside[k : k + 1]))
-        there, loop, _ = (Block(2, "", s) for s in stroke(beat, offset, across))
+        half_side, offset = (float(x[0]) for x in of.loops.sides(of.bend[k : k + 1], of.offset_share[k : k + 1]))
+        there, loop, _ = (Block(2, "", s) for s in stroke(half_side, offset, across))
         entry = flown(BODY, [there])
         cycle = se3.log(flown(BODY, [there, loop]) @ se3.inverse(entry))
         turn = float(np.hypot(cycle[4], cycle[5]))
@@ -47,9 +47,9 @@ def test_a_loop_of_the_fan_costs_what_its_joint_travel_is(across: bool) -> None:
         assert cost == pytest.approx(100 * loop.joint_travel_rad, rel=5e-3)
 
 
-def shares(of: Fan, bend: Array, aside: Array) -> Array:
+def shares(of: Fan, bend: Array, offset_share: Array) -> Array:
     """Return what loops cost by the fan over what they cost in truth. Shape (n,)."""
-    cycle, paid = of.loops.at(bend, aside).cycle[0], of.loops.costs(bend, aside)[0] / of.unit
+    cycle, paid = of.loops.at(bend, offset_share).cycle[0], of.loops.costs(bend, offset_share)[0] / of.unit
     return of.cost(cycle[:, 0], np.hypot(cycle[:, 4], cycle[:, 5])) / paid
 
 
@@ -59,10 +59,10 @@ def test_no_loop_of_the_table_is_cheaper_than_the_fan(across: bool, measure: str
     """By more than 2 %, that is; loops of two thirds of the bend, the foil, all cost more than the fan says."""
     of = fan(BODY, measure, across)
     grid = np.meshgrid(np.linspace(of.loops.least_rad, of.loops.most_rad, 25), np.linspace(0.01, 0.9, 40))
-    bend, aside = of.loops.clipped(*(part.ravel() for part in grid))
-    assert np.max(shares(of, bend, aside)) < 1.02
+    bend, offset_share = of.loops.clipped(*(part.ravel() for part in grid))
+    assert np.max(shares(of, bend, offset_share)) < 1.02
     if measure == "travel":
-        assert np.max(shares(of, np.minimum(bend, of.loops.most_rad / 1.5), aside)) < 0.9
+        assert np.max(shares(of, np.minimum(bend, of.loops.most_rad / 1.5), offset_share)) < 0.9
 
 
 @BOTH
@@ -144,7 +144,7 @@ def test_a_fan_is_made_once_of_the_loops_of_its_swimmer() -> None:
 def test_where_limbs_differ_another_point_than_the_middle_swims_along_circles(swimmer: Swimmer, across: bool) -> None:
     """There the loops' twists about y and z move along x, and aside by much less than the middle."""
     of = fan(swimmer.scaled(), "travel", across)
-    twist = of.loops.at(of.bend, of.aside).cycle[0]
+    twist = of.loops.at(of.bend, of.offset_share).cycle[0]
     shift = np.eye(4)
     shift[0, 3] = of.centre
     there = (se3.adjoint(se3.inverse(shift)) @ twist.T).T

@@ -34,8 +34,8 @@ def found(across: bool) -> tuple[Fan, Fitted]:
 def made(across: bool, k: int, cycles: int) -> np.ndarray:
     """Return the twist of one of the strokes on the exact flow, played so many times. Shape (6,)."""
     of, fit = found(across)
-    beat, offset = (float(x[0]) for x in of.loops.sides(fit.bend[k : k + 1], fit.aside[k : k + 1]))
-    there, loop, back = stroke(beat, offset, across)
+    half_side, offset = (float(x[0]) for x in of.loops.sides(fit.bend[k : k + 1], fit.offset_share[k : k + 1]))
+    there, loop, back = stroke(half_side, offset, across)
     entry = flown(BODY, [Block(2, "", there)])
     cycle = se3.log(flown(BODY, [Block(2, "", there), Block(2, "", loop)]) @ se3.inverse(entry))
     return cycles * cycle + se3.log(flown(BODY, [Block(2, "", there), Block(2, "", back)]))
@@ -54,9 +54,9 @@ def test_fitted_loops_advance_and_turn_as_asked(across: bool) -> None:
 @BOTH
 def test_loops_stay_within_the_table(across: bool) -> None:
     of, fit = found(across)
-    bend, aside = of.loops.clipped(fit.bend, fit.aside)
+    bend, offset_share = of.loops.clipped(fit.bend, fit.offset_share)
     assert_close(fit.bend, bend, 0.0)
-    assert_close(fit.aside, aside, 0.0)
+    assert_close(fit.offset_share, offset_share, 0.0)
 
 
 @BOTH
@@ -64,7 +64,7 @@ def test_no_fewer_cycles_would_do(across: bool) -> None:
     """Two fewer of even the best loops fall short: one may be made up for by the ways in and out."""
     of, fit = found(across)
     knot = of.knot(ADVANCE, TURN)
-    once = of.loops.at(of.at(knot, of.bend), of.at(knot, of.aside))
+    once = of.loops.at(of.at(knot, of.bend), of.at(knot, of.offset_share))
     reach = (fit.cycles - 2) * np.abs(once.cycle[0][:, 0])
     assert np.all(reach[fit.cycles > 2] < ADVANCE[fit.cycles > 2])
 
@@ -72,8 +72,8 @@ def test_no_fewer_cycles_would_do(across: bool) -> None:
 @BOTH
 def test_the_cost_is_the_joint_travel_of_the_strokes(across: bool) -> None:
     of, fit = found(across)
-    for k, (beat, offset) in enumerate(zip(*of.loops.sides(fit.bend, fit.aside), strict=True)):
-        there, loop, back = stroke(float(beat), float(offset), across)
+    for k, (half_side, offset) in enumerate(zip(*of.loops.sides(fit.bend, fit.offset_share), strict=True)):
+        there, loop, back = stroke(float(half_side), float(offset), across)
         travel = there.joint_travel_rad + int(fit.cycles[k]) * loop.joint_travel_rad + back.joint_travel_rad
         assert fit.cost[k] == pytest.approx(travel, rel=1e-9)
     assert np.all(fit.cost >= of.cost(ADVANCE, TURN) - 0.5)
@@ -85,11 +85,11 @@ def test_many_arcs_are_fitted_as_each_alone(across: bool) -> None:
     for k in range(len(ADVANCE)):
         alone = fitted(of, ADVANCE[k : k + 1], TURN[k : k + 1])
         assert alone.cycles[0] == fit.cycles[k]
-        assert_close([alone.bend[0], alone.aside[0]], [fit.bend[k], fit.aside[k]], 1e-12)
+        assert_close([alone.bend[0], alone.offset_share[0]], [fit.bend[k], fit.offset_share[k]], 1e-12)
 
 
 def test_a_straight_way_takes_loops_that_are_not_bent_aside() -> None:
     of, fit = found(False)
-    assert np.all((fit.aside < 1e-3) == (TURN == 0.0))
+    assert np.all((fit.offset_share < 1e-3) == (TURN == 0.0))
     wanted = se3.pose(np.eye(3), [math.copysign(0.4, of.advance[0]), 0.0, 0.0])
     assert missed(wanted, se3.exp(made(False, 3, int(fit.cycles[3])))) < NEAR

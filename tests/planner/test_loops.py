@@ -31,25 +31,27 @@ SWIMMERS = {
 def places(of: Loops, count: int, seed: int = 1) -> tuple[Array, Array]:
     """Return random places within a table. Shapes (count,)."""
     rng = np.random.default_rng(seed)
-    return rng.uniform(of.least_rad, of.most_rad, count), rng.uniform(of.least_aside, of.most_aside, count)
+    return rng.uniform(of.least_rad, of.most_rad, count), rng.uniform(
+        of.least_offset_share, of.most_offset_share, count
+    )
 
 
-def played(of: Loops, bend: float, aside: float, cycles: int) -> list[Block]:
+def played(of: Loops, bend: float, offset_share: float, cycles: int) -> list[Block]:
     """Return the stroke of a number of cycles at a place."""
-    beat, offset = (float(x[0]) for x in of.sides(np.array([bend]), np.array([aside])))
-    there, loop, back = stroke(beat, offset, of.across)
+    half_side, offset = (float(x[0]) for x in of.sides(np.array([bend]), np.array([offset_share])))
+    there, loop, back = stroke(half_side, offset, of.across)
     return [Block(2, "", s, n) for s, n in ((there, 1), (loop, cycles), (back, 1)) if n]
 
 
 def worst(swimmer: Swimmer, of: Loops, count: int = 8) -> float:
     """Return the largest error of a table at random places, of no cycle and of one [L, rad]."""
-    bend, aside = places(of, count)
-    found = of.at(bend, aside)
+    bend, offset_share = places(of, count)
+    found = of.at(bend, offset_share)
     off = []
     for k in range(count):
         for cycles in (0, 1):
             said = se3.exp(cycles * found.cycle[0, k]) @ se3.exp(found.ways[0, k])
-            off.append(missed(said, flown(swimmer, played(of, bend[k], aside[k], cycles))))
+            off.append(missed(said, flown(swimmer, played(of, bend[k], offset_share[k], cycles))))
     return max(off)
 
 
@@ -58,13 +60,13 @@ def worst(swimmer: Swimmer, of: Loops, count: int = 8) -> float:
 def test_the_table_says_what_the_flow_does(name: str, across: bool) -> None:
     """After no cycle, one and three; the foil, a cycle more than is said, is off by far."""
     swimmer, of = SWIMMERS[name], loops(SWIMMERS[name], "travel", across)
-    bend, aside = places(of, 12)
-    found = of.at(bend, aside)
+    bend, offset_share = places(of, 12)
+    found = of.at(bend, offset_share)
     for k in range(len(bend)):
         for cycles in (0, 1, 3):
             said = se3.exp(cycles * found.cycle[0, k]) @ se3.exp(found.ways[0, k])
-            assert missed(said, flown(swimmer, played(of, bend[k], aside[k], cycles))) < SERIES
-            assert missed(said, flown(swimmer, played(of, bend[k], aside[k], cycles + 1))) > 10 * SERIES
+            assert missed(said, flown(swimmer, played(of, bend[k], offset_share[k], cycles))) < SERIES
+            assert missed(said, flown(swimmer, played(of, bend[k], offset_share[k], cycles + 1))) > 10 * SERIES
 
 
 @pytest.mark.parametrize("across", [False, True])
@@ -85,13 +87,13 @@ def test_the_series_converge_geometrically(monkeypatch: pytest.MonkeyPatch, acro
 def test_slopes_are_those_of_differences(measure: str, across: bool) -> None:
     """Whose error falls with the square of their step; the two slopes exchanged, the foil, are others."""
     of = loops(BODY, measure, across)
-    bend, aside = places(of, 10)
-    here, steps = of.at(bend, aside), np.array([1e-3, 2e-3, 4e-3])
+    bend, offset_share = places(of, 10)
+    here, steps = of.at(bend, offset_share), np.array([1e-3, 2e-3, 4e-3])
     for part in ("cycle", "ways"):
         for k, along in enumerate(np.eye(2), 1):
             errors = []
             for step in steps:
-                ends = np.stack([bend, aside]), step * along[:, None]
+                ends = np.stack([bend, offset_share]), step * along[:, None]
                 up, down = (getattr(of.at(*(ends[0] + sign * ends[1])), part)[0] for sign in (1.0, -1.0))
                 errors.append(float(np.max(np.abs((up - down) / (2.0 * step) - getattr(here, part)[k]))))
             assert abs(slope(steps, errors) - 2.0) < 0.15
@@ -100,16 +102,16 @@ def test_slopes_are_those_of_differences(measure: str, across: bool) -> None:
 
 @pytest.mark.parametrize("across", [False, True])
 def test_a_stroke_bends_the_limbs_as_far_as_its_place_says(across: bool) -> None:
-    """At most, at any instant; across the plane the sum of beat and offset, the foil, would be more."""
+    """At most, at any instant; across the plane the sum of half side and offset, the foil, would be more."""
     of = loops(BODY, "travel", across)
-    bend, aside = places(of, 12)
-    beats, offsets = of.sides(bend, aside)
-    for k, (beat, offset) in enumerate(zip(beats, offsets, strict=True)):
-        whole = joined(list(stroke(float(beat), float(offset), across)))
+    bend, offset_share = places(of, 12)
+    half_sides, offsets = of.sides(bend, offset_share)
+    for k, (half_side, offset) in enumerate(zip(half_sides, offsets, strict=True)):
+        whole = joined(list(stroke(float(half_side), float(offset), across)))
         assert_close(largest_bends(whole), np.full(2, bend[k]), 1e-9)
         assert_close(whole.shapes(COLLINEAR)[-1], COLLINEAR, 1e-14)
-        assert (beat + offset > bend[k] + 1e-3) == across
-    for found, wanted in zip(of.place(beats, offsets), (bend, aside), strict=True):
+        assert (half_side + offset > bend[k] + 1e-3) == across
+    for found, wanted in zip(of.place(half_sides, offsets), (bend, offset_share), strict=True):
         assert_close(found, wanted, 1e-12)
 
 
@@ -118,10 +120,10 @@ def test_costs_are_those_of_the_strokes(across: bool) -> None:
     """Joint travel and switches exactly, energy to the series' error: in the plane what the ways cost has a kink."""
     for measure in ("travel", "switches", "energy"):
         of = loops(BODY, measure, across)
-        bend, aside = places(of, 6)
-        cycle, ways = of.costs(bend, aside)
+        bend, offset_share = places(of, 6)
+        cycle, ways = of.costs(bend, offset_share)
         for k in range(len(bend)):
-            there, loop, back = played(of, bend[k], aside[k], 1)
+            there, loop, back = played(of, bend[k], offset_share[k], 1)
             if measure == "travel":
                 wanted = [b.joint_travel_rad for b in (loop, there, back)]
             elif measure == "switches":
@@ -136,9 +138,9 @@ def test_costs_are_those_of_the_strokes(across: bool) -> None:
 
 def test_places_outside_the_table_are_brought_to_its_edge() -> None:
     of = loops(BODY, "travel", True)
-    bend, aside = of.clipped(np.array([-1.0, 0.7, 9.0]), np.array([0.5, -1.0, 9.0]))
+    bend, offset_share = of.clipped(np.array([-1.0, 0.7, 9.0]), np.array([0.5, -1.0, 9.0]))
     assert_close(bend, [of.least_rad, 0.7, of.most_rad], 0.0)
-    assert_close(aside, [0.5, of.least_aside, of.most_aside], 0.0)
+    assert_close(offset_share, [0.5, of.least_offset_share, of.most_offset_share], 0.0)
 
 
 def test_a_table_is_made_once_for_a_swimmer() -> None:

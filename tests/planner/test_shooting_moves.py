@@ -56,17 +56,17 @@ def test_the_equations_have_the_derivative_they_say() -> None:
     assert len(unknown) == 16
     assert motion().tail == 10
     h = 1e-6
-    slopes, rooms = [], []
+    slopes, slacks = [], []
     for step in h * np.eye(16):
         up, down = motion().at(unknown + step), motion().at(unknown - step)
         slopes.append((up.residual - down.residual) / (2 * h))
-        rooms.append((up.room - down.room) / (2 * h))
+        slacks.append((up.slack - down.slack) / (2 * h))
     free = [k for k in range(16) if not 6 <= k < 10]
     assert_close(values.derivative[:, 6:10], np.array(slopes).T[:, 6:10], 1e-7)
     assert_close(values.derivative[:6, 10:], np.array(slopes).T[:6, 10:], 1e-7)
     assert_close(values.derivative[6:, free], np.array(slopes).T[6:, free], 1e-7)
-    assert len(values.room) > 0
-    assert_close(values.room_derivative, np.array(rooms).T, 1e-7)
+    assert len(values.slack) > 0
+    assert_close(values.slack_derivative, np.array(slacks).T, 1e-7)
     once = motion(1).at(unknown)
     assert not is_close(once.derivative[:6, 6:10], values.derivative[:6, 6:10], 1e-2)
 

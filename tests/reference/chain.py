@@ -29,7 +29,7 @@ def made(chains: Chains, k: int) -> tuple[Array, float]:
         out = out @ se3.pose(about_axis(0, roll), np.zeros(3))
         if j == chains.which.shape[1] or chains.which[k, j] < 0:
             continue
-        fan, place = chains.fans[chains.which[k, j]], (chains.bend[k, j : j + 1], chains.aside[k, j : j + 1])
+        fan, place = chains.fans[chains.which[k, j]], (chains.bend[k, j : j + 1], chains.offset_share[k, j : j + 1])
         found, (cycle, ways) = fan.loops.at(*place), fan.loops.costs(*place)
         cost += float(chains.cycles[k, j] * cycle[0] + ways[0]) / fan.unit
         move = se3.exp(chains.cycles[k, j] * found.cycle[0, 0]) @ se3.exp(found.ways[0, 0])

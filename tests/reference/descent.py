@@ -16,11 +16,11 @@ from purcell_cli.planner.refine.trust_region import descended
 
 @dataclasses.dataclass(frozen=True)
 class Point:
-    """Free angles, the equations there, the room below the limits, violation and merit."""
+    """Free angles, the equations there, the slack of the limits, violation and merit."""
 
     angle: Array
     values: Values
-    room: Array
+    slack: Array
     slope: Array
     violation: float
     merit: float
@@ -38,16 +38,16 @@ class Search:
         values = self.equations.at(angle)
         motion = self.equations, values.sequence, values.shapes
         rows = bend_rows(*motion, self.least), clearance_rows(*motion, self.apart)
-        room, slope = (np.concatenate(part) for part in zip(*rows, strict=True))
-        violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(room, 0.0)))
+        slack, slope = (np.concatenate(part) for part in zip(*rows, strict=True))
+        violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(slack, 0.0)))
         return Point(
-            angle, values, room, slope, violation, self.equations.weight @ np.abs(angle) + self.price * violation
+            angle, values, slack, slope, violation, self.equations.weight @ np.abs(angle) + self.price * violation
         )
 
     def step(self, here: Point, reach: float) -> tuple[Array, float] | None:
         within = reach * loose(here.values.derivative)
         slope = np.concatenate([here.values.derivative, -here.slope])
-        wanted = slope @ here.angle - np.concatenate([here.values.residual, -here.room])
+        wanted = slope @ here.angle - np.concatenate([here.values.residual, -here.slack])
         bounds = here.angle - within, here.angle + within
         many = len(here.values.residual)
         return penalised(self.equations.weight, slope, wanted, many, self.price, *bounds, here.angle)
@@ -59,7 +59,7 @@ class Search:
                 break
             move, values = np.zeros_like(here.angle), here.values
             move[used] = bounded_step(
-                values.derivative[:, used], values.residual, here.room, here.slope[:, used], reach
+                values.derivative[:, used], values.residual, here.slack, here.slope[:, used], reach
             )
             there = self.point(here.angle + move)
             if there.violation > 0.9 * here.violation:
@@ -81,14 +81,14 @@ def approached(equations: Equations, max_bend_rad: float, reach: float, patience
     angle, values = equations.angles, equations.at(equations.angles)
     best, kept, known, idle, halved = np.inf, angle, values, 0, np.inf
     for _ in range(20):
-        room, slope = bend_rows(equations, values.sequence, values.shapes, least)
-        off = max(values.size, 100.0 * float(-np.min(room, initial=0.0)))
+        slack, slope = bend_rows(equations, values.sequence, values.shapes, least)
+        off = max(values.size, 100.0 * float(-np.min(slack, initial=0.0)))
         if off < best:
             best, kept, known = off, angle, values
         idle, halved = (0, best) if best < 0.5 * halved else (idle + 1, halved)
         if best < 3e-4 or idle > patience:
             break
-        step = bounded_step(values.derivative, values.residual, room, slope, reach)
+        step = bounded_step(values.derivative, values.residual, slack, slope, reach)
         for shorter in (1.0, 0.4, 0.15, 0.05):
             there = equations.at(angle + shorter * step)
             if there.size < values.size:

@@ -1,7 +1,7 @@
 """Chains: alternating rolls and arcs whose displacement has a closed form, so that phase 2 needs no flow.
 
 A stroke of n cycles has the displacement exp(n L) exp(U), with L and U from the series of `loops`, and
-a roll stroke rolls. So the displacement of phase 2, and its derivatives by the bends, asides and rolls,
+a roll stroke rolls. So the displacement of phase 2, and its derivatives by the bends, offset shares and rolls,
 take no integration. Newton steps biased along the cost gradient bring many chains at once to the wanted
 displacements, up to the error of the series.
 
@@ -29,10 +29,10 @@ from purcell_cli.planner.arcs.roll_stroke import Rolling
 _FULL_RAD = 1e-3
 """A loop whose bend is within this of its upper bound is as large as it may be [rad]."""
 _ROLL_EFFORT = 5.0
-"""Weight of a roll in the least step; a bend or aside has 8 times its cycles plus 4. A larger one keeps rolls."""
+"""Weight of a roll in the least step; a bend or an offset share has 8 times its cycles plus 4. More keeps rolls."""
 _LONGER = 0.1
 """The largest part by which the cycles of a chain grow at once, before rounding up."""
-_ARRAYS = ("which", "cycles", "mirrored", "backwards", "bend", "aside", "roll")
+_ARRAYS = ("which", "cycles", "mirrored", "backwards", "bend", "offset_share", "roll")
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +47,7 @@ class Chains:
         mirrored: Whether it turns the other way: all angles negated. Shape (n, m).
         backwards: Whether it is swum backwards. Shape (n, m).
         bend: The largest bends of the loops [rad]. Shape (n, m).
-        aside: How much of the bends lies aside. Shape (n, m).
+        offset_share: How much of the bend is offset. Shape (n, m).
         roll: The roll before each arc, and the last [rad]. Shape (n, m + 1).
     """
 
@@ -58,7 +58,7 @@ class Chains:
     mirrored: NDArray[np.bool_]
     backwards: NDArray[np.bool_]
     bend: Array
-    aside: Array
+    offset_share: Array
     roll: Array
 
     def __len__(self) -> int:
@@ -85,26 +85,29 @@ class Chains:
 
     @property
     def _unknown(self) -> Array:
-        return np.concatenate([self.bend, self.aside, self.roll], axis=1)
+        return np.concatenate([self.bend, self.offset_share, self.roll], axis=1)
 
     def _with(self, x: Array) -> Chains:
         m = self.which.shape[1]
-        return dataclasses.replace(self, bend=x[:, :m], aside=x[:, m : 2 * m], roll=x[:, 2 * m :])
+        return dataclasses.replace(self, bend=x[:, :m], offset_share=x[:, m : 2 * m], roll=x[:, 2 * m :])
 
     def _bounds(self) -> tuple[Array, Array]:
-        """Return the least and the greatest bends, asides and rolls; those of empty arcs stay as they are."""
+        """Return the least and the greatest bends, offset shares and rolls; those of empty arcs stay as they are."""
         low, high = self._unknown, self._unknown
         m = self.which.shape[1]
         for k, fan in enumerate(self.fans):
             mine = np.nonzero(self.which == k)
             low[:, :m][mine], high[:, :m][mine] = fan.loops.least_rad, fan.loops.most_rad
-            low[:, m : 2 * m][mine], high[:, m : 2 * m][mine] = fan.loops.least_aside, fan.loops.most_aside
+            low[:, m : 2 * m][mine], high[:, m : 2 * m][mine] = (
+                fan.loops.least_offset_share,
+                fan.loops.most_offset_share,
+            )
         live = np.arange(m + 1) <= np.count_nonzero(self.which >= 0, axis=1)[:, None]
         low[:, 2 * m :][live], high[:, 2 * m :][live] = -np.inf, np.inf
         return low, high
 
     def costs(self) -> tuple[Array, Array]:
-        """Return what the chains cost, rolls included [rad], and that by bends, asides and rolls.
+        """Return what the chains cost, rolls included [rad], and that by bends, offset shares and rolls.
 
         Returns:
             Costs, shape (n,), and derivatives, shape (n, 3 m + 1).
@@ -113,7 +116,7 @@ class Chains:
         return found.cost, found.slope
 
     def residuals(self, wanted: Array) -> tuple[Array, Array]:
-        """Return log(D^-1 g) and their derivatives by bends, asides and rolls.
+        """Return log(D^-1 g) and their derivatives by bends, offset shares and rolls.
 
         Args:
             wanted: The displacements D. Shape (n, 4, 4).
@@ -141,7 +144,7 @@ class Chains:
         """Return the chains changed until they make displacements, at little cost.
 
         Every round takes the least step to the displacement from where the cost alone would lead;
-        bends and asides stay within the table, and so within the bend limit.
+        bends and offset shares stay within the table, and so within the bend limit.
 
         Args:
             wanted: The displacements. Shape (n, 4, 4).
@@ -190,13 +193,15 @@ class Chains:
         for j in range(self.arcs(k)):
             out += self.roll_stroke.blocks(float(self.roll[k, j]))
             loops = self.fans[int(self.which[k, j])].loops
-            beat, offset = (float(x[0]) for x in loops.sides(self.bend[k, j : j + 1], self.aside[k, j : j + 1]))
-            parts = list(zip(stroke(beat, offset, loops.across), (1, int(self.cycles[k, j]), 1), strict=True))
+            half_side, offset = (
+                float(x[0]) for x in loops.sides(self.bend[k, j : j + 1], self.offset_share[k, j : j + 1])
+            )
+            parts = list(zip(stroke(half_side, offset, loops.across), (1, int(self.cycles[k, j]), 1), strict=True))
             if self.mirrored[k, j]:
                 parts = [(s.with_angles(-s.angle), n) for s, n in parts]
             if self.backwards[k, j]:
                 parts = [(s.inverse(), n) for s, n in reversed(parts)]
-            out += [Block(2, NAME, s, n, 2.0 * beat) for s, n in parts if n]
+            out += [Block(2, NAME, s, n, 2.0 * half_side) for s, n in parts if n]
         return [*out, *self.roll_stroke.blocks(float(self.roll[k, self.arcs(k)]))]
 
 
@@ -225,13 +230,13 @@ def linked(
     chosen = np.where(forced < 0, cheapest, forced)
     which = np.full((n, m), -1)
     which[live] = chosen
-    cycles, bend, aside = np.zeros((n, m)), np.zeros((n, m)), np.zeros((n, m))
-    for values, name in ((cycles, "cycles"), (bend, "bend"), (aside, "aside")):
+    cycles, bend, offset_share = np.zeros((n, m)), np.zeros((n, m)), np.zeros((n, m))
+    for values, name in ((cycles, "cycles"), (bend, "bend"), (offset_share, "offset_share")):
         values[live] = np.choose(chosen, [getattr(f, name) for f in found])
     twist = np.zeros((n, m, 6))
     for k, fan in enumerate(fans):
         mine = np.nonzero(which == k)
-        once = fan.loops.at(bend[mine], aside[mine])
+        once = fan.loops.at(bend[mine], offset_share[mine])
         twist[mine] = cycles[mine][:, None] * once.cycle[0] + once.ways[0]
     backwards = twist[..., 0] * every[..., 0] < 0.0
     plane = arctan2(-every[..., 1], every[..., 2]) - arctan2(-twist[..., 4], twist[..., 5])
@@ -244,4 +249,4 @@ def linked(
         turns[:, k] = np.where(mirrored[:, k], wrapped(change + math.pi), change)
         before = before + turns[:, k]
     turns[np.arange(n), np.count_nonzero(live, axis=1)] = wrapped(roll - before)
-    return Chains(roll_stroke, fans, which, cycles, mirrored, backwards, bend, aside, turns)
+    return Chains(roll_stroke, fans, which, cycles, mirrored, backwards, bend, offset_share, turns)

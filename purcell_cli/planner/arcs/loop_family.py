@@ -23,15 +23,15 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.planner.arcs.loops import Loops, loops
 
 _STRAIGHT_RAD = np.linspace(0.8, 1.5, 8)
-"""Beats that are tried for the best straight loop, as far as the bend limit allows [rad]. Shape (8,)."""
+"""Half sides that are tried for the best straight loop, as far as the bend limit allows [rad]. Shape (8,)."""
 _ACROSS = np.linspace(0.1, 0.6, 11)
 """Offsets across the plane that are tried for the loop that turns most per cost, in units of the bend limit."""
 _SMALLEST = 0.225
-"""The smallest beat of a loop that is offset in its plane, in units of the bend limit."""
+"""The smallest half side of a loop that is offset in its plane, in units of the bend limit."""
 _KNOTS = 12
 """Loops of a fan across the plane, in it at most one more, before those past the largest turn per cost are left out."""
 _KNOTS_BETWEEN = 4
-"""How many of them, offset in the plane, have the straight loop's beat while the bend limit leaves room."""
+"""How many of them, offset in the plane, have the straight loop's half side while the bend limit leaves room."""
 _ROUND = 0.97
 """Arcs of at least this part of the tightest loop's radius are swum by it, without going backwards."""
 
@@ -42,7 +42,7 @@ class Fan:
     Attributes:
         loops: The loops.
         bend: Their largest bends, from the best to go straight to the best to turn [rad]. Shape (k,).
-        aside: How much of the bend lies aside. Shape (k,).
+        offset_share: How much of the bend is offset. Shape (k,).
         advance: Advance per cost [L/rad]. Shape (k,).
         turn: Turn per cost. Shape (k,).
         straight: The largest advance per cost [L/rad].
@@ -59,22 +59,22 @@ class Fan:
 
     def __init__(self, loops: Loops) -> None:
         self.loops, bend = loops, loops.most_rad
-        beats = _STRAIGHT_RAD[bend > _STRAIGHT_RAD]
+        half_sides = _STRAIGHT_RAD[bend > _STRAIGHT_RAD]
         straight = bend
-        if len(beats):
-            beats = np.append(beats, bend)
-            twist, price = _once(loops, beats, 0.0 * beats)
-            straight = _summit(beats, np.abs(twist[:, 0]) / price)
-        beat, offset = _across(loops, bend, straight) if loops.across else _aside(bend, straight)
-        cycle, price = _once(loops, beat, offset)
-        self.unit = price[0] / (8.0 * beat[0])
+        if len(half_sides):
+            half_sides = np.append(half_sides, bend)
+            twist, price = _once(loops, half_sides, 0.0 * half_sides)
+            straight = _summit(half_sides, np.abs(twist[:, 0]) / price)
+        half_side, offset = _across(loops, bend, straight) if loops.across else _in_plane(bend, straight)
+        cycle, price = _once(loops, half_side, offset)
+        self.unit = price[0] / (8.0 * half_side[0])
         price = price / self.unit
         twist = cycle / price[:, None]
         self.centre = 0.0 if loops.even else _centre(twist)
         turn = hypot(twist[:, 4], twist[:, 5])
         some = slice(int(np.argmax(turn)) + 1)
         self.advance, self.turn = twist[some, 0], turn[some]
-        self.bend, self.aside = (part[some] for part in loops.place(beat, offset))
+        self.bend, self.offset_share = (part[some] for part in loops.place(half_side, offset))
         self.turn[0] = 0.0
         self.straight, self.tight = float(np.max(np.abs(self.advance))), float(np.max(np.abs(self.turn)))
         self._bearing = arctan2(np.abs(self.turn) / self.tight, np.abs(self.advance) / self.straight)
@@ -130,34 +130,34 @@ class Fan:
         return np.interp(knot, np.arange(len(column)), column)
 
 
-def _once(loops: Loops, beat: Array, offset: Array) -> tuple[Array, Array]:
+def _once(loops: Loops, half_side: Array, offset: Array) -> tuple[Array, Array]:
     """Return what loops do in a cycle, seen at the collinear shape, and what that costs. Shapes (n, 6) and (n,)."""
-    bend, aside = loops.place(beat, offset)
-    return loops.at(bend, aside).cycle[0], loops.costs(bend, aside)[0]
+    bend, offset_share = loops.place(half_side, offset)
+    return loops.at(bend, offset_share).cycle[0], loops.costs(bend, offset_share)[0]
 
 
-def _aside(bend_rad: float, straight_rad: float) -> tuple[Array, Array]:
-    """Return beats and offsets in the plane, at the bend limit from the straight loop's beat on [rad]."""
-    beat = np.linspace(straight_rad, _SMALLEST * bend_rad, _KNOTS - _KNOTS_BETWEEN + 1)
-    offset = bend_rad - beat
+def _in_plane(bend_rad: float, straight_rad: float) -> tuple[Array, Array]:
+    """Return half sides and offsets in the plane, at the bend limit from the straight loop's half side on [rad]."""
+    half_side = np.linspace(straight_rad, _SMALLEST * bend_rad, _KNOTS - _KNOTS_BETWEEN + 1)
+    offset = bend_rad - half_side
     between = np.linspace(0.0, offset[0], _KNOTS_BETWEEN, endpoint=False)
     between = between[: _KNOTS_BETWEEN if offset[0] > 0.0 else 0]
-    return np.concatenate([np.full(len(between), straight_rad), beat]), np.concatenate([between, offset])
+    return np.concatenate([np.full(len(between), straight_rad), half_side]), np.concatenate([between, offset])
 
 
 def _across(loops: Loops, bend_rad: float, straight_rad: float) -> tuple[Array, Array]:
-    """Return beats and offsets across the plane, from the straight loop to the best to turn [rad]."""
+    """Return half sides and offsets across the plane, from the straight loop to the best to turn [rad]."""
     offset = _ACROSS * bend_rad
-    once, paid = _once(loops, _largest_beat(bend_rad, offset), offset)
+    once, paid = _once(loops, _largest_half_side(bend_rad, offset), offset)
     offset = np.linspace(0.0, _summit(offset, hypot(once[:, 4], once[:, 5]) / paid), _KNOTS)
-    beat = _largest_beat(bend_rad, offset)
+    half_side = _largest_half_side(bend_rad, offset)
     if straight_rad < bend_rad:
-        beat = np.minimum(beat, straight_rad + (beat[-1] - straight_rad) * np.linspace(0.0, 1.0, _KNOTS))
-    return beat, offset
+        half_side = np.minimum(half_side, straight_rad + (half_side[-1] - straight_rad) * np.linspace(0.0, 1.0, _KNOTS))
+    return half_side, offset
 
 
-def _largest_beat(bend_rad: float, offset: Array) -> Array:
-    """Return the largest beats that keep a bend limit, beside offsets across the plane [rad]."""
+def _largest_half_side(bend_rad: float, offset: Array) -> Array:
+    """Return the largest half sides that keep a bend limit, beside offsets across the plane [rad]."""
     return np.asarray(arccos(np.minimum(cos(bend_rad) / cos(offset), 1.0)))
 
 

@@ -1,4 +1,4 @@
-"""Fits loops of a fan to wanted arcs: their cycles, bend and aside."""
+"""Fits loops of a fan to wanted arcs: their cycles, bend and offset share."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.planner.arcs.loop_family import Fan
 
 _FITTING = 3
-"""Newton steps in which bend and aside are fitted to an arc."""
+"""Newton steps in which bend and offset share are fitted to an arc."""
 _SPARE = 0.06
 """A count of cycles is rounded down if it exceeds a whole number by less than this."""
 LONGEST_STEP_RAD = 0.3
-"""The largest change of a bend or of what lies aside in one Newton step [rad]."""
+"""The largest change of a bend or an offset share in one Newton step [rad]."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -27,13 +27,13 @@ class Fitted:
     Attributes:
         cycles: How many. Shape (n,).
         bend: Their largest bends [rad]. Shape (n,).
-        aside: How much of the bend lies aside. Shape (n,).
+        offset_share: How much of the bend is offset. Shape (n,).
         cost: What the strokes cost, ways in and out included [rad]. Shape (n,).
     """
 
     cycles: NDArray[np.int64]
     bend: Array
-    aside: Array
+    offset_share: Array
     cost: Array
 
 
@@ -47,10 +47,10 @@ def fitted(fan: Fan, advance: Array, turn: Array) -> Fitted:
     """
     loops = fan.loops
     knot = fan.knot(advance, turn)
-    bend, aside = fan.at(knot, fan.bend), fan.at(knot, fan.aside)
+    bend, offset_share = fan.at(knot, fan.bend), fan.at(knot, fan.offset_share)
     scale = np.array([1.0 / fan.straight, 1.0 / fan.tight])
     wanted = np.stack([advance, turn], axis=1) * scale
-    once = loops.at(bend, aside)
+    once = loops.at(bend, offset_share)
     cycle, ways = (_advance_and_turn(part[0])[0] * scale for part in (once.cycle, once.ways))
     size = np.maximum(inner(cycle, cycle), 1e-300)
     whole = inner(wanted, cycle) / size
@@ -58,8 +58,8 @@ def fitted(fan: Fan, advance: Array, turn: Array) -> Fitted:
     cycles = np.maximum(np.ceil(whole - share - _SPARE), np.where(share > 0.1, 0.0, 1.0))
     bend = bend * np.sqrt(np.minimum(whole / np.maximum(cycles + share, 1e-300), 1.0))
     for _ in range(_FITTING):
-        bend, aside = loops.clipped(bend, aside)
-        now = loops.at(bend, aside)
+        bend, offset_share = loops.clipped(bend, offset_share)
+        now = loops.at(bend, offset_share)
         twist = cycles[:, None] * now.cycle + now.ways
         value, slope = _advance_and_turn(twist)
         missing = wanted - value * scale
@@ -69,11 +69,11 @@ def fitted(fan: Fan, advance: Array, turn: Array) -> Fitted:
         normal += 1e-6 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(2) + 1e-12 * np.eye(2)
         step = solve_positive(normal, apply(np.swapaxes(slope, 1, 2), missing))
         step = np.clip(step, -LONGEST_STEP_RAD, LONGEST_STEP_RAD)
-        bend, aside = bend + step[:, 0], aside + step[:, 1]
-    bend, aside = loops.clipped(bend, aside)
-    per_cycle, for_ways = loops.costs(bend, aside)
+        bend, offset_share = bend + step[:, 0], offset_share + step[:, 1]
+    bend, offset_share = loops.clipped(bend, offset_share)
+    per_cycle, for_ways = loops.costs(bend, offset_share)
     cost = (cycles * per_cycle + for_ways) / fan.unit
-    return Fitted(cycles.astype(np.int64), bend, aside, cost)
+    return Fitted(cycles.astype(np.int64), bend, offset_share, cost)
 
 
 def _advance_and_turn(twist: Array) -> tuple[Array, Array]:

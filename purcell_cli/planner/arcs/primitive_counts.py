@@ -59,8 +59,8 @@ of their loops are often not found. All of 13 random ones from it on were planne
 
 def _side_rad(loops: Fan, knot: int) -> float:
     """Return the joint travel of each primitive of one of the loops [rad]."""
-    beat, _ = loops.loops.sides(loops.bend[knot : knot + 1 or None], loops.aside[knot : knot + 1 or None])
-    return 2.0 * float(beat[0])
+    half_side, _ = loops.loops.sides(loops.bend[knot : knot + 1 or None], loops.offset_share[knot : knot + 1 or None])
+    return 2.0 * float(half_side[0])
 
 
 def promised(swimmer: Swimmer, gaits: Mapping[str, Gait]) -> bool:

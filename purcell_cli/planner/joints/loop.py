@@ -131,9 +131,9 @@ def _merged(sequence: PrimitiveSequence) -> PrimitiveSequence:
     return PrimitiveSequence.of([(c, float(np.sum(sequence.angle[sequence.control == c]))) for c in order])
 
 
-def rectangle(pair: tuple[int, int], first: tuple[float, float], second: tuple[float, float], aside: Aside) -> Loop:
+def rectangle(pair: tuple[int, int], first: tuple[float, float], second: tuple[float, float], offset: Aside) -> Loop:
     """Return the rectangle of two controls between two angles of each [rad]."""
-    approach = ([] if aside is None else [aside]) + [(pair[0], first[0]), (pair[1], second[0])]
+    approach = ([] if offset is None else [offset]) + [(pair[0], first[0]), (pair[1], second[0])]
     a, b = first[1] - first[0], second[1] - second[0]
     cycle = PrimitiveSequence.of([(pair[0], a), (pair[1], b), (pair[0], -a), (pair[1], -b)])
     return Loop(PrimitiveSequence.of(approach), cycle)

@@ -28,7 +28,7 @@ Rows = NDArray[np.int64]
 
 _SMALL = (0.03, 0.06, 0.1, 0.2, 0.35)
 """Half sides of the small loops of one limb's two angles, which roll the base [rad]."""
-_ASIDE = 0.5
+_OFFSET = 0.5
 """How far aside another angle is for some loops, as a part of how far it may go."""
 _MIRRORED = (1.0, 0.7, 0.5, 0.3, 0.15)
 """The sides of mirrored loops, as parts of how far their angles may go both ways."""
@@ -117,15 +117,15 @@ class EveryLoop:
         return Loops(tuple(made), self.screws.some(rows))
 
 
-def _spans(swimmer: Swimmer, home: Array, aside: Aside, pair: tuple[int, int]) -> list[Array] | None:
+def _spans(swimmer: Swimmer, home: Array, offset: Aside, pair: tuple[int, int]) -> list[Array] | None:
     """Return how far below and above its home each angle of a pair may go, or None where there is no room."""
     limits = bend_limits(swimmer, home) - BEND_MARGIN_RAD
     out = []
     for control in pair:
         limb, joint = int(LIMB_OF[control]), swimmer.joints[int(LIMB_OF[control])]
         bent = [float(arccos(np.clip(home[limb, 0, 0], -1.0, 1.0)))]
-        if aside is not None and LIMB_OF[aside[0]] == limb:
-            bent.append(abs(aside[1]))
+        if offset is not None and LIMB_OF[offset[0]] == limb:
+            bent.append(abs(offset[1]))
         free = float(cos(limits[limb])) / math.prod(float(cos(angle)) for angle in bent if angle > 1e-9)
         both = int(LIMB_OF[pair[0]] == LIMB_OF[pair[1]])
         if not 0.0 < free < 1.0 and len(bent) > 1:
@@ -156,31 +156,31 @@ def _all_loops(swimmer: Swimmer, home: Array) -> tuple[list[Grid], list[Loop]]:
             # Turns about two axes of the limb do not close; a roll closes them where there are no other loops.
             others += _rolled(swimmer, home, pair) if len(every) == 3 and 0 not in AXIS_OF[list(pair)] else []
             continue
-        for aside in _asides(swimmer, home, pair):
-            spans = _spans(swimmer, home, aside, pair)
+        for offset in _offsets(swimmer, home, pair):
+            spans = _spans(swimmer, home, offset, pair)
             if spans is None:
                 continue
             others += _mirrored(pair, spans) if alone else []
             if not (alone and np.all(home[:, 0, 0] > _STRAIGHT)):
-                grids.append(Grid(pair, np.array(spans), aside))
-                others += _small(pair, spans, aside) if same else []
+                grids.append(Grid(pair, np.array(spans), offset))
+                others += _small(pair, spans, offset) if same else []
     return grids, others
 
 
-def _asides(swimmer: Swimmer, home: Array, pair: tuple[int, int]) -> Iterator[Aside]:
+def _offsets(swimmer: Swimmer, home: Array, pair: tuple[int, int]) -> Iterator[Aside]:
     """Return the places of another angle at which a pair's loops are looked at; None for home."""
     yield None
     for control in swimmer.controls:
         if control not in pair and AXIS_OF[control]:
             room = _spans(swimmer, home, None, (control, pair[0]))
-            yield from [] if room is None else [(control, float(_ASIDE * end)) for end in room[0] if abs(end) > 0.1]
+            yield from [] if room is None else [(control, float(_OFFSET * end)) for end in room[0] if abs(end) > 0.1]
 
 
-def _small(pair: tuple[int, int], spans: list[Array], aside: Aside) -> Iterator[Loop]:
+def _small(pair: tuple[int, int], spans: list[Array], offset: Aside) -> Iterator[Loop]:
     """Return small squares of a pair within its spans."""
     for side in _SMALL:
         if all(span[0] <= -side and side <= span[1] for span in spans):
-            yield rectangle(pair, (-side, side), (-side, side), aside)
+            yield rectangle(pair, (-side, side), (-side, side), offset)
 
 
 def _rolled(swimmer: Swimmer, home: Array, pair: tuple[int, int]) -> Iterator[Loop]:

@@ -42,12 +42,12 @@ class Grid:
     Attributes:
         pair: The two controls. They turn different limbs, or one limb's angles of which each closes by itself.
         spans: How far each may go, down and up [rad]. Shape (2, 2).
-        aside: Another control that is turned first, and by how much.
+        offset: Another control that is turned first, and by how much.
     """
 
     pair: tuple[int, int]
     spans: Array
-    aside: Aside
+    offset: Aside
 
     @property
     def lines(self) -> Array:
@@ -82,7 +82,7 @@ class Rectangles:
     def loop(self, k: int) -> Loop:
         """Return a rectangle as a loop."""
         grid, ((a, b), (c, d)) = self.grids[int(self.grid[k])], self.sides[k].tolist()
-        return rectangle(grid.pair, (a, b), (c, d), grid.aside)
+        return rectangle(grid.pair, (a, b), (c, d), grid.offset)
 
 
 def rectangles_on(swimmer: Swimmer, home: Array, grids: Sequence[Grid]) -> Rectangles:
@@ -112,17 +112,17 @@ def rectangles_on(swimmer: Swimmer, home: Array, grids: Sequence[Grid]) -> Recta
     twist = se3.log(se3.normalised(matmul(matmul(approach, cycle), se3.inverse(approach)))).reshape(-1, 6)
     lines = np.array([grid.lines for grid in grids]).reshape(count, 2, n)
     ends = np.stack([lines[:, 0][:, _SIDES[:, :2]], lines[:, 1][:, _SIDES[:, 2:]]], axis=2).reshape(-1, 2, 2)
-    aside = np.array([0.0 if grid.aside is None else abs(grid.aside[1]) for grid in grids])
+    offset = np.array([0.0 if grid.offset is None else abs(grid.offset[1]) for grid in grids])
     size = ends[..., 1] - ends[..., 0]
     own = np.repeat(np.arange(count), len(_SIDES))
-    approach_rad = 2.0 * (aside[own] + np.sum(np.abs(ends[..., 0]), axis=1))
+    approach_rad = 2.0 * (offset[own] + np.sum(np.abs(ends[..., 0]), axis=1))
     good = np.flatnonzero(np.all(size > _LEAST_SIDE_RAD, axis=1))
     travel = 2.0 * np.sum(size, axis=1)
     return Rectangles(tuple(grids), own[good], ends[good], twist[good], travel[good], approach_rad[good])
 
 
 def _edges(swimmer: Swimmer, home: Array, grids: Sequence[Grid]) -> tuple[Array, Array, Array]:
-    """Return the displacements of the controls aside, (g, 4, 4), and of the edges of grids.
+    """Return the displacements of the offsets, (g, 4, 4), and of the edges of grids.
 
     The edges are those along the first angle, (g, 8, 9, 4, 4), and along the second, (g, 9, 8, 4, 4), by their lines.
     """
@@ -135,7 +135,7 @@ def _edges(swimmer: Swimmer, home: Array, grids: Sequence[Grid]) -> tuple[Array,
         angles.append(angle.reshape(-1))
 
     for grid in grids:
-        control, angle = grid.aside or (grid.pair[0], 0.0)
+        control, angle = grid.offset or (grid.pair[0], 0.0)
         begin = shapes_along(home, [control], [angle])[1]
         add(home[None], control, np.array([angle]))
         at, steps = _grid_shapes(begin, grid), np.diff(grid.lines, axis=1)

@@ -21,9 +21,9 @@ from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.mission import Waypoint
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.missions.brought import brought
+from purcell_cli.planner.plan_path import PlanPath
 from purcell_cli.planner.rest import blocks_after, of_primitives
-from purcell_cli.planner.way import Way
-from purcell_cli.planner.ways.one_motion import ended
+from purcell_cli.planner.routes.one_motion import ended
 
 _BESIDE_L = 0.5
 """How far from a waypoint a plan that ignores it may pass for its strokes to be brought through it [L]: about what the
@@ -55,7 +55,7 @@ def legs_through(swimmer: Swimmer, direct: Plan, via: Sequence[Waypoint], limits
     for waypoint in via:
         if rest is None or not rest.blocks or not of_primitives(rest) or waypoint.position_m is None:
             return None
-        way = Way.of(rest)
+        way = PlanPath.of(rest)
         left = way.left.copy()
         left[:, :3, 3] *= swimmer.length_m
         off = norm(matmul(rest.goal.pose, se3.inverse(left))[:, :3, 3] - waypoint.position_m)

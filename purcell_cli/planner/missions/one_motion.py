@@ -17,7 +17,7 @@ from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.missions.known_legs import Leg
 from purcell_cli.planner.reconfiguration import careful_bend_rad
 from purcell_cli.planner.rest import of_primitives
-from purcell_cli.planner.ways.one_motion import one_motion as in_one_motion
+from purcell_cli.planner.routes.one_motion import one_motion as in_one_motion
 
 
 def one_motion(swimmer: Swimmer, start: Configuration, goal: Configuration, legs: Sequence[Leg]) -> tuple[Block, ...]:

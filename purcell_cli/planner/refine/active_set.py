@@ -8,7 +8,7 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel import shooting
 
 
-def bounded_step(arrival: Array, missing: Array, room: Array, room_derivative: Array, reach: float) -> Array:
+def bounded_step(arrival: Array, missing: Array, slack: Array, slack_derivative: Array, reach: float) -> Array:
     """Return the least step to the arrival that leaves no limb bent too far, as far as is linear. Shape (n,).
 
     An angle that moves the base by much counts for more: its changes are what is least linear.
@@ -18,11 +18,11 @@ def bounded_step(arrival: Array, missing: Array, room: Array, room_derivative: A
     Args:
         arrival: Derivative of what is missing, that of the base's pose [L, rad] first. Shape (m, n).
         missing: What is missing. Shape (m,).
-        room: Room left below the bend limit, in the cosine of the bend. Shape (k,).
-        room_derivative: Its derivative. Shape (k, n).
+        slack: What is left below the bend limit, in the cosine of the bend. Shape (k,).
+        slack_derivative: Its derivative. Shape (k, n).
         reach: The largest component of the step [rad].
     """
-    return shooting.bounded_step(arrival, missing, room, room_derivative, reach)
+    return shooting.bounded_step(arrival, missing, slack, slack_derivative, reach)
 
 
 def loose(arrival: Array) -> Array:

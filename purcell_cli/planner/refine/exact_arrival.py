@@ -34,7 +34,7 @@ _ENOUGH_LAST = 5e-11
 _DEPENDENT = 1e-9
 """Columns whose independent part is below this part of the largest column are dependent on the others."""
 _TIGHT = 1e-3
-"""Bend limits with less room than this, in the cosine of the bend, have a say in which last angles may change."""
+"""Bend limits with less slack than this, in the cosine of the bend, have a say in which last angles may change."""
 _MARGINS_RAD = (3e-6, 1e-6)
 """Margins below the bend limit for second-order errors: of all angles, and of the last rotations, which would have no
 room with the first [rad]."""
@@ -125,8 +125,8 @@ def arrive(
     rough = last.at_accuracy(SEARCHING).at(last.angles)
     bend = max_bend_rad - _MARGINS_RAD[1]
     least = least_cosines(last.phase, last.start, last.goal, bend, last.home)
-    room, slope = bend_rows(last, rough.sequence, rough.shapes, least)
-    few = _independent(np.concatenate([rough.derivative, slope[room < _TIGHT]]))
+    slack, slope = bend_rows(last, rough.sequence, rough.shapes, least)
+    few = _independent(np.concatenate([rough.derivative, slope[slack < _TIGHT]]))
     enough = np.full(len(missing), _ENOUGH_LAST)
     angle, left = _rounds(last, last.angles, missing, rough, bend, rounded, few, enough)
     if np.any(np.abs(left) > enough):
@@ -161,11 +161,11 @@ def _rounds(
         enough: What may be missing [L, rad]. Shape (m,).
     """
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
-    room, slope = bend_rows(equations, rough.sequence, rough.shapes, least)
+    slack, slope = bend_rows(equations, rough.sequence, rough.shapes, least)
     begun, derivative = angle, rough.derivative[:, may]
     best, kept, idle = (float(np.max(np.abs(missing))), missing), angle, 0
     while idle < _PATIENCE and np.any(np.abs(missing) > enough):
-        left = room + matmul(slope, angle - begun)
+        left = slack + matmul(slope, angle - begun)
         step = np.zeros(len(angle))
         step[may] = bounded_step(derivative, missing, left, slope[:, may], _REACH_RAD)
         angle, before = rounded(angle + step), missing
@@ -235,12 +235,12 @@ def bent_less(
     least = least_cosines(
         equations.phase, equations.start, equations.goal, max_bend_rad - _MARGINS_RAD[1], equations.home
     )
-    room, slope = bend_rows(equations, values.sequence, values.shapes, least + _INSIDE)
+    slack, slope = bend_rows(equations, values.sequence, values.shapes, least + _INSIDE)
     if sharply:
         sine = np.sqrt(np.maximum(1.0 - least * least, 0.0))
         per_bend = 1.0 / float(np.min(sine[sine > _LEAST_SINE], initial=1.0))
-        room, slope = per_bend * room, per_bend * slope
-    step = bounded_step(values.derivative, values.residual, room, slope, _REACH_RAD)
+        slack, slope = per_bend * slack, per_bend * slope
+    step = bounded_step(values.derivative, values.residual, slack, slope, _REACH_RAD)
     angle = rounded(equations.angles + step)
     missing = equations.residual(angle)
     if np.any(np.abs(missing) > _ENOUGH_LAST):

@@ -61,7 +61,7 @@ def least_cosines(
 
 
 def bend_rows(equations: Equations, sequence: PrimitiveSequence, shapes: Array, least: Array) -> tuple[Array, Array]:
-    """Return the room left below the bend limit where it is small, and its derivative.
+    """Return the slack of the bend limit where it is small, and its derivative.
 
     Args:
         equations: The motion.
@@ -73,8 +73,8 @@ def bend_rows(equations: Equations, sequence: PrimitiveSequence, shapes: Array, 
         cos(bend) - least at the ends or far sides of primitives near the limit that may change, shape (j,), and
         its derivative by the free angles, shape (j, n).
     """
-    room, slope = shooting.bend_rows(sequence.control, sequence.angle, shapes, least, equations.fixed, ACTIVE)
-    found = room, equations.by_free_angles(slope)
+    slack, slope = shooting.bend_rows(sequence.control, sequence.angle, shapes, least, equations.fixed, ACTIVE)
+    found = slack, equations.by_free_angles(slope)
     if equations.swimmer.ball_joints:
         return found
     ranges = range_rows(equations, sequence)
@@ -98,8 +98,8 @@ def rows_besides(equations: Equations, clearance: float | None) -> tuple[MoreRow
             parts.append(range_rows(equations, sequence))
         if meeting and apart is not None:
             parts.append(clearance_rows(equations, sequence, shapes, apart))
-        room, slope = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return room, slope
+        slack, slope = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return slack, slope
 
     return (rows if ranged or meeting else None), 2 * count * ranged + count * meeting
 
@@ -141,7 +141,7 @@ def _ranges(equations: Equations) -> list[_RangeOf]:
 
 
 def range_rows(equations: Equations, sequence: PrimitiveSequence) -> tuple[Array, Array]:
-    """Return the room left in the joints' ranges where it is small, and its derivative by the free angles.
+    """Return the slack of the joints' ranges where it is small, and its derivative by the free angles.
 
     A range is kept with a margin, but where the start, the goal or the shape between the phases is nearer its end.
 
@@ -152,17 +152,17 @@ def range_rows(equations: Equations, sequence: PrimitiveSequence) -> tuple[Array
     Returns:
         Angles left at the ends of primitives [rad], shape (j,), and its derivative, shape (j, n).
     """
-    rooms, slopes = [np.empty(0)], [np.empty((0, len(equations.weight)))]
+    slacks, slopes = [np.empty(0)], [np.empty((0, len(equations.weight)))]
     for one in _ranges(equations):
         angle = (one.known[0] + np.cumsum(np.where(one.turns, sequence.angle, 0.0)))[one.mine]
         at_known = np.min(np.abs(angle[:, None] - one.known), axis=1) < _AT_KNOWN_RAD
         inside = np.where(at_known, 0.0, _RANGE_MARGIN_RAD)
         low, high = one.ends
-        for room, sign in ((angle - low - inside, 1.0), (high - inside - angle, -1.0)):
-            active = np.flatnonzero(room < ACTIVE)
-            rooms.append(room[active])
+        for slack, sign in ((angle - low - inside, 1.0), (high - inside - angle, -1.0)):
+            active = np.flatnonzero(slack < ACTIVE)
+            slacks.append(slack[active])
             slopes.append(sign * one.slope[active])
-    return np.concatenate(rooms), np.concatenate(slopes)
+    return np.concatenate(slacks), np.concatenate(slopes)
 
 
 def least_distances(equations: Equations, clearance: float) -> Array:
@@ -182,7 +182,7 @@ def least_distances(equations: Equations, clearance: float) -> Array:
 def clearance_rows(
     equations: Equations, sequence: PrimitiveSequence, shapes: Array, least: Array
 ) -> tuple[Array, Array]:
-    """Return the room left between the limbs where it is small, and its derivative.
+    """Return the slack of the clearance where it is small, and its derivative.
 
     Args:
         equations: The motion.

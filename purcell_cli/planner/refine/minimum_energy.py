@@ -171,8 +171,8 @@ class EnergyProgram:
             bounds += [most - at, most + at, far, far]
             first += f
         blocks = dataclasses.replace(self.walls, cost=slope, curve=np.concatenate(curves))
-        rows = np.concatenate([values.derivative, -values.room_derivative])
-        wanted = np.concatenate([-values.residual, values.room])
+        rows = np.concatenate([values.derivative, -values.slack_derivative])
+        wanted = np.concatenate([-values.residual, values.slack])
         energy = self.cost(values)
         m, enough = len(values.residual), _ACCURATE * (1.0 + energy)
         bound, begun = np.concatenate(bounds), np.zeros(len(slope))

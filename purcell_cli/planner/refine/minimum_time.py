@@ -36,7 +36,7 @@ _WORTH = 3e-4
 _NEWTON_REACH = 0.25
 """The largest component of a Newton step [rad]."""
 _NEAR = 3e-3
-"""Bends that have less room than this bound a Newton step from the first, as a part of the most there is."""
+"""Bends with less slack than this bound a Newton step from the first, as a part of the most there is."""
 _APPROACHES = 40
 """The most damped Newton steps to the arrival from which the search begins."""
 _RESTORATIONS = 6
@@ -73,7 +73,7 @@ class _Search:
 
     def point(self, unknown: Array) -> _Point:
         values = self.motion.at(unknown)
-        violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(values.room, 0.0)))
+        violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(values.slack, 0.0)))
         return _Point(unknown, values, self.program.cost(values) + self.price * violation)
 
     def step(self, here: _Point, reach: float) -> tuple[Array, float] | None:
@@ -128,12 +128,12 @@ def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) ->
     step = np.zeros(values.derivative.shape[1])
     arrival, slope, near = (
         values.derivative[:, first:],
-        values.room_derivative[:, first:],
-        values.room < _NEAR * np.max(values.room, initial=0.0),
+        values.slack_derivative[:, first:],
+        values.slack < _NEAR * np.max(values.slack, initial=0.0),
     )
     for _ in range(2):
-        step[first:] = bounded_step(arrival, values.residual, values.room[near], slope[near], reach)
-        broken = values.room + (values.room_derivative * step).sum(axis=1) < 0.0
+        step[first:] = bounded_step(arrival, values.residual, values.slack[near], slope[near], reach)
+        broken = values.slack + (values.slack_derivative * step).sum(axis=1) < 0.0
         if not np.any(broken & ~near):
             break
         near = near | broken

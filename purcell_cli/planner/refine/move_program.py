@@ -22,7 +22,7 @@ Rows = NDArray[np.int64]
 _ACCURATE = 1e-5
 """Accuracy of a program, as a part of what the motion costs."""
 _NEAR = 0.3
-"""Bends that have less room than this times the reach are in a program from the first, in the cosine of the bend, as a
+"""Bends with less slack than this times the reach are in a program from the first, in the cosine of the bend, as a
 part of the limit's [1 per rad]."""
 _MORE = 4
 """The most programs of a step: each has the bends that the one before breaks."""
@@ -149,19 +149,19 @@ class MoveProgram:
         begun = np.where(self._move >= 0, longest[self._move] + 2.0 * margin / slowest, 0.0)
         begun = np.where(self._size >= 0, np.abs(turn[self._size]) + margin, begun)
         enough = _ACCURATE * (1.0 + self.weights.cost(values.turn, self.motion.cycles))
-        m, near = len(values.residual), values.room < _NEAR * reach * self._deepest
+        m, near = len(values.residual), values.slack < _NEAR * reach * self._deepest
         for _ in range(_MORE):
-            slope = np.concatenate([values.derivative, -values.room_derivative[near]])
-            wanted = np.concatenate([-values.residual, values.room[near]])
+            slope = np.concatenate([values.derivative, -values.slack_derivative[near]])
+            wanted = np.concatenate([-values.residual, values.slack[near]])
             found = least(self.blocks, bound, slope.T, wanted, m, price, begun, enough)
             if found is None:
                 return None
             change = found[(self._move < 0) & (self._size < 0)]
-            room = values.room + (values.room_derivative * change).sum(axis=1)
-            broken = (room < 0.0) & ~near
+            slack = values.slack + (values.slack_derivative * change).sum(axis=1)
+            broken = (slack < 0.0) & ~near
             if not np.any(broken):
                 break
             near = near | broken
         cost = self.weights.cost(self.motion.turn_at(change, values.turn), self.motion.cycles)
         missed = np.abs((values.derivative * change).sum(axis=1) + values.residual)
-        return change, cost + price * (float(np.add.reduce(missed)) - float(np.add.reduce(np.minimum(room, 0.0))))
+        return change, cost + price * (float(np.add.reduce(missed)) - float(np.add.reduce(np.minimum(slack, 0.0))))

@@ -111,16 +111,16 @@ class Values:
         turn: Turns of all moves, one cycle each [rad]. Shape (n, 6).
         residual: What is missing [L, rad]. Shape (m,).
         derivative: By every unknown. Shape (m, f).
-        room: Room left below the bend limit where it is small, in the cosine of the bend, and in the ranges of
+        slack: What is left below the bend limit where it is small, in the cosine of the bend, and in the ranges of
             hinges [rad]. Shape (k,).
-        room_derivative: By every unknown. Shape (k, f).
+        slack_derivative: By every unknown. Shape (k, f).
     """
 
     turn: Array
     residual: Array
     derivative: Array
-    room: Array
-    room_derivative: Array
+    slack: Array
+    slack_derivative: Array
 
     @property
     def size(self) -> float:
@@ -223,16 +223,16 @@ class MoveShooting:
             for i in (0, 1):
                 slope[i, :, :stop, i] = turning[:stop, i].transpose(1, 0, 2)
             derivative.append(slope.reshape(6, 6 * n))
-        room, room_slope = self._room(shapes[:-1], turn, turning)
+        slack, slack_slope = self._slack(shapes[:-1], turn, turning)
         if not self.swimmer.ball_joints:
             left, left_slope = hinge_rows(self, moves.turn)
-            room, room_slope = np.concatenate([room, left]), np.concatenate([room_slope, left_slope])
+            slack, slack_slope = np.concatenate([slack, left]), np.concatenate([slack_slope, left_slope])
         return Values(
             moves.turn,
             np.concatenate(residual),
             self.by_unknown(np.concatenate(derivative)),
-            room,
-            self.by_unknown(room_slope),
+            slack,
+            self.by_unknown(slack_slope),
         )
 
     @functools.cached_property
@@ -240,16 +240,16 @@ class MoveShooting:
         """The least cosine of the bend of each limb on each move. Shape (n, 2)."""
         return least_cosines(self.phase, self.start, self.goal, self.swimmer.max_bend_rad, self.home)
 
-    def _room(self, shapes: Array, turn: Array, turning: Array) -> tuple[Array, Array]:
-        """Return the room below the bend limit where each limb is most bent on each move, and its derivative.
+    def _slack(self, shapes: Array, turn: Array, turning: Array) -> tuple[Array, Array]:
+        """Return the slack of the bend limit where each limb is most bent on each move, and its derivative.
 
         On a move a limb's axis goes round a circle, on which its bend is largest at the end or where
         the circle is furthest from the base's axis.
         """
         n = len(turn)
         part, axes = most_bent(shapes[..., 0], turn)
-        room = axes[..., 0] - self._least_cosine
-        move, limb = np.nonzero(room < _ACTIVE * (1.0 - cos(self.swimmer.max_bend_rad)))
+        slack = axes[..., 0] - self._least_cosine
+        move, limb = np.nonzero(slack < _ACTIVE * (1.0 - cos(self.swimmer.max_bend_rad)))
         lever = np.stack([0.0 * axes[..., 0], axes[..., 2], -axes[..., 1]], axis=-1)[move, limb]
         k = len(move)
         slope = np.zeros((k, n, 2, 3))
@@ -259,7 +259,7 @@ class MoveShooting:
         s = part[move, limb]
         own = matmul(se3.left_jacobian(s[:, None] * turn[move, limb]), shapes[move, limb])
         slope[np.arange(k), move, limb] = s[:, None] * matmul(lever[:, None], own)[:, 0]
-        return room[move, limb], slope.reshape(k, 6 * n)
+        return slack[move, limb], slope.reshape(k, 6 * n)
 
 
 def hinge_rows(motion: MoveShooting, turn: Array) -> tuple[Array, Array]:
@@ -275,7 +275,7 @@ def hinge_rows(motion: MoveShooting, turn: Array) -> tuple[Array, Array]:
         Angles left at the ends of moves [rad], shape (k,), and their derivative, shape (k, 6 n).
     """
     n = len(turn)
-    rooms, slopes = [np.empty(0)], [np.empty((0, 6 * n))]
+    slacks, slopes = [np.empty(0)], [np.empty((0, 6 * n))]
     for limb, joint in enumerate(motion.swimmer.joints):
         for k, name in enumerate(ANGLES):
             if joint.kind != "hinge" or joint.range_deg(name) is None:
@@ -287,11 +287,11 @@ def hinge_rows(motion: MoveShooting, turn: Array) -> tuple[Array, Array]:
             low, high = min(low + _RANGE_MARGIN_RAD, *known), max(high - _RANGE_MARGIN_RAD, *known)
             acts = np.zeros((n, n, 6))
             acts[:, :, column] = np.arange(n)[None, :] <= np.arange(n)[:, None]
-            for room, slope in ((angle - low, acts), (high - angle, -acts)):
-                active = room < _ACTIVE_RANGE_RAD
-                rooms.append(room[active])
+            for slack, slope in ((angle - low, acts), (high - angle, -acts)):
+                active = slack < _ACTIVE_RANGE_RAD
+                slacks.append(slack[active])
                 slopes.append(slope[active].reshape(-1, 6 * n))
-    return np.concatenate(rooms), np.concatenate(slopes)
+    return np.concatenate(slacks), np.concatenate(slopes)
 
 
 def most_bent(axes: Array, turn: Array) -> tuple[Array, Array]:

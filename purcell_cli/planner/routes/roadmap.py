@@ -18,8 +18,8 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul, norm
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.planner.arcs.arc_price import ArcPrice
-from purcell_cli.planner.ways.edges import Edge, clear_edges
-from purcell_cli.planner.ways.poses import Region
+from purcell_cli.planner.routes.edges import Edge, clear_edges
+from purcell_cli.planner.routes.poses import Region
 
 START, GOAL = 0, 1
 """The first two poses of a roadmap."""

@@ -26,12 +26,12 @@ from purcell_cli.mechanics.joints import Joint
 from purcell_cli.motion.obstacle_distance import link_distances
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.arcs.needle_steering import steer
-from purcell_cli.planner.ways.closed_off import refuse_closed_off
-from purcell_cli.planner.ways.edges import clear_edges
-from purcell_cli.planner.ways.one_motion import ended, one_motion
-from purcell_cli.planner.ways.poses import Region
-from purcell_cli.planner.ways.roadmap import Roadmap
-from purcell_cli.planner.ways.swing import swings
+from purcell_cli.planner.routes.closed_off import refuse_closed_off
+from purcell_cli.planner.routes.edges import clear_edges
+from purcell_cli.planner.routes.one_motion import ended, one_motion
+from purcell_cli.planner.routes.poses import Region
+from purcell_cli.planner.routes.roadmap import Roadmap
+from purcell_cli.planner.routes.swing import swings
 from purcell_cli.solution import Solution
 
 PAPER = Swimmer()

@@ -13,7 +13,7 @@ from purcell_cli.geometry.reproducible import hypot, matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.planner.arcs.loop_family import Fan
 from purcell_cli.planner.arcs.needle_steering import steer
-from purcell_cli.planner.ways.swing import Swing
+from purcell_cli.planner.routes.swing import Swing
 
 _STARTS = 8
 """Starts of needle steering for an edge: the cheapest of them that is clear is taken."""

@@ -68,10 +68,11 @@ def _swing(unit: Swimmer, flat: bool) -> Swing:
     loops = fan(unit, "travel", False) if flat else tightest((fan(unit, "travel", True), fan(unit, "travel", False)))
     along, aside = [], []
     for k in (0, len(loops.bend) - 1):
-        beat, offset = (
-            float(x[0]) for x in loops.loops.sides(loops.bend[k : k + 1], np.maximum(loops.aside[k : k + 1], 1e-3))
+        half_side, offset = (
+            float(x[0])
+            for x in loops.loops.sides(loops.bend[k : k + 1], np.maximum(loops.offset_share[k : k + 1], 1e-3))
         )
-        x, r = _spread(unit, stroke(beat, offset, loops.loops.across))
+        x, r = _spread(unit, stroke(half_side, offset, loops.loops.across))
         along.append(x)
         aside.append(r)
     x, r = np.concatenate(along), np.concatenate(aside)

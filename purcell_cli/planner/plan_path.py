@@ -32,7 +32,7 @@ _AFTER_SLACK_RAD = 1e-9
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Way:
+class PlanPath:
     """A plan's way: where it is, stroke by stroke, seen from where it ends.
 
     Attributes:
@@ -58,7 +58,7 @@ class Way:
     travel_rad: Array
 
     @classmethod
-    def of(cls, plan: Plan) -> Way:
+    def of(cls, plan: Plan) -> PlanPath:
         """Return the way of a plan of primitives."""
         unit, shape = plan.swimmer.scaled(), plan.start.shape
         here = with_twice_the_digits(np.eye(4))

@@ -11,8 +11,8 @@ from purcell_cli.environment.tube import Tube
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul, norm, normal_numbers
 from purcell_cli.geometry.rotations import Array, cross
-from purcell_cli.planner.ways.edges import clearance
-from purcell_cli.planner.ways.swing import Swing
+from purcell_cli.planner.routes.edges import clearance
+from purcell_cli.planner.routes.swing import Swing
 
 _TRIED = 3000
 """Poses that are drawn at random, of which a few are kept."""

@@ -20,12 +20,12 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Plan, Structure
 from purcell_cli.planner.progress import Progress
-from purcell_cli.planner.ways.closed_off import refuse_closed_off
-from purcell_cli.planner.ways.one_motion import ended, one_motion
-from purcell_cli.planner.ways.poses import Region
-from purcell_cli.planner.ways.roadmap import GOAL, START, Roadmap
-from purcell_cli.planner.ways.swing import swings
-from purcell_cli.planner.ways.walls import with_walls
+from purcell_cli.planner.routes.closed_off import refuse_closed_off
+from purcell_cli.planner.routes.one_motion import ended, one_motion
+from purcell_cli.planner.routes.poses import Region
+from purcell_cli.planner.routes.roadmap import GOAL, START, Roadmap
+from purcell_cli.planner.routes.swing import swings
+from purcell_cli.planner.routes.walls import with_walls
 from purcell_cli.wording import counted
 
 LegPlanner = Callable[[Configuration, Configuration, float], Plan]
