@@ -9,7 +9,8 @@ Trajectories: a number of a good file is changed, and verify must find it. Signa
 a command is interrupted, terminated or killed at a random moment, and neither a half file nor a process may be left.
 Names: outputs with names that are hard for shells, patterns and markup.
 
-Exit code 1 if anything is called what it is not, or is lost. `--seed` begins elsewhere.
+Exit code 1 if anything is called what it is not, or is lost. `--seed` begins elsewhere, `--only plans` leaves the other
+attacks out.
 """
 
 from __future__ import annotations
@@ -29,10 +30,11 @@ import numpy as np
 
 from purcell_cli import Configuration, PlanOptions, Swimmer, plan, read_csv, write_csv
 from purcell_cli.errors import PurcellError
+from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.geometry.rotations import from_euler
 from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.motion.trajectory_table import Table
-from purcell_cli.planner.arcs.straight_way import promised
+from purcell_cli.planner.arcs.primitive_counts import promised
 from purcell_cli.verification.replay import replay
 from purcell_cli.verification.verify import verify
 
@@ -68,11 +70,16 @@ def drawn(rng: np.random.Generator) -> Swimmer:
 def query(seed: int) -> Query:
     """Return a swimmer of the space for which plans are promised, a start and a goal."""
     rng = np.random.default_rng(seed)
-    while not promised(swimmer := drawn(rng)):
-        pass
-    swimmer = of_its_own(rng, swimmer) if seed % _OF_ITS_OWN == 1 else swimmer
-    joints = str(rng.choice(list(COMBINATIONS))) if seed % _JOINTED == 2 else ""
-    swimmer = jointed(rng, swimmer, COMBINATIONS[joints]) if joints else swimmer
+    while True:
+        swimmer = of_its_own(rng, drawn(rng)) if seed % _OF_ITS_OWN == 1 else drawn(rng)
+        if not promised(swimmer, stored_gaits()):
+            continue
+        joints = str(rng.choice(list(COMBINATIONS))) if seed % _JOINTED == 2 else ""
+        if not joints:
+            break
+        swimmer = jointed(rng, swimmer, COMBINATIONS[joints])
+        if promised(swimmer, stored_gaits()):
+            break
 
     def limb() -> np.ndarray:
         spread = np.degrees(min(swimmer.max_bend_rad, 1.0))
@@ -185,6 +192,7 @@ def main() -> int:
     options = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     options.add_argument("--count", type=int, default=300, help="random plans; of the other attacks a part of that")
     options.add_argument("--seed", type=int, default=0, help="the number of the first")
+    options.add_argument("--only", choices=("plans", "tampered trajectories", "signals", "names"), help="one attack")
     asked = options.parse_args()
     few, seeds = max(asked.count // 5, 10), range(asked.seed, asked.seed + asked.count)
     wrong = 0
@@ -196,11 +204,17 @@ def main() -> int:
             "names": (named(name) for name in NAMES),
         }
         for attack, found in attacks.items():
+            if asked.only not in {None, attack}:
+                continue
             begun, told = time.perf_counter(), Counter[str]()
             for text in found:
                 told[text] += 1
                 spent = time.perf_counter() - begun
-                print(f"{attack}: {told.total()} in {spent:.0f} s, {text}", file=sys.stderr, flush=True)
+                print(
+                    f"{attack}: {told.total()} from {asked.seed} on, in {spent:.0f} s: {text}",
+                    file=sys.stderr,
+                    flush=True,
+                )
             print(f"{attack}: {told.total()} in {time.perf_counter() - begun:.0f} s")
             for text, count in told.most_common():
                 print(f"  {count:5d}  {text}", flush=True)

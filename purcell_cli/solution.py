@@ -27,7 +27,8 @@ from purcell_cli.motion.pace import paced
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import Trajectory, check_spacing, sample, schedule
 from purcell_cli.motion.verdict import PlanVerdict, Verdict
-from purcell_cli.planner.arcs.straight_way import advice
+from purcell_cli.planner.arcs.primitive_counts import advice
+from purcell_cli.planner.candidate import primitives_of
 from purcell_cli.planner.effort import LEG
 from purcell_cli.planner.gait_sequence import unfit_gaits
 from purcell_cli.planner.limbs.quarter_rolls import QuarterRolls
@@ -270,7 +271,7 @@ def _reconfigured(
     """Return a plan: the one that knows no obstacles where it is clear of them, else one round them if any is found."""
     if limits.obstacles is None:
         return reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress)
-    from purcell_cli.planner.ways.around import around
+    from purcell_cli.planner.ways.around import SHORTER, around
 
     direct = reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress, ())
     if not direct.blocks or (direct.limits is not None and direct.limits.kept):
@@ -278,9 +279,12 @@ def _reconfigured(
 
     def leg(begin: Configuration, end: Configuration, bend_rad: float) -> Plan:
         careful = dataclasses.replace(swimmer, max_bend_rad=min(bend_rad, swimmer.max_bend_rad))
-        return reconfigure(careful, begin, end, gaits, LEG, minimize, limits, silent, ())
+        try:
+            return reconfigure(careful, begin, end, gaits, LEG, minimize, limits, silent, ())
+        except ParameterError:  # such small bends take too many primitives
+            return Plan(careful, begin, end, ())
 
-    return around(swimmer, start, goal, limits, leg, seed, progress) or direct
+    return around(swimmer, start, goal, limits, leg, seed, SHORTER[effort], progress) or direct
 
 
 def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
@@ -299,9 +303,9 @@ def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
     legs = dataclasses.replace(plan, blocks=blocks).legs
     try:
         duration_s = sum(b.duration for b in blocks) / swimmer.joint_rate_rad_s
-        refuse_huge(sum(b.cycles * len(b.sequence) for b in blocks), duration_s / options.dt_s, options.max_memory_gb)
+        refuse_huge(primitives_of(blocks), duration_s / options.dt_s, options.max_memory_gb)
     except ParameterError as error:
-        raise ParameterError(f"{error}{advice(swimmer)}") from None
+        raise ParameterError(f"{error}{advice(swimmer, stored_gaits())}") from None
     return Solution(
         plan,
         options,

@@ -102,6 +102,10 @@ def joint_faults(query: Query, rows: Trajectory) -> list[str]:
         angles = shape.as_euler("ZYX")
         allowed = {"universal": (0, 1), "hinge": (0,) if joint.axis == "yaw" else (1,), "fixed": ()}[joint.kind]
         missing = [k for k in range(3) if k not in allowed]
+        # A pitch beyond a quarter turn is read as less, with half a turn about both other axes.
+        other = (angles * [1.0, -1.0, 1.0] + 2.0 * np.pi) % (2.0 * np.pi) - np.pi
+        stray, others = (np.max(np.abs(one[:, missing]), axis=1, initial=0.0) for one in (angles, other))
+        angles = np.where((others < stray)[:, None], other, angles)
         worst = float(np.max(np.abs(angles[:, missing])))
         if worst > 1e-9:
             faults.append(f"limb {limb + 1} turns by {worst:.2g} rad about an axis that its joint has not")

@@ -10,11 +10,13 @@ import pytest
 
 from purcell_cli import Configuration, PlanOptions, Swimmer, plan
 from purcell_cli.errors import ParameterError
+from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.motion import memory
 from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.memory import refuse_huge
-from purcell_cli.planner.arcs.straight_way import primitives_per_length, promised
+from purcell_cli.planner.arcs.primitive_counts import PROMISED, PrimitiveCounts, promised
 from purcell_cli.planner.refine.simultaneous import quickened
+from purcell_cli.planner.refinement import Refinement
 from purcell_cli.solution import carried_out
 
 QUICK = PlanOptions(effort="quick")
@@ -65,16 +67,31 @@ def test_a_plan_beyond_the_budget_is_refused() -> None:
     assert plan(Configuration(), goal, options=QUICK).verdict == "reached"
 
 
+def test_a_query_that_takes_too_many_primitives_is_refused_before_anything_is_refined(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    weak = Swimmer(limb_half_length_m=0.01, drag_ratio=1.1, max_bend_rad=0.06)
+    assert not PrimitiveCounts.of(weak, stored_gaits()).within(PROMISED)
+    near = Refinement.near
+    monkeypatch.setattr(Refinement, "near", lambda *_: pytest.fail("a motion is refined"))
+    turn = Configuration.from_angles((0.0, 0.0, 0.0), (60.0, 0.0, 0.0))
+    with pytest.raises(ParameterError, match=r"^max-memory: .*to turn by a radian .* a larger max_bend_rad"):
+        plan(Configuration(), turn, swimmer=weak, options=QUICK)
+    monkeypatch.setattr(Refinement, "near", near)
+    ahead = Configuration.from_angles((0.01, 0.0, 0.0))
+    assert plan(Configuration(), ahead, swimmer=weak, options=QUICK).verdict == "reached"
+
+
 def test_what_a_length_takes_is_what_a_far_plan_takes() -> None:
     swimmer = Swimmer(limb_half_length_m=0.06, max_bend_rad=0.4)
     far = plan(Configuration(), Configuration.from_angles((4.0, 0.0, 0.0)), swimmer=swimmer, options=QUICK).plan
     lengths = 4.0 / swimmer.length_m
-    np.testing.assert_allclose(far.primitives / lengths, primitives_per_length(swimmer), rtol=0.1)
+    np.testing.assert_allclose(far.primitives / lengths, PrimitiveCounts.of(swimmer, stored_gaits()).length, rtol=0.1)
 
 
 def test_a_swimmer_of_too_many_strokes_is_told_what_takes_fewer() -> None:
     weak = Swimmer(limb_half_length_m=0.01, drag_ratio=1.1, max_bend_rad=0.06)
-    assert not promised(weak)
+    assert not promised(weak, stored_gaits())
     few = plan(Configuration(), Configuration.from_angles((0.3, 0.0, 0.0)), options=QUICK).plan
     short = PlanOptions(max_memory_gb=0.15)
     with pytest.raises(ParameterError, match=r"max-memory: .*primitives to swim its length L.* a larger max_bend_rad"):

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 from helpers import NIGHTLY
 
-from purcell_cli import Configuration, PlanOptions, Swimmer, load_configuration, plan
+from purcell_cli import Configuration, PlanOptions, Swimmer, load_configuration, plan, stored_gaits
 from purcell_cli.files.builtin import find_scenario
 from purcell_cli.motion.clock import clock_step
 from purcell_cli.motion.trajectory import as_table
+from purcell_cli.planner.limbs.quarter_rolls import QuarterRolls
+from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.solution import Solution
 from purcell_cli.verification.limits_kept import Wanted
 from purcell_cli.verification.verify import verify
@@ -28,18 +31,33 @@ def assert_holds(found: Solution) -> None:
     assert verify([as_table(found.trajectory)], made.start, made.goal, made.swimmer, 1e-9, 1e-9, kept).faults == ()
 
 
+def ends_of(case: dict[str, Any], folder: Path) -> list[Configuration]:
+    """Return the start and the goal of a case."""
+    found = []
+    for part in ("start", "goal"):
+        (folder / f"{part}.json").write_text(json.dumps(case[part]))
+        found.append(load_configuration(folder / f"{part}.json"))
+    return found
+
+
+def test_a_limb_that_is_almost_folded_is_not_bent_further(tmp_path: Path) -> None:
+    """By 1.4e-8 rad, which its cosine hardly tells."""
+    case = json.loads((Path(__file__).parent / "data" / "folded_limb.json").read_text("utf-8"))
+    start, goal = ends_of(case, tmp_path)
+    rolls = QuarterRolls.least(start, goal)
+    made = reconfigure(Swimmer(**case["swimmer"]), rolls.seen(start), rolls.seen(goal), stored_gaits())
+    assert made.limits is not None
+    assert made.limits.violations == ()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [pytest.param(n, marks=NIGHTLY if n == "small bends, tight turns" else []) for n in CORNERS]
 )
 def test_what_random_attacks_found_arrives(name: str, tmp_path: Path) -> None:
     case = CORNERS[name]
-    ends = []
-    for part in ("start", "goal"):
-        (tmp_path / f"{part}.json").write_text(json.dumps(case[part]))
-        ends.append(load_configuration(tmp_path / f"{part}.json"))
     options = PlanOptions(**case["options"], dt_s=1e12)
-    assert_holds(plan(*ends, swimmer=Swimmer(**case["swimmer"]), options=options))
+    assert_holds(plan(*ends_of(case, tmp_path), swimmer=Swimmer(**case["swimmer"]), options=options))
 
 
 @pytest.mark.parametrize("rate", [1e6, 1e-8])

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
-import polars as pl
 import pytest
 from helpers import UNIT, assert_close, dop853_rates, is_close, random_rotations
 from hypothesis import HealthCheck, given, settings
@@ -21,12 +20,13 @@ from scipy.spatial.transform import Rotation
 
 from purcell_cli import Configuration, plan, read_csv, write_csv
 from purcell_cli.errors import InputError
+from purcell_cli.files import trajectory_csv
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.gaits.pure_stroke import realise
 from purcell_cli.gaits.sampling import sample_stroke
 from purcell_cli.geometry.rotations import Array, about_axis, as_quaternion
-from purcell_cli.motion.trajectory import Trajectory
+from purcell_cli.motion.trajectory import Trajectory, continuous_quaternions
 from purcell_cli.motion.trajectory_table import Table
 
 HEADER = (
@@ -298,14 +298,13 @@ def test_a_write_that_fails_in_its_second_batch_leaves_what_was_there(
 ) -> None:
     path = tmp_path / "trajectory.csv"
     path.write_text(WRITTEN_BEFORE)
-    write = pl.DataFrame.write_csv
 
-    def failing(frame: pl.DataFrame, stream: Any, *, include_header: bool = True, **options: Any) -> None:
-        if not include_header:
+    def failing(rotation: Array, before: Array | None) -> Array:
+        if before is not None:
             raise failure
-        write(frame, stream, include_header=include_header, **options)
+        return continuous_quaternions(rotation, before)
 
-    monkeypatch.setattr(pl.DataFrame, "write_csv", failing)
+    monkeypatch.setattr(trajectory_csv, "continuous_quaternions", failing)
     with pytest.raises(InputError if isinstance(failure, OSError) else type(failure)) as caught:
         write_csv(turning(70_000, 1.0), path)
     if isinstance(failure, OSError):

@@ -90,6 +90,32 @@ def test_frames_show_the_limbs_where_they_are(run: Run, tmp_path: Path) -> None:
     assert float(np.max(np.abs(np.array(places) @ other - swapped))) > 12.0, "limb 1 is blue"
 
 
+def test_a_film_shows_what_is_around_the_motion(run: Run, tmp_path: Path) -> None:
+    """A ball is translucent behind the swimmer, and a waypoint a dot; without the scenario there is neither."""
+    middle_m = usual().pose[:, :3, 3].mean(axis=0)
+    ball = {"sphere": {"centre_m": ([*middle_m, 0.0, 0.0, 0.3]).tolist(), "radius_m": 0.08}}
+    scenario = {
+        "name": "a",
+        "start": {},
+        "goal": {},
+        "obstacles": [ball],
+        "via": [{"base": {"position_m": [0, 0, 0.2]}}],
+    }
+    (tmp_path / "a.yaml").write_text(json.dumps(scenario), encoding="utf-8")
+    shown = {}
+    for name, words in (("with", ["--scenario", "a.yaml"]), ("without", [])):
+        code, _, err = run("--out", f"{name}.gif", "--duration", "1", "--fps", "3", "--size", "320x240", *words)
+        assert (code, err) == (0, "")
+        shown[name] = gif(tmp_path / f"{name}.gif")[0]
+    grey_blue = [
+        sum(int(np.count_nonzero((f[..., 2] - f[..., 0] > 8) & (f[..., 0] > 150))) for f in frames)
+        for frames in (shown["with"], shown["without"])
+    ]
+    assert grey_blue[0] > 20 * grey_blue[1] + 300
+    for frame in shown["with"]:
+        middle(frame, (230, 159, 0))
+
+
 @pytest.mark.slow
 def test_a_film_is_the_same_each_time(run: Run, tmp_path: Path) -> None:
     pytest.importorskip("av", reason="no av: no MP4 is written (pip install '.[video]')")

@@ -18,6 +18,7 @@ from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.options import Controls, Effort, PlanOptions
 from purcell_cli.motion.verdict import Verdict
+from purcell_cli.planner.arcs.primitive_counts import LEAST_BEND_RAD
 from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting, hinge_rows
 from purcell_cli.solution import plan
 
@@ -121,3 +122,17 @@ def test_the_check_of_joints_finds_what_they_cannot_do() -> None:
     held = dataclasses.replace(query, swimmer=Swimmer(joints=(narrow, narrow)))
     assert any("leaves its range" in fault for fault in joint_faults(held, rows))
     assert np.all(np.isfinite(rows.time_s))
+
+
+@pytest.mark.parametrize("bend", [0.1, 0.4])
+def test_small_bends_for_which_no_chain_is_found_are_refused_with_the_key(
+    bend: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("purcell_cli.planner.joints.candidates.joint_candidates", lambda *_: [])
+    swimmer = Swimmer(max_bend_rad=bend, joints=COMBINATIONS["universal joint and yaw hinge"])
+    asked = Configuration(), Configuration.from_angles((0.05, 0.0, 0.0))
+    if bend > LEAST_BEND_RAD:
+        assert plan(*asked, swimmer=swimmer).verdict == "not reached"
+        return
+    with pytest.raises(ParameterError, match=r"^max_bend_rad: .*found none within 0\.1 rad .*from 0\.3 on"):
+        plan(*asked, swimmer=swimmer)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from convex_programs import random_program
 from helpers import random_sequence, random_shapes, random_swimmer
+from purcell_cli.kernel.decimals import rows_as_text
 from reference import base_velocity, lift, lift_derivatives
 from scipy.optimize import linprog
 
@@ -463,6 +464,7 @@ CALLS = {
     linear.solve: ("matrices", "sides"),
     (lambda rows: linear.orthogonal_rows(rows, 1e-9)): ("rows",),
     linear.orthogonal_by_rotations: ("rows",),
+    (lambda rows: rows_as_text(rows, ["", ",b"], [0, 1])): ("rows",),
     linear.inner: ("rates", "rates"),
     linear.cross: ("speeds", "speeds"),
     linear.nearest_on_segments: ("speeds", "speeds", "speeds"),

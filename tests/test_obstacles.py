@@ -20,7 +20,7 @@ from purcell_cli.environment.scene import Scene
 from purcell_cli.environment.solids import Box, Capsule, HalfSpace, Sphere
 from purcell_cli.environment.tube import Tube
 from purcell_cli.errors import InputError, ParameterError
-from purcell_cli.files.plan_file import PlanDocument, load_plan, write_plan
+from purcell_cli.files.plan_file import PlanDocument, is_plan, load_plan, write_plan
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
@@ -322,6 +322,18 @@ def test_a_plan_document_keeps_the_obstacles(tmp_path: Path) -> None:
     write_plan(PlanDocument(made.plan, made.options), tmp_path / "plan.json")
     assert load_plan(tmp_path / "plan.json").options.obstacles == scenario.obstacles
     assert load_plan(tmp_path / "plan.json").options.obstacles != Scene(scenario.obstacles.obstacles[:-1])
+    assert json.loads((tmp_path / "plan.json").read_text())["obstacles"][-1]["mesh"]["file"] == "a.stl"
+    assert made.options.obstacles is not None
+    mesh = Path(PlanDocument(made.plan, made.options).as_text().split('"mesh": {"file": "')[1].split('"')[0])
+    assert mesh.is_absolute(), "without a folder"
+    (tmp_path / "below").mkdir()
+    write_plan(PlanDocument(made.plan, made.options), tmp_path / "below" / "plan.json")
+    tmp_path.rename(tmp_path.parent / "moved")
+    moved = load_plan(tmp_path.parent / "moved" / "below" / "plan.json").options.obstacles
+    (tmp_path.parent / "moved").rename(tmp_path)
+    assert moved is not None
+    assert moved.obstacles[:-1] == scenario.obstacles.obstacles[:-1]
+    assert moved.obstacles[-1].digest == scenario.obstacles.obstacles[-1].digest
 
 
 @pytest.mark.slow
@@ -345,3 +357,27 @@ def test_commands_tell_how_near_obstacles_come(tmp_path: Path, capsys: pytest.Ca
     code, _, errors = command("plan", scenario, "--out", str(tmp_path / "b.csv"))
     assert (code, (tmp_path / "b.csv").exists()) == (2, False)
     assert "deep in obstacle 1 (sphere)" in errors
+
+
+@pytest.mark.slow
+def test_a_batch_sweeps_over_obstacles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A ball that comes nearer is clear, clear and touched; its mesh is named from the folder of results."""
+    (tmp_path / "a.stl").write_bytes(binary_stl(corners(Box((9.0, 0, 0), (1, 1, 1)))))
+    text = (
+        "name: swept\nstart: {}\ngoal: {base: {position_m: [0.001, 0, 0]}}\nobstacles:\n"
+        "  - {sphere: {centre_m: [0.1, 0.3, 0], radius_m: 0.05}}\n  - {mesh: {file: a.stl, scale: 1.0}}\n"
+        "sweep:\n  obstacles[0].sphere.radius_m: [0.05, 0.1, 0.31]\n"
+    )
+    (tmp_path / "a.yaml").write_text(text, encoding="utf-8")
+    out = tmp_path / "results"
+    words = ("batch", str(tmp_path / "a.yaml"), "--out", str(out), "--jobs", "1", "--effort", "quick")
+    code, _, _ = runner(capsys)(*words)
+    assert code == 1, "one of them touches"
+    documents = sorted(out.glob("*.json"))
+    plans = [load_plan(path) for path in documents if is_plan(str(path))]
+    found = [one.options.obstacles.obstacles for one in plans if one.options.obstacles is not None]
+    assert sorted(one[0].radius_m for one in found) == [0.05, 0.1]
+    assert {json.loads(p.read_text())["obstacles"][1]["mesh"]["file"] for p in documents if is_plan(str(p))} == {
+        "../a.stl"
+    }
+    assert "deep in obstacle 1 (sphere)" in (out / "summary.csv").read_text()

@@ -21,6 +21,7 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block, block_displacements, energies, starting_shapes
+from purcell_cli.motion.clock import rounded
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Plan, Structure
 from purcell_cli.planner import candidates as candidates_module
@@ -36,7 +37,7 @@ from purcell_cli.planner.library.recalled import library_plans
 from purcell_cli.planner.problem import Problem
 from purcell_cli.planner.refine.segments import Segment, segments_of
 from purcell_cli.planner.refine.shooting import Equations
-from purcell_cli.planner.refinement import Near, Refinement, cycles_apart, played
+from purcell_cli.planner.refinement import Near, Refinement, closed_on_the_clock, cycles_apart, played
 from purcell_cli.planner.structures import StructureRecord
 
 BODY = Swimmer().scaled()
@@ -325,6 +326,23 @@ def test_a_contender_arrives_exactly_and_is_judged_by_its_limits() -> None:
     assert apart.arrives
     assert not apart.good
     assert apart.excess > 90.0, "in units of L, of 0.1 m"
+
+
+def test_a_repeated_stroke_that_closes_to_rounding_closes_on_the_clock() -> None:
+    """Seventy thousand cycles of a stroke that does not turn a limb far."""
+    angle = np.array([-0.022, -0.0039, -0.0378, 0.0023, 0.0598, 0.0016])
+    stroke = PrimitiveSequence(np.array([2, 5, 2, 5, 2, 5]), angle)
+
+    def on_the_clock(some: Array) -> Array:
+        return rounded(some, 1.0, 0.007)
+
+    for control in (2, 5):
+        own = stroke.control == control
+        assert abs(np.sum(angle[own])) < 1e-15
+        assert abs(np.sum(on_the_clock(angle[own]))) > 1e-3, "one by one they leave a step of the clock each cycle"
+        made = closed_on_the_clock(stroke, on_the_clock).angle
+        assert abs(np.sum(made[own])) < 1e-15
+        assert np.max(np.abs(made - angle)) <= 0.007
 
 
 def test_a_rectangle_that_closes_only_once_it_is_on_the_clock_arrives_too() -> None:

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 from helpers import Run, assert_close, runner
 
-from purcell_cli import Configuration, Swimmer
+from purcell_cli import Configuration, PlanOptions, Swimmer
+from purcell_cli.environment.scene import Scene
+from purcell_cli.environment.solids import HalfSpace, Sphere
 from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.drag_factors import What, factors_of, with_factors
 from purcell_cli.feedback.drag_filter import DragFilter
@@ -25,6 +27,7 @@ from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.mechanics.joints import Joint
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
+from purcell_cli.motion.obstacle_distance import link_distances
 from purcell_cli.motion.trajectory import as_table
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.solution import plan
@@ -57,6 +60,26 @@ def test_it_arrives_where_one_plan_alone_misses(goal: Configuration) -> None:
         plain._last = None
         plans += 1
     assert len(found.parts) <= plans
+
+
+@pytest.mark.slow
+def test_every_replan_stays_clear_of_obstacles() -> None:
+    """A ball where a limb would swing, and a floor: the first plan misses, and all plans are clear of both."""
+    scene = Scene((Sphere((0.2, 0.14, 0.0), 0.03), HalfSpace((0, 0, -0.15), (0, 0, 1))))
+    goal = Configuration.from_angles((0.04, 0.0, 0.0), (10, 0, 0))
+    found = track(START, goal, TRUTH, options=PlanOptions(obstacles=scene, effort="quick", clearance_m=0.002))
+    assert found.arrived
+    assert found.replans >= 1
+    for part in found.parts:
+        rows = part.solution.trajectory
+        assert part.solution.limits.obstacle is not None
+        assert part.solution.limits.obstacle.distance_m >= 0.002
+        assert float(np.min(link_distances(TRUTH, scene, rows.pose, rows.shape[..., 0])[0])) >= 0.002 - 1e-9
+    really = found.trajectory
+    assert really is not None
+    assert float(np.min(link_distances(TRUTH, scene, really.pose, really.shape[..., 0])[0])) > 0.0
+    alone = track(START, goal, TRUTH, options=PlanOptions(effort="quick"), replans=0).parts[0].solution.trajectory
+    assert float(np.min(link_distances(TRUTH, scene, alone.pose, alone.shape[..., 0])[0])) < 0.002
 
 
 def test_a_model_that_is_the_truth_needs_no_second_plan() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 from pathlib import Path
@@ -18,13 +19,17 @@ from purcell_cli.environment.tube import Tube
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, from_euler
+from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joints import Joint
 from purcell_cli.motion.obstacle_distance import link_distances
+from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.arcs.needle_steering import steer
 from purcell_cli.planner.ways.closed_off import refuse_closed_off
 from purcell_cli.planner.ways.edges import clear_edges
+from purcell_cli.planner.ways.one_motion import ended, one_motion
 from purcell_cli.planner.ways.poses import Region
+from purcell_cli.planner.ways.roadmap import Roadmap
 from purcell_cli.planner.ways.swing import swings
 from purcell_cli.solution import Solution
 
@@ -141,6 +146,42 @@ def test_a_narrow_straight_tube_is_swum_by_smaller_strokes() -> None:
     assert found.verdict == "reached"
     assert found.limits.largest_bend_rad[1] is not None
     assert found.limits.largest_bend_rad[1] < 0.61
+
+
+def test_poses_near_a_path_make_it_cheaper_and_never_dearer() -> None:
+    """A ball to pass: what the poses drawn anywhere give is made cheaper, without exact legs."""
+    scene = Scene((Sphere((0.7, 0, 0), 0.25),))
+    start, goal = collinear((0, 0, 0)).pose, collinear((1.4, 0, 0)).pose
+    roadmap = Roadmap(Region.of(scene, swings(PAPER), 0.1, 0.0, start, goal), start, goal)
+    rng = np.random.default_rng(3)
+    roadmap.grow(rng, 40)
+    path = roadmap.path()
+    assert path is not None
+    prices = [roadmap.price(path)]
+    for spread in (1.0, 0.4, 0.8, 0.25):
+        roadmap.grow_near_path(rng, spread)
+        path = roadmap.path()
+        assert path is not None
+        prices.append(roadmap.price(path))
+    assert prices == sorted(prices, reverse=True)
+    assert prices[-1] < 0.99 * prices[0]
+    roadmap.reprice((path[1], path[0]), 1e4)
+    again = roadmap.path()
+    assert again is not None
+    assert again[:2] != path[:2], "an edge that turns out dear is left"
+
+
+def test_legs_make_one_motion_that_ends_at_the_goal() -> None:
+    """Legs of which the first ends a little off: as they are they miss the goal, as one motion they do not."""
+    stops = [collinear((0.0, 0, 0)), collinear((0.03, 0, 0)), collinear((0.06, 0.002, 0))]
+    made = [plan(a, b, options=PlanOptions(effort="quick")).plan.blocks for a, b in itertools.pairwise(stops)]
+    bent = [dataclasses.replace(b, sequence=b.sequence.with_angles(b.sequence.angle * (1.0 + 1e-6))) for b in made[0]]
+    legs = [bent, list(made[1])]
+    plain = Plan(PAPER, stops[0], stops[-1], tuple(b for leg in legs for b in leg))
+    assert not Deviation.between(ended(plain), stops[-1]).within(1e-10, 1e-9)
+    joined = one_motion(PAPER, stops[0], stops[-1], legs, PAPER.max_bend_rad)
+    assert joined is not None
+    assert Deviation.between(ended(dataclasses.replace(plain, blocks=joined)), stops[-1]).within(1e-11, 1e-10)
 
 
 def hinges(axis: str) -> Swimmer:

@@ -36,11 +36,13 @@ class Settings:
         options: What is asked of every plan; the workspace and the obstacles are the scenario's own.
         trajectories: Whether trajectories are written.
         gaits: The gaits of the user's own, which are added to those of the package; None where there are none.
+        folder: Where results go, from which plan documents name the files of meshes; no result depends on it.
     """
 
     options: PlanOptions = PlanOptions()
     trajectories: bool = True
     gaits: Mapping[str, Gait] | None = None
+    folder: Path | None = None
 
     def fingerprint(self) -> str:
         """Return a text that changes with anything that results depend on."""
@@ -103,7 +105,7 @@ def solve(scenario: Scenario, settings: Settings) -> Solved:
 
 def _files(solution: Solution, settings: Settings) -> dict[str, bytes]:
     document = PlanDocument(solution.plan, solution.options)
-    files = {".json": document.as_text().encode()}
+    files = {".json": document.as_text(settings.folder).encode()}
     if settings.trajectories:
         stream = io.BytesIO()
         write_rows(solution.trajectory, stream)

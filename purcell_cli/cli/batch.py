@@ -86,7 +86,7 @@ def batch(
     from purcell_cli.batch.runner import Options, run_batch
     from purcell_cli.batch.solve_one import Settings
 
-    settings = Settings(options, trajectories, None if gaits is None else _own_gaits(gaits))
+    settings = Settings(options, trajectories, None if gaits is None else _own_gaits(gaits), out.resolve())
     most = fraction(max_regress)
     earlier = None if baseline is None else load_baseline(baseline, most)
     cases = find_cases(paths, name_filter, out)

@@ -182,14 +182,12 @@ def view(
             raise ParameterError(
                 f"--{name}: no such option is wanted for a page, which plays at any size, found {value!r}"
             )
-    if film is not None and scenario is not None:
-        raise ParameterError(f"--scenario: no surroundings are wanted for a film, found {scenario!r}")
     if film is not None and beside is not None:
         raise ParameterError(f"--beside: no other trajectory is wanted for a film, found {beside}")
     table = read_csv(trajectory)
     body = fitting_swimmer(swimmer, table, trajectory)
     if film is not None:
-        show(_film(table, body, film, trajectory, file), json, _show_film)
+        show(_film(table, body, film, (trajectory, file), surroundings_of(scenario)), json, _show_film)
         return
     with busy("drawing"):
         other = None if beside is None else read_csv(beside)
@@ -231,13 +229,16 @@ def _film_options(ending: str, fps: float | None, duration: float | None, size: 
     return FilmOptions(ending, **{name: value for name, value in given.items() if value is not None})
 
 
-def _film(table: Table, body: Swimmer, options: FilmOptions, trajectory: Path, file: Path) -> FilmDocument:
-    """Write a film and return the document about it."""
+def _film(
+    table: Table, body: Swimmer, options: FilmOptions, files: tuple[Path, Path], around: Surroundings
+) -> FilmDocument:
+    """Write a film, of a trajectory's file and to another one, and return the document about it."""
     from purcell_cli.files.atomic_file import whole_file
     from purcell_cli.pictures.film import write_film
 
+    trajectory, file = files
     with bar("drawing", _PATIENCE_S) as told, whole_file(file) as stream:
-        frames = write_film(table, body, options, stream, lambda done, total: told(done, total, "frames"))
+        frames = write_film(table, body, options, stream, lambda done, total: told(done, total, "frames"), around)
     return {
         "schema": "purcell/film/1",
         "verdict": "done",

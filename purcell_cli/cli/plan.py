@@ -105,7 +105,7 @@ def plan(
         document = plan_document(solution, str(file), None if plan_out is None else str(plan_out))
         with contextlib.ExitStack() as both:
             if plan_out is not None:  # it appears only when the trajectory has
-                text = Saved(solution.plan, solution.options).as_text()
+                text = Saved(solution.plan, solution.options).as_text(plan_out.parent)
                 both.enter_context(whole_file(plan_out)).write(text.encode())
             write_trajectory(solution.trajectory, file, form, solution.plan.swimmer)
     return show_solution(solution, document, json, explain)

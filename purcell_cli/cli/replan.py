@@ -70,6 +70,8 @@ def replan(
         }
         with contextlib.ExitStack() as both:
             if plan_out is not None:  # it appears only when the trajectory has
-                both.enter_context(whole_file(plan_out)).write(Saved(solution.plan, saved.options).as_text().encode())
+                both.enter_context(whole_file(plan_out)).write(
+                    Saved(solution.plan, saved.options).as_text(plan_out.parent).encode()
+                )
             write_trajectory(solution.trajectory, file, form, solution.plan.swimmer)
     return show_solution(solution, told, json, explain=False)

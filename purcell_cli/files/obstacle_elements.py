@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import functools
+import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -197,9 +199,25 @@ OBSTACLES: Element[Scene] = Made(ListOf(OBSTACLE, at_least=1), lambda value, _: 
 """The element for what stands in the water."""
 
 
-def obstacles_written(scene: Scene) -> list[dict[str, Any]]:
-    """Return a scene as a document's value, which needs no file but those of meshes."""
-    return [{str(one.kind): _written(one)} for one in scene.obstacles]
+def obstacles_written(scene: Scene, folder: Path | None = None) -> list[dict[str, Any]]:
+    """Return a scene as a document's value, which needs no file but those of meshes.
+
+    Args:
+        scene: The scene.
+        folder: Where the document will be, from which the files of meshes are then named.
+    """
+    out = [{str(one.kind): _written(one)} for one in scene.obstacles]
+    for one in (value["mesh"] for value in out if folder is not None and "mesh" in value):
+        one["file"] = _named_from(Path(one["file"]), folder)
+    return out
+
+
+def _named_from(file: Path, folder: Path | None) -> str:
+    """Return the path of a file from a folder; the whole of it where they have nothing in common."""
+    try:
+        return Path(os.path.relpath(file, (folder or Path()).resolve())).as_posix()
+    except ValueError:  # on another drive
+        return str(file)
 
 
 @functools.singledispatch

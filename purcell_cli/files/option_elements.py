@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Mapping
 from enum import StrEnum
+from pathlib import Path
 from typing import Any
 
 from purcell_cli.files.configuration_file import WORKSPACE
@@ -17,9 +19,6 @@ from purcell_cli.motion.options import MOST_SEED, OPTIONS, E, Option, PlanOption
 
 _ELEMENTS: Mapping[str, Element[Any]] = {"workspace": WORKSPACE, "obstacles": OBSTACLES}
 """The elements of options that are neither a name nor a number."""
-
-_WRITTEN: Mapping[str, Callable[[Any], Any]] = {"workspace": dataclasses.asdict, "obstacles": obstacles_written}
-"""What makes their values those of a document."""
 
 
 def choice(choices: type[E]) -> Element[E]:
@@ -54,11 +53,20 @@ def options_read(value: Mapping[str, Any]) -> PlanOptions:
     return PlanOptions(**given)
 
 
-def options_written(options: PlanOptions) -> dict[str, Any]:
-    """Return options as a document's values: those that are always written, and those that are not the default."""
-    out = {}
+def options_written(options: PlanOptions, folder: Path | None = None) -> dict[str, Any]:
+    """Return options as a document's values: those that are always written, and those that are not the default.
+
+    Args:
+        options: The options.
+        folder: Where the document will be, from which files are then named.
+    """
+    written: Mapping[str, Callable[[Any], Any]] = {
+        "workspace": dataclasses.asdict,
+        "obstacles": functools.partial(obstacles_written, folder=folder),
+    }
+    out: dict[str, Any] = {}
     for name, option in _SAVED.items():
         value = getattr(options, name)
         if option.always or value != options.left_out(name):
-            out[option.key] = _WRITTEN[name](value) if name in _WRITTEN else value
+            out[option.key] = written[name](value) if name in written else value
     return out

@@ -67,8 +67,12 @@ class PlanDocument:
     options: PlanOptions = PlanOptions()
     version: str = __version__
 
-    def as_text(self) -> str:
-        """Return the document as JSON, a line for each stroke."""
+    def as_text(self, folder: Path | None = None) -> str:
+        """Return the document as JSON, a line for each stroke.
+
+        Args:
+            folder: Where it will be, from which the files of meshes are then named; they are named in full without one.
+        """
         plan = self.plan
         head = {
             "schema": SCHEMA,
@@ -76,7 +80,7 @@ class PlanDocument:
             "swimmer": swimmer_written(plan.swimmer),
             "start": _configuration(plan.start),
             "goal": _configuration(plan.goal),
-            **options_written(self.options),
+            **options_written(self.options, folder),
             **way_written(plan.passages, plan.follow),
         }
         lines = [f"  {_json(key)}: {_json(value)}" for key, value in head.items()]
@@ -226,7 +230,7 @@ def write_plan(document: PlanDocument, path: Path | str) -> None:
         InputError: The file cannot be written.
     """
     with whole_file(path) as stream:
-        stream.write(document.as_text().encode())
+        stream.write(document.as_text(Path(path).parent).encode())
 
 
 def load_plan(path: Path | str) -> PlanDocument:

@@ -9,10 +9,10 @@ from types import FrameType
 from typing import IO, Any
 
 import numpy as np
+import orjson
 
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.geometry.rotations import Array, as_euler
-from purcell_cli.kernel.decimals import rows_as_text
 from purcell_cli.motion.trajectory import Trajectory, continuous_quaternions
 
 _LIMB = ("qw", "qx", "qy", "qz", "psi_rad", "theta_rad", "phi_rad")
@@ -69,7 +69,7 @@ def write_rows(trajectory: Trajectory, stream: IO[bytes]) -> None:
     before: list[Array | None] = [None, None, None]
     phases, phase = np.unique(trajectory.phase, return_inverse=True)
     gaits = [_quoted(name) for name in trajectory.gaits]
-    words = [f",{number},{name}" for number in phases.tolist() for name in gaits]
+    words = [f",{number},{name},".encode() for number in phases.tolist() for name in gaits]
     which = phase * len(gaits) + trajectory.gait
     for low in range(0, len(trajectory), _ROWS_AT_ONCE):
         part = slice(low, low + _ROWS_AT_ONCE)
@@ -79,7 +79,18 @@ def write_rows(trajectory: Trajectory, stream: IO[bytes]) -> None:
             before[k] = quaternion[-1]
             blocks += [quaternion, as_euler(rotation)]
         numbers = np.concatenate([*blocks, trajectory.rate_rad_s[part]], axis=1) + 0.0  # no zero with a sign
-        stream.write(rows_as_text(numbers, words, which[part]))
+        stream.write(_as_text(numbers, [words[k] for k in which[part].tolist()]))
+
+
+def _as_text(numbers: Array, words: list[bytes]) -> bytes:
+    """Return rows of numbers as lines, with words after the first number of each.
+
+    The JSON package writes arrays with the fewest digits that read back as the same doubles, and is imported in a
+    thirtieth of the time that the data frame package takes.
+    """
+    rows = orjson.dumps(numbers, option=orjson.OPT_SERIALIZE_NUMPY)[2:-2].split(b"],[")
+    parts = (row.partition(b",") for row in rows)
+    return b"".join(b"%b%b%b\n" % (first, word, rest) for (first, _, rest), word in zip(parts, words, strict=True))
 
 
 def _quoted(name: str) -> str:

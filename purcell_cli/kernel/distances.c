@@ -135,8 +135,10 @@ API void purcell_inside_cones(SIZE n, const double *first, const double *last, S
     for (SIZE k = 0; k < n; k++, first += 3, last += 3) {
         double least = 0.0;
         SIZE owner = 0;
-        for (SIZE c = 0; c <= cells; c++) {
-            const double part = (double)c / (double)cells;
+        const int place = first[0] == last[0] && first[1] == last[1] && first[2] == last[2];
+        const SIZE count = place ? 1 : cells; /* a point needs no more than one */
+        for (SIZE c = 0; c <= count; c++) {
+            const double part = (double)c / (double)count;
             double point[3], best = 0.0;
             for (int j = 0; j < 3; j++) point[j] = first[j] + part * (last[j] - first[j]);
             for (SIZE i = 0; i < m; i++) {

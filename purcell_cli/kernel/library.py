@@ -62,7 +62,6 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "descent_room": (_SIZE, [_SIZE] * 5),
     "descend": (_SIZE, [*_MOTION, _ARRAY, *[_NUMBER] * 3, _SIZE, *[_ARRAY] * 3]),
     "approach": (_SIZE, [*_MOTION, *[_NUMBER] * 2, *[_SIZE] * 2, *[_ARRAY] * 5]),
-    "rows_as_text": (_SIZE, [*[_SIZE] * 2, *[_ARRAY] * 6]),
     "flow_and_derivatives": (_SIZE, [*_RULE, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 4]),
 }
 """What each function returns and takes."""

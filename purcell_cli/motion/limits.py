@@ -18,6 +18,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import LIMBS, Clearance, body_distance, limb_distance
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
 from purcell_cli.motion.limb_circles import bends
+from purcell_cli.motion.memory import DEFAULT_GB
 from purcell_cli.motion.mission import Follow
 from purcell_cli.motion.obstacle_distance import Encounter, refuse_touching
 from purcell_cli.motion.off_curve import OffCurve
@@ -40,6 +41,7 @@ class Limits:
         workspace: The box that all links stay in, if there is one.
         obstacles: What no link may touch, if there is anything; the clearance counts for it too.
         follow: The curve that the base's middle stays near, if there is one.
+        max_memory_gb: The memory that the motion may take; see `memory.budget_gb` [GB].
 
     Raises:
         ParameterError: A clearance that is negative or not finite.
@@ -49,6 +51,7 @@ class Limits:
     workspace: Workspace | None = None
     obstacles: Scene | None = None
     follow: Follow | None = None
+    max_memory_gb: float = DEFAULT_GB
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "clearance_m", OPTIONS["clearance_m"].checked(self.clearance_m, "clearance_m"))
@@ -56,7 +59,7 @@ class Limits:
     @classmethod
     def of(cls, options: PlanOptions, follow: Follow | None = None) -> Limits:
         """Return the limits that options ask for, and a curve to follow."""
-        return cls(options.clearance_m, options.workspace, options.obstacles, follow)
+        return cls(options.clearance_m, options.workspace, options.obstacles, follow, options.max_memory_gb)
 
     def refuse(self, swimmer: Swimmer, name: str, configuration: Configuration) -> None:
         """Refuse a start or goal at which the limbs are too near each other, or a link is outside the workspace.

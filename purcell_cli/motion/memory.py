@@ -30,6 +30,26 @@ def free_bytes() -> int | None:
         return None
 
 
+def budget_gb(most_gb: float) -> float:
+    """Return the memory that a motion may take; half of what is free, if that is less than the default [GB]."""
+    free = free_bytes() if most_gb == DEFAULT_GB else None
+    return most_gb if free is None else min(most_gb, 0.5e-9 * free)
+
+
+def most_primitives(found_gb: float) -> int:
+    """Return how many primitives or moves a budget has room for, with a row for each and no other rows."""
+    return int((1e9 * found_gb - _REST_BYTES) / (_PRIMITIVE_BYTES + _ROW_BYTES))
+
+
+def too_huge(primitives: int, rows: float, found_gb: float) -> ParameterError:
+    """Return the refusal of a motion that takes more memory than a budget [GB]."""
+    more = f" and {rows:.2g} rows (fewer with a larger --dt)" if rows >= 1.0 else ""
+    return ParameterError(
+        f"max-memory: a budget of at least {_wanted_gb(primitives, rows):.2g} GB for {primitives} primitives{more} "
+        f"is wanted, found {found_gb:.2g} GB"
+    )
+
+
 def refuse_huge(primitives: int, rows: float, most_gb: float) -> None:
     """Refuse a motion that takes more memory than the budget.
 
@@ -41,11 +61,10 @@ def refuse_huge(primitives: int, rows: float, most_gb: float) -> None:
     Raises:
         ParameterError: The motion takes more.
     """
-    wanted_gb = (_REST_BYTES + _PRIMITIVE_BYTES * primitives + _ROW_BYTES * (primitives + rows)) / 1e9
-    free = free_bytes() if most_gb == DEFAULT_GB else None
-    budget = most_gb if free is None else min(most_gb, 0.5e-9 * free)
-    if wanted_gb > budget:
-        raise ParameterError(
-            f"max-memory: a budget of at least {wanted_gb:.2g} GB for {primitives} primitives and {rows:.2g} rows "
-            f"(fewer with a larger --dt) is wanted, found {budget:.2g} GB"
-        )
+    found_gb = budget_gb(most_gb)
+    if _wanted_gb(primitives, rows) > found_gb:
+        raise too_huge(primitives, rows, found_gb)
+
+
+def _wanted_gb(primitives: int, rows: float) -> float:
+    return (_REST_BYTES + _PRIMITIVE_BYTES * primitives + _ROW_BYTES * (primitives + rows)) / 1e9

@@ -14,6 +14,7 @@ from purcell_cli.errors import MissingPackageError, ParameterError
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.trajectory_table import Table
+from purcell_cli.pictures.surroundings import NOTHING, Surroundings
 
 ENDINGS = ("gif", "mp4")
 """The endings of a film."""
@@ -83,7 +84,12 @@ def parsed_size(text: str) -> tuple[int, int]:
 
 
 def write_film(
-    table: Table, swimmer: Swimmer, options: FilmOptions, stream: IO[bytes], progress: Callable[[int, int], None]
+    table: Table,
+    swimmer: Swimmer,
+    options: FilmOptions,
+    stream: IO[bytes],
+    progress: Callable[[int, int], None],
+    around: Surroundings = NOTHING,
 ) -> int:
     """Write the film of a motion.
 
@@ -93,6 +99,7 @@ def write_film(
         options: How it is made.
         stream: Where to write; it can be sought in.
         progress: Takes how many frames are drawn, and of how many.
+        around: What is around the motion.
 
     Returns:
         How many frames there are.
@@ -107,7 +114,7 @@ def write_film(
             raise
         raise _missing("pillow", "pillow>=10.1") from None
     times = options.times_s(table)
-    stage = Stage(table, swimmer, times, options.size)
+    stage = Stage(table, swimmer, times, options.size, around)
 
     def frames() -> Iterator[Any]:
         for k in range(len(times)):

@@ -16,7 +16,8 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.table_sampling import base_at, limbs_at, rows_at
 from purcell_cli.motion.trajectory_table import Table
-from purcell_cli.pictures.colours import BLACK, BLUE, GREY, ORANGE
+from purcell_cli.pictures.colours import AMBER, BLACK, BLUE, GREY, ORANGE
+from purcell_cli.pictures.surroundings import NOTHING, Surroundings
 from purcell_cli.wording import length_unit
 
 _AZIMUTH, _ELEVATION = -1.0, 0.42
@@ -37,8 +38,20 @@ _WAY, _TRACE, _GHOST = "#cccccc", "#888888", "#dddddd"
 _LINKS = (BLACK, BLUE, ORANGE)
 """Colours of base, limb 1 and limb 2."""
 
+_DOT = 8
+"""Radius of a waypoint on a frame of twice the size [pixels]."""
+
 _MARK = 0.35
 """How far marks that show rolls stand out of the links, in units of L."""
+
+_AROUND = 0.25
+"""How far beyond the motion surroundings are shown, as a part of the motion's extent on the frame."""
+
+_SHADES = (0.75, 1.0)
+"""How bright triangles are that are seen along their surface, and straight on."""
+
+_SURFACES = {"obstacle": (96, 125, 139), "tolerance": (230, 159, 0)}
+"""Colours of surfaces: red, green and blue."""
 
 _MOST_POINTS = 2000
 """Points of the base's way that are drawn, at most."""
@@ -52,9 +65,12 @@ class Stage:
         swimmer: The swimmer.
         times_s: When frames are drawn [s]. Shape (n,).
         size: Width and height of a frame [pixels].
+        around: What is around the motion.
     """
 
-    def __init__(self, table: Table, swimmer: Swimmer, times_s: Array, size: tuple[int, int]) -> None:
+    def __init__(
+        self, table: Table, swimmer: Swimmer, times_s: Array, size: tuple[int, int], around: Surroundings = NOTHING
+    ) -> None:
         self._table, self._swimmer, self._times, self._size = table, swimmer, times_s, size
         base = base_at(table, times_s)
         base[:, :3, 3] -= table.origin_m
@@ -72,14 +88,29 @@ class Stage:
         self._screen, self._towards = np.stack([right, -up]), np.cross(right, up)
         seen = np.concatenate([self._ends.reshape(-1, 3), self._marks.reshape(-1, 3), self._way]) @ self._screen.T
         low, high = seen.min(axis=0), seen.max(axis=0)
+        skins = [(one, one.triangles - table.origin_m) for one in around.skins(table)]
+        marks = [one.place_m - table.origin_m for one in around.marks(table)]
+        curve = around.curve_m - table.origin_m
+        other = np.concatenate([*(part.reshape(-1, 3) for _, part in skins), curve, *(m[None] for m in marks)])
+        if len(other):
+            more = _AROUND * np.max(high - low)
+            there = np.clip(other @ self._screen.T, low - more, high + more)
+            low, high = np.minimum(low, there.min(axis=0)), np.maximum(high, there.max(axis=0))
         self._scale = _TWICE * _FILLED * float(np.min(np.array(size) / np.maximum(high - low, 1e-300)))
         self._centre = 0.5 * (low + high)
+        self._background = Image.new("RGB", (_TWICE * size[0], _TWICE * size[1]), "white")
+        pen = ImageDraw.Draw(self._background, "RGBA")
+        for one, triangles in skins:
+            self._skin(pen, triangles, _SURFACES[one.of], one.alpha)
+        self._line(pen, curve, AMBER, 1.2)
+        for x, y in self._seen(np.array(marks).reshape(-1, 3)):
+            pen.ellipse((x - _DOT, y - _DOT, x + _DOT, y + _DOT), fill=AMBER)
         self._font = ImageFont.load_default(size=_TWICE * max(size[1] / 34.0, 10.0))
 
     def frame(self, k: int) -> Image.Image:
         """Return a frame by its number: an image of red, green and blue."""
         width, height = (_TWICE * n for n in self._size)
-        image = Image.new("RGB", (width, height), "white")
+        image = self._background.copy()
         pen = ImageDraw.Draw(image)
         self._line(pen, self._way, _WAY, 1.2)
         self._line(pen, self._way[self._way_s <= self._times[k]], _TRACE, 1.6)
@@ -92,6 +123,15 @@ class Stage:
         """Return where points are on the frame [pixels]."""
         flat = (points @ self._screen.T - self._centre) * self._scale + 0.5 * _TWICE * np.array(self._size)
         return [(float(x), float(y)) for x, y in np.round(flat, 3)]
+
+    def _skin(self, pen: ImageDraw.ImageDraw, triangles: Array, colour: tuple[int, int, int], alpha: float) -> None:
+        """Draw a translucent surface, the farthest triangle first, brighter where it is seen straight on."""
+        normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+        facing = np.abs(normal @ self._towards) / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
+        light = np.interp(facing, (0.0, 1.0), _SHADES)
+        for k in np.argsort(triangles.mean(axis=1) @ self._towards, kind="stable").tolist():
+            red, green, blue = (round(part * light[k]) for part in colour)
+            pen.polygon(self._seen(triangles[k]), fill=(red, green, blue, round(255 * alpha)))
 
     def _line(self, pen: ImageDraw.ImageDraw, points: Array, colour: str, width: float) -> None:
         if len(points) > 1:
@@ -139,11 +179,13 @@ class Palette:
     def __init__(self) -> None:
         names = (BLACK, BLUE, ORANGE, GREY, _WAY, _TRACE, _GHOST)
         colours = [np.array(ImageColor.getrgb(name), dtype=np.float64) for name in names]
+        around = [np.array(colour, dtype=np.float64) for colour in _SURFACES.values()]
         entries = [np.full(3, 255.0)]
         entries += [255.0 + share * (c - 255.0) for c in colours for share in np.linspace(0.0625, 1.0, 16)]
         pairs = [(a, b) for k, a in enumerate(colours) for b in colours[:k]]
         entries += [a + share * (b - a) for a, b in pairs for share in np.linspace(0.2, 0.8, 4)]
-        self._entries = np.round(np.array(entries[:256])).astype(np.int64)
+        tints = [255.0 + share * (c - 255.0) for c in around for share in np.linspace(0.0625, 1.0, 16)]
+        self._entries = np.round(np.array([*entries[: 256 - len(tints)], *tints])).astype(np.int64)
         key = np.arange(1 << 16)
         red, green, blue = key >> 11, (key >> 5) & 63, key & 31  # the colour of so many bits each
         shown = np.stack([red * 255 // 31, green * 255 // 63, blue * 255 // 31], axis=1)

@@ -38,3 +38,8 @@ class Candidate:
 def joint_travel_rad(blocks: tuple[Block, ...]) -> float:
     """Return the joint travel of strokes [rad]."""
     return sum(b.joint_travel_rad for b in blocks)
+
+
+def primitives_of(blocks: tuple[Block, ...]) -> int:
+    """Return how many primitives or moves strokes are played by."""
+    return sum(b.cycles * len(b.sequence) for b in blocks)

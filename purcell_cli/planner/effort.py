@@ -118,6 +118,8 @@ _WIDE = Stage(
 _EARLY = dataclasses.replace(_STANDARD, interrupt_keeps_best=True)
 """The first stage of a thorough search: the standard one, so that a plan is there early and never gets longer."""
 
+_ONE_LEG = Stage(Breadth(starts=48, chains=1, rounds=4, shorter=0, library_plans=1, pace=Pace(1, 4)))
+"""The search for a leg: quicker still, as a way takes many of them."""
 LEG = "leg"
 """The effort of a leg round obstacles."""
 
@@ -125,6 +127,6 @@ EFFORTS: Mapping[str, tuple[Stage, ...]] = {
     "quick": (_QUICK, _WIDE),
     "standard": (_STANDARD, _WIDE),
     "thorough": (_EARLY, _THOROUGH),
-    LEG: (_QUICK, _WIDE),
+    LEG: (_ONE_LEG, _WIDE),
 }
 """The stages of each effort, in order; of a leg round obstacles too."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
 from purcell_cli.motion.plan import Structure
-from purcell_cli.planner.candidate import Candidate, joint_travel_rad
+from purcell_cli.planner.candidate import Candidate, joint_travel_rad, primitives_of
 from purcell_cli.planner.effort import Stage
 from purcell_cli.planner.incumbent import Contender, Incumbent
 from purcell_cli.planner.library.random_plans import brought, random_plans
@@ -41,6 +42,8 @@ class Exploration:
         incumbent: The best plan so far.
         record: The structures of the motions so far.
         progress: Is told how far the search is.
+        most_primitives: Candidates of more primitives are left out.
+        left_out: How many primitives those have.
     """
 
     query: Equations
@@ -48,6 +51,8 @@ class Exploration:
     incumbent: Incumbent = dataclasses.field(default_factory=Incumbent)
     record: StructureRecord = dataclasses.field(default_factory=StructureRecord)
     progress: Progress = silent
+    most_primitives: float = math.inf
+    left_out: list[int] = dataclasses.field(default_factory=list)
 
     def take(self, other: Exploration) -> None:
         """Let the best plan of a search for another objective contend."""
@@ -65,6 +70,9 @@ class Exploration:
                 continue
             blocks = candidate.make()
             if not blocks:
+                continue
+            if (count := primitives_of(blocks)) > self.most_primitives:
+                self.left_out.append(count)
                 continue
             self.record.made(candidate, joint_travel_rad(blocks))
             near = self.refinement.near(self.query.of(segments_of(blocks))).motion

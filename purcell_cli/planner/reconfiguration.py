@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from purcell_cli.errors import UnknownNameError
+from purcell_cli.errors import ParameterError, UnknownNameError
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
@@ -26,8 +26,10 @@ from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import apart_bend_rad
 from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.memory import budget_gb, most_primitives, too_huge
 from purcell_cli.motion.options import Objective
 from purcell_cli.motion.plan import Plan
+from purcell_cli.planner.arcs.primitive_counts import LEAST_BEND_RAD, advice
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.candidates import generate, ranked
 from purcell_cli.planner.effort import EFFORTS, Stage
@@ -78,6 +80,7 @@ def reconfigure(
     Raises:
         GaitError: No stored gait for a motion that is needed.
         UnknownNameError: No effort or measure has this name.
+        ParameterError: No candidate whose motion fits into the memory that it may take, or none for such small bends.
     """
     known_measure(minimize)
     if effort not in EFFORTS:
@@ -105,9 +108,29 @@ def reconfigure(
     if minimize != Objective.TRAVEL and not found.interrupted:
         found = least(minimize, found)
     best = found.search.incumbent.best
+    if best is None:
+        _refuse_hopeless(swimmer, gaits, found.search.left_out, kept_to.max_memory_gb)
     blocks = () if best is None else played(best.motion)
     structures = found.search.structures(found.candidates)
     return Plan(swimmer, start, goal, blocks, structures, None if best is None else best.report)
+
+
+def _refuse_hopeless(swimmer: Swimmer, gaits: Mapping[str, Gait], left_out: list[int], most_gb: float) -> None:
+    """Refuse what has no candidate, where it is known what would help.
+
+    Args:
+        swimmer: The swimmer.
+        gaits: The stored gaits.
+        left_out: How many primitives the candidates have that were left out.
+        most_gb: The memory that a motion may take; see `budget_gb` [GB].
+    """
+    if left_out:
+        raise ParameterError(f"{too_huge(min(left_out), 0.0, budget_gb(most_gb))}{advice(swimmer, gaits)}")
+    if not swimmer.ball_joints and swimmer.max_bend_rad < LEAST_BEND_RAD:
+        raise ParameterError(
+            f"max_bend_rad: strokes of these joints that reach the goal are wanted, found none within "
+            f"{swimmer.max_bend_rad:g} rad (plans for other than ball joints are promised from {LEAST_BEND_RAD:g} on)"
+        )
 
 
 def careful_bend_rad(swimmer: Swimmer, limits: Limits) -> float:
@@ -161,7 +184,8 @@ def _searched(
     # Linear programs make much of rounding errors, so candidates are looked for without them, wherever the start is.
     sought = se3.normalised(np.round(wanted, _DIGITS))
     problem = Problem(unit, start.shape, goal.shape, sought, gaits, generated_for(minimize), clearance)
-    search = Exploration(query, Refinement(careful, start, kept_to, minimize), progress=progress)
+    most = most_primitives(budget_gb(kept_to.max_memory_gb))
+    search = Exploration(query, Refinement(careful, start, kept_to, minimize), progress=progress, most_primitives=most)
     found: list[Candidate] = []
     if begun is not None:
         found = begun.candidates  # what travels least often spends least of anything else
@@ -171,6 +195,8 @@ def _searched(
     for k, stage in enumerate(stages):
         if stage.last_resort:
             if search.incumbent.arrives or (begun is not None and begun.search.incumbent.arrives):
+                break
+            if search.left_out and search.incumbent.best is None:
                 break
             found = []  # those have all been tried
         try:

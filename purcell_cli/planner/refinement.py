@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.lift import EXACT, SEARCHING
+from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.clock import clock_step, rounded
@@ -20,8 +22,9 @@ from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach
 from purcell_cli.planner.refine.minimum_travel import Pace, minimise_travel
 from purcell_cli.planner.refine.shooting import Equations, Values
 
-_SLIGHT, _TRIES = 1e-4, 2
-"""Bends beyond their limit by less than this [rad] are mended by one more step, so often at most."""
+_SLIGHT, _SHARPLY = 1e-4, (False, False, True, True)
+"""Bends beyond their limit by less than this [rad] are mended by one more step at a time; the last of them count by the
+angle, the first by its cosine."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +101,7 @@ class Refinement:
             return rounded(angle, self.swimmer.joint_rate_rad_s, step)
 
         timed = [
-            s if s.free else dataclasses.replace(s, sequence=s.sequence.with_angles(on_the_clock(s.sequence.angle)))
+            s if s.free else dataclasses.replace(s, sequence=closed_on_the_clock(s.sequence, on_the_clock))
             for s in near.motion.segments
         ]
         begun = near.motion.at_accuracy(EXACT).of(timed)
@@ -107,16 +110,25 @@ class Refinement:
         values = near.values if len(begun.angles) == len(near.motion.angles) else rough.at(rough.angles)
         motion, off = arrive(begun, values, self.swimmer.max_bend_rad, on_the_clock)
         report = check(self.swimmer, self.start, played(motion), self.limits)
-        for _ in range(_TRIES):
+        for sharply in _SHARPLY:
             if not 0.0 < self._excess(report) < _SLIGHT or {v.limit for v in report.violations} != {"bend"}:
                 break
-            motion, off = bent_less(motion, self.swimmer.max_bend_rad, on_the_clock)
+            motion, off = bent_less(motion, self.swimmer.max_bend_rad, on_the_clock, sharply)
             report = check(self.swimmer, self.start, played(motion), self.limits)
         return Contender(motion, words, off, self._excess(report), self.cost(motion), report)
 
     def _excess(self, report: LimitsReport) -> float:
         """Return by how much limits are broken in all [L, rad]."""
         return sum(v.excess / (self.swimmer.length_m if v.unit == "m" else 1.0) for v in report.violations)
+
+
+def closed_on_the_clock(sequence: PrimitiveSequence, on_the_clock: Callable[[Array], Array]) -> PrimitiveSequence:
+    """Return a repeated stroke on the clock: angles that sum to nothing still do, which thousands of cycles need."""
+    angle = sequence.angle.copy()
+    for control in np.unique(sequence.control):
+        own = sequence.control == control
+        angle[own] = np.diff(on_the_clock(np.cumsum(angle[own])), prepend=0.0)
+    return sequence.with_angles(angle)
 
 
 def played(motion: Equations) -> tuple[Block, ...]:

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from helpers import assert_close, flown, missed
+from helpers import assert_close, flown, largest_bends, missed
 
 from purcell_cli import Swimmer, stored_gaits
 from purcell_cli.gaits.pure_stroke import guessed
@@ -93,3 +93,13 @@ def test_a_roll_too_slight_to_matter_takes_no_stroke() -> None:
     assert turning.blocks(9e-5) == []
     assert turning.blocks(2.0 * math.pi + 1e-6) == []
     assert turning.travel(np.array(0.0)) == 0.0
+
+
+def test_where_limbs_may_bend_little_and_rolls_are_weak_strokes_bend_no_limb_too_far() -> None:
+    """The smallest amplitude of the common table bends these limbs by a quarter more than they may."""
+    stout = Swimmer(limb_half_length_m=0.02, slenderness=0.1, drag_ratio=1.3, max_bend_rad=0.1)
+    smallest = guessed(GAIT, stout.scaled(), 0.003).cycle
+    assert largest_bends(smallest).max() > 1.2 * stout.max_bend_rad
+    blocks = roll_stroke(GAIT, stout.scaled()).blocks(0.2)
+    assert max(largest_bends(b.sequence).max() for b in blocks) <= stout.max_bend_rad
+    assert missed(roll(0.2), flown(stout.scaled(), blocks)) < OFF

@@ -8,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
@@ -33,6 +34,9 @@ _KNOTS_RAD = np.array(
     [*(0.003, 0.01, 0.02, 0.035, 0.05, 0.07, 0.09, 0.12, 0.15, 0.2, 0.25, 0.3, 0.36, 0.43), *np.linspace(0.5, 1.7, 13)]
 )
 """Amplitudes of the tabulated roll strokes [rad], denser where the guesses of the gait's free angles are rough."""
+_SMALLER, _LEAST_RAD = 0.8, 1e-6
+"""Where even the first amplitude bends limbs beyond their limit, smaller ones are tabulated, each this part of the
+next, until one does not, or is below this [rad]."""
 
 
 class Rolling(Protocol):
@@ -58,15 +62,24 @@ class RollStroke:
 
     def __init__(self, gait: Gait, swimmer: Swimmer) -> None:
         self._gait, self.swimmer = gait, swimmer
-        once = [self._once(float(a)) for a in _KNOTS_RAD]
+        knots = _KNOTS_RAD.tolist()
+        once = [self._once(a) for a in knots]
+        while _bend(once[0]) > swimmer.max_bend_rad and knots[0] > _LEAST_RAD:
+            knots.insert(0, _SMALLER * knots[0])
+            once.insert(0, self._once(knots[0]))
         kept = max(int(np.argmax([*(_bend(block) > swimmer.max_bend_rad for block in once), True])), 1)
         moves = block_displacements(swimmer, once[:kept], COLLINEAR, SEARCHING)
         rolled = arctan2(moves[:, 2, 1], moves[:, 1, 1])
         some = slice(int(np.argmax(rolled)) + 1)  # thick limbs roll less by more
         self._rolled = np.append(0.0, rolled[some])
-        self._amplitude = np.append(0.0, _KNOTS_RAD[some])
+        self._amplitude = np.append(0.0, knots[some])
         self._travel = np.append(0.0, [block.joint_travel_rad for block in once[some]])
         self._largest = min(_LARGEST_RAD, float(self._rolled[-1]))
+
+    @property
+    def primitives_per_radian(self) -> float:
+        """How many primitives a roll by a radian takes, by the largest strokes."""
+        return len(self._once(float(self._amplitude[-1])).sequence) / self._largest
 
     def travel(self, angle: Array) -> Array:
         """Return about how much joint travel rolls by angles take [rad]. Shape (...)."""
@@ -88,6 +101,11 @@ class RollStroke:
 
     def _once(self, amplitude: float) -> Block:
         return Block(2, self._gait.name, guessed(self._gait, self.swimmer, amplitude).cycle, 1, amplitude)
+
+
+def rolling(gaits: Mapping[str, Gait]) -> list[Gait]:
+    """Return the stored gaits that roll by their amplitude."""
+    return [g for g in gaits.values() if g.moves == "roll" and g.amplitude_is_displacement]
 
 
 def _bend(block: Block) -> float:

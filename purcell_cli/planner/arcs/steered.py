@@ -9,7 +9,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import hypot, hypot_of, matmul
 from purcell_cli.geometry.rotations import Array
@@ -18,7 +17,7 @@ from purcell_cli.planner.arcs.arc_price import tightest
 from purcell_cli.planner.arcs.chain import Chains, linked
 from purcell_cli.planner.arcs.loop_family import Fan
 from purcell_cli.planner.arcs.needle_steering import steer
-from purcell_cli.planner.arcs.roll_stroke import roll_stroke
+from purcell_cli.planner.arcs.roll_stroke import roll_stroke, rolling
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.effort import Breadth
 from purcell_cli.planner.limbs.pairs import LimbPairs
@@ -49,7 +48,7 @@ def steered_arcs(problem: Problem, breadth: Breadth, known: Sequence[Candidate] 
         breadth: How widely to search.
         known: The candidates that are known.
     """
-    if problem.objective == "travel" and known and _rolling(problem):
+    if problem.objective == "travel" and known and rolling(problem.gaits):
         promised = problem.promised(breadth)
         if min((c.estimate_rad for c in known if not c.astray), default=math.inf) < breadth.arcs_from * promised:
             return [Candidate("arcs with rolls between", promised, functools.partial(_steered_later, problem, breadth))]
@@ -64,7 +63,7 @@ def _steered_later(problem: Problem, breadth: Breadth) -> tuple[Block, ...]:
 
 def _steered(problem: Problem, breadth: Breadth) -> list[Candidate]:
     """Return motions by arcs with rolls between; none where no stored gait rolls by its amplitude."""
-    if not (rolling := _rolling(problem)):
+    if not (rolled := rolling(problem.gaits)):
         return []
     fans, steering, pairs = problem.fans, tightest(problem.fans), problem.pairs(breadth)
     way = steer(_seen_at(steering.centre, pairs.missing), steering, math.ceil(breadth.starts / len(pairs)))
@@ -75,7 +74,7 @@ def _steered(problem: Problem, breadth: Breadth) -> list[Candidate]:
     # The cheapest loops at every arc; and, since only those go exactly straight, loops that are bent in the plane.
     only = np.repeat([-1, fans.index(next(f for f in fans if not f.loops.across))], len(picked))
     picked = np.concatenate([picked, picked])
-    chains = linked(roll_stroke(rolling[0], problem.swimmer), fans, arcs + arcs, way.roll[picked], only)
+    chains = linked(roll_stroke(rolled[0], problem.swimmer), fans, arcs + arcs, way.roll[picked], only)
     order = np.argsort(np.round(chains.costs()[0] + around[picked], 9), kind="stable")
     plane = order[only[order] >= 0][:1]
     best = np.concatenate([order[only[order] < 0][: max(breadth.chains - 1, 1)], plane])
@@ -133,11 +132,6 @@ class _NoRolls:
     def blocks(self, angle: float) -> list[Block]:
         del angle
         return []
-
-
-def _rolling(problem: Problem) -> list[Gait]:
-    """Return the stored gaits that roll by their amplitude."""
-    return [g for g in problem.gaits.values() if g.moves == "roll" and g.amplitude_is_displacement]
 
 
 def _seen_at(centre: float, displacements: Array) -> Array:

@@ -18,7 +18,7 @@ from purcell_cli.motion.mission import Waypoint
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.missions.leg_price import LegPrice
 from purcell_cli.planner.missions.on_the_way import free_but_for_place, legs_through
-from purcell_cli.planner.ways.around import ended
+from purcell_cli.planner.ways.one_motion import ended
 
 LegPlanner = Callable[[Configuration, Configuration, float], Plan]
 """Plans a leg, from a configuration to another, with limbs that bend up to so much of their limit."""

@@ -23,7 +23,7 @@ from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.missions.brought import brought
 from purcell_cli.planner.rest import blocks_after, of_primitives
 from purcell_cli.planner.way import Way
-from purcell_cli.planner.ways.around import ended
+from purcell_cli.planner.ways.one_motion import ended
 
 _BESIDE_L = 0.5
 """How far from a waypoint a plan that ignores it may pass for its strokes to be brought through it [L]: about what the

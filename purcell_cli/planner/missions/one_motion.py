@@ -7,18 +7,17 @@ where those before it end.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
-from purcell_cli.motion.clock import clock_step, on_the_clock
+from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Plan
-from purcell_cli.planner.missions.brought import brought
 from purcell_cli.planner.missions.known_legs import Leg
+from purcell_cli.planner.reconfiguration import careful_bend_rad
 from purcell_cli.planner.rest import of_primitives
-from purcell_cli.planner.ways.around import ended
+from purcell_cli.planner.ways.one_motion import one_motion as in_one_motion
 
 
 def one_motion(swimmer: Swimmer, start: Configuration, goal: Configuration, legs: Sequence[Leg]) -> tuple[Block, ...]:
@@ -33,12 +32,5 @@ def one_motion(swimmer: Swimmer, start: Configuration, goal: Configuration, legs
     every = tuple(b for leg in legs for b in leg.blocks)
     if len(legs) < 2 or not of_primitives(Plan(swimmer, start, goal, every)):
         return every
-    step = clock_step(1.01 * sum(b.duration for b in every) / swimmer.joint_rate_rad_s)
-    earlier = tuple(
-        dataclasses.replace(b, sequence=on_the_clock(b.sequence, swimmer, step))
-        for leg in legs[:-1]
-        for b in leg.blocks
-    )
-    here = ended(Plan(swimmer, start, goal, earlier))
-    last = brought(swimmer, here, goal, legs[-1].blocks, clock_s=step)
-    return every if last is None else earlier + last.blocks
+    bend_rad = careful_bend_rad(swimmer, Limits())
+    return in_one_motion(swimmer, start, goal, [leg.blocks for leg in legs], bend_rad) or every

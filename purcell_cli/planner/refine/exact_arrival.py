@@ -44,6 +44,8 @@ _DAMPING = 1e-12
 """Damping of the Gram matrix where angles are rounded one by one, as a part of its trace."""
 _INSIDE = 1e-10
 """How far inside its limit a bend is brought that was a little beyond, in its cosine."""
+_LEAST_SINE = 1e-3
+"""Bends whose sine is below this count as if it were this, where rows are put in terms of bends."""
 _REACH_RAD = 0.25
 """The largest change of an angle in one Newton step [rad]."""
 _TELLING_RAD = 1e-8
@@ -214,13 +216,17 @@ def _one_by_one(
     return kept, best
 
 
-def bent_less(equations: Equations, max_bend_rad: float, rounded: Callable[[Array], Array]) -> tuple[Equations, float]:
+def bent_less(
+    equations: Equations, max_bend_rad: float, rounded: Callable[[Array], Array], sharply: bool = False
+) -> tuple[Equations, float]:
     """Return a motion that arrives, but bends a limb a little too far, with its angles changed to do neither.
 
     Args:
         equations: The equations of the motion, its angles on the clock.
         max_bend_rad: How far a limb may bend in phase 2 [rad].
         rounded: Rounds angles to what the clock can tell [rad].
+        sharply: Whether an excess counts by its angle. Its cosine hardly tells one of a limb that is almost straight or
+            folded.
 
     Returns:
         The motion, and the largest residual left [L, rad].
@@ -230,6 +236,10 @@ def bent_less(equations: Equations, max_bend_rad: float, rounded: Callable[[Arra
         equations.phase, equations.start, equations.goal, max_bend_rad - _MARGINS_RAD[1], equations.home
     )
     room, slope = bend_rows(equations, values.sequence, values.shapes, least + _INSIDE)
+    if sharply:
+        sine = np.sqrt(np.maximum(1.0 - least * least, 0.0))
+        per_bend = 1.0 / float(np.min(sine[sine > _LEAST_SINE], initial=1.0))
+        room, slope = per_bend * room, per_bend * slope
     step = bounded_step(values.derivative, values.residual, room, slope, _REACH_RAD)
     angle = rounded(equations.angles + step)
     missing = equations.residual(angle)

@@ -12,17 +12,16 @@ from collections.abc import Callable
 import numpy as np
 
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.joint_motion import home_shape, plane_axis
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.blocks import Block, block_displacements, starting_shapes
+from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Plan, Structure
-from purcell_cli.planner.incumbent import ARRIVES
 from purcell_cli.planner.progress import Progress
 from purcell_cli.planner.ways.closed_off import refuse_closed_off
+from purcell_cli.planner.ways.one_motion import ended, one_motion
 from purcell_cli.planner.ways.poses import Region
 from purcell_cli.planner.ways.roadmap import GOAL, START, Roadmap
 from purcell_cli.planner.ways.swing import swings
@@ -32,6 +31,8 @@ from purcell_cli.wording import counted
 LegPlanner = Callable[[Configuration, Configuration, float], Plan]
 """Plans a leg between configurations whose strokes keep a bend limit [rad]."""
 
+SHORTER = {"quick": 0, "standard": 4, "thorough": 60}
+"""How often a way that is found is made shorter, by effort."""
 _ROUNDS = 6
 """How often a roadmap grows, at most."""
 _LEAST_ROUNDS = 2
@@ -40,6 +41,12 @@ _POSES = 40
 """By how many poses it grows each time: some 400 edges, in some tenths of a second."""
 _LEGS = 120
 """Legs that are planned at most, of some 0.2 s each."""
+_SPREADS = (1.0, 0.4, 0.8, 0.25)
+"""How far from the path poses are tried that may make it cheaper, one round after the other [L]; they turn as far."""
+_GAIN = 0.985
+"""A way is looked for again where one is priced at less than this part of the one that is known."""
+_LEGS_A_ROUND = 2
+"""Legs that are planned at most for each round in which a way is made shorter."""
 _ARRIVES = 1e-8
 """A leg that misses its end by less than this arrives; the next leg begins where it ends [L, rad]."""
 
@@ -70,6 +77,7 @@ def around(
     limits: Limits,
     leg: LegPlanner,
     seed: int,
+    shorter: int,
     progress: Progress,
 ) -> Plan | None:
     """Return a plan round obstacles, or None where none is found.
@@ -81,6 +89,7 @@ def around(
         limits: What the plan must keep, obstacles among it.
         leg: Plans a leg.
         seed: Seed of the roadmap's poses.
+        shorter: How often a way that is found is made shorter.
         progress: Is told how far the search is.
 
     Raises:
@@ -100,10 +109,31 @@ def around(
         progress(k, _ROUNDS, f"a way round obstacles: {len(roadmap.poses)} poses, {len(roadmap.edges)} edges")
         if k < _LEAST_ROUNDS and not roadmap.good:
             continue
+        for spread in _SPREADS:
+            roadmap.grow_near_path(rng, spread)
         found = search.explored()
-        if found is not None or search.spent >= _LEGS:
-            return found
+        if found is not None:
+            return _shorter(search, rng, found, shorter, progress)
+        if search.spent >= _LEGS:
+            break
     return None
+
+
+def _shorter(search: _Search, rng: np.random.Generator, found: Plan, rounds: int, progress: Progress) -> Plan:
+    """Return a plan made shorter: poses near its path are tried, and its legs put together."""
+    roadmap, spent = search.roadmap, search.spent
+    for k in range(rounds):
+        left = spent + rounds * _LEGS_A_ROUND - search.spent
+        if left <= 0:
+            break
+        progress(k, rounds, f"a shorter way round obstacles than {found.joint_travel_rad:.0f} rad")
+        if k % 2:
+            roadmap.grow(rng, _POSES)
+        roadmap.grow_near_path(rng, _SPREADS[k % len(_SPREADS)])
+        better = search.explored(_GAIN * found.joint_travel_rad / search.dearer, left)
+        if better is not None and better.joint_travel_rad < found.joint_travel_rad:
+            found = better
+    return found
 
 
 class _Search:
@@ -120,10 +150,24 @@ class _Search:
     def __init__(self, query: _Query, roadmap: Roadmap) -> None:
         self.query, self.roadmap, self.spent = query, roadmap, 0
         self._known: dict[tuple[int, int], list[Plan]] = {}
+        self._priced, self._made = 0.0, 0.0
 
-    def explored(self) -> Plan | None:
-        """Return a plan along the cheapest path whose legs touch nothing; None where the roadmap has none."""
-        while self.spent < _LEGS and (path := self.roadmap.path()) is not None:
+    @property
+    def dearer(self) -> float:
+        """How many times their price exact legs have taken so far, 1 at least."""
+        return max(self._made / self._priced, 1.0) if self._priced > 0.0 else 1.0
+
+    def explored(self, below_rad: float = np.inf, most: int = _LEGS) -> Plan | None:
+        """Return a plan along the cheapest path whose legs touch nothing; None where the roadmap has none.
+
+        Args:
+            below_rad: Paths that are priced at more are not looked at [rad].
+            most: How many legs are planned at most.
+        """
+        last = min(self.spent + most, _LEGS)
+        while self.spent < last and (path := self.roadmap.path()) is not None:
+            if self.roadmap.price(path) >= below_rad:
+                return None
             pairs = list(itertools.pairwise(path))
             for pair in pairs:
                 if pair not in self._known:
@@ -132,8 +176,13 @@ class _Search:
                         self.roadmap.bar(pair)
                         break
                     self._known[pair] = legs
+                    travel = sum(leg.joint_travel_rad for leg in legs)
+                    self._priced += self.roadmap.edge(*pair).price
+                    self._made += travel
+                    self.roadmap.reprice(pair, travel)
             else:
-                made = self._played([plan for pair in pairs for plan in self._known[pair]])
+                last_bend = self.roadmap.edge(*pairs[-1]).bend_rad
+                made = self._played([plan for pair in pairs for plan in self._known[pair]], last_bend)
                 if made is not None:
                     return made
                 self.roadmap.bar(pairs[-1])
@@ -168,24 +217,16 @@ class _Search:
     def _arrives(self, end: Configuration, there: Configuration, within: float) -> bool:
         return Deviation.between(end, there).within(within * self.query.swimmer.length_m, within)
 
-    def _played(self, legs: list[Plan]) -> Plan | None:
-        """Return legs one after the other as one plan, the last one planned anew from where those before it end."""
-        query, here = self.query, self.query.start
-        blocks: list[Block] = []
-        for plan in legs[:-1]:
-            blocks += plan.blocks
-            here = Configuration(ended(dataclasses.replace(plan, start=here)).pose, plan.goal.shape)
-        if len(legs) > 1:
-            last = self.roadmap.path()
-            bend_rad = self.roadmap.edge(last[-2], GOAL).bend_rad if last else query.swimmer.max_bend_rad
-            again = self._legs([here, query.goal], bend_rad, ARRIVES)
-            if again is None:
-                return None
-            blocks += again[0].blocks
-        else:
-            blocks += legs[0].blocks
+    def _played(self, legs: list[Plan], bend_rad: float) -> Plan | None:
+        """Return legs one after the other as one plan, the last one brought to the goal from where those before end."""
+        query = self.query
+        blocks = one_motion(
+            query.swimmer, query.start, query.goal, [leg.blocks for leg in legs], bend_rad, query.limits
+        )
+        if blocks is None:
+            return None
+        whole = tuple(_in_phase([*blocks]))
         words = f"a way round obstacles in {counted(len(legs), 'leg')}"
-        whole = tuple(_in_phase(blocks))
         structure = Structure(words, sum(b.joint_travel_rad for b in whole))
         return Plan(query.swimmer, query.start, query.goal, whole, (structure,))
 
@@ -196,15 +237,6 @@ class _Search:
 
     def _collinear(self, pose: Array) -> Configuration:
         return Configuration(se3.normalised(pose), home_shape(self.query.swimmer, self.query.start.shape))
-
-
-def ended(plan: Plan) -> Configuration:
-    """Return where a plan ends, by the planner's own flow."""
-    if not plan.blocks:
-        return plan.start
-    moves = block_displacements(plan.swimmer, plan.blocks, plan.start.shape)
-    pose = se3.normalised(matmul(plan.start.pose, se3.prefix_products(moves)[-1]))
-    return Configuration(pose, starting_shapes(plan.blocks, plan.start.shape)[-1])
 
 
 def _in_phase(blocks: list[Block]) -> list[Block]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.environment.scene import Scene
 from purcell_cli.geometry import se3
@@ -20,6 +21,8 @@ _SAMPLES = 5
 """Poses at which each third of an arc is looked at; the exact legs are bounded between all instants."""
 _PER_ARC_RAD = 4.0
 """About what the ways into and out of an arc's loop cost beside its cycles [rad]."""
+_IN_PLACE = 3
+"""Strokes of an arc that is tighter than the tightest loop."""
 _EMPTY_RAD = 0.3
 """An arc that costs less is left out [rad]."""
 _TOGETHER = 2048
@@ -82,7 +85,8 @@ def clear_edges(
         if not len(found.arc):
             continue
         each = swing.loops.cost(found.arc[..., 0], hypot(found.arc[..., 1], found.arc[..., 2]))
-        price = np.sum(each + _PER_ARC_RAD * (each > _EMPTY_RAD), axis=1)
+        strokes = np.where(_tight(swing.loops, found.arc)[0], _IN_PLACE, 1) * (each > _EMPTY_RAD)
+        price = np.sum(each, axis=1) + _PER_ARC_RAD * np.maximum(np.sum(strokes, axis=1), 1)
         order = np.lexsort((np.round(price, 6), found.displacement))
         open_ = np.ones(len(here), dtype=bool)
         rank = np.arange(len(order)) - np.searchsorted(found.displacement[order], found.displacement[order])
@@ -116,9 +120,7 @@ def swept(loops: Fan, arcs: Array, begin: Array, length_m: float) -> tuple[Array
         Poses at the ends of arcs, shape (n, m, 4, 4), and along them, shape (n, 15 m + 1, 4, 4) [m].
     """
     n, m = arcs.shape[:2]
-    turn = hypot(arcs[..., 1], arcs[..., 2])
-    reach = turn * abs(loops.advance[-1] / loops.turn[-1])
-    tight = np.abs(arcs[..., 0]) < 0.97 * reach
+    tight, reach = _tight(loops, arcs)
     share = 0.5 * (1.0 + np.abs(arcs[..., 0]) / np.where(reach > 0.0, reach, 1.0))
     way = np.where(arcs[..., 0] < 0.0, -reach, reach)
     advances = np.where(
@@ -139,3 +141,9 @@ def swept(loops: Fan, arcs: Array, begin: Array, length_m: float) -> tuple[Array
         if k % 3 == 2:
             ends.append(here)
     return np.stack(ends, axis=1), np.concatenate(along, axis=1)
+
+
+def _tight(loops: Fan, arcs: Array) -> tuple[NDArray[np.bool_], Array]:
+    """Return which arcs are tighter than the tightest loop, and how far that would advance [L]. (..., 3) to (...)."""
+    reach = hypot(arcs[..., 1], arcs[..., 2]) * abs(loops.advance[-1] / loops.turn[-1])
+    return np.abs(arcs[..., 0]) < 0.97 * reach, reach

@@ -22,6 +22,8 @@ _ASIDE_L = (1.0, 2.5)
 """How far to both sides of a point in a narrow place something stands [L]."""
 _HEADINGS = 40
 """Headings that are tried at a point in a narrow place."""
+_TURNED = 0.3
+"""Poses near others are turned by this for each L that they are moved [rad]: limbs' ends then move about as far."""
 _CLIMBS = 12
 """Rounds in which a pose in a narrow place moves to where there is more room."""
 _MARGIN_L = 6.0
@@ -131,6 +133,23 @@ class Region:
             parts.append(self._along_tubes(rng))
         found = np.concatenate(parts)
         return found[self.room(found) >= 0.0]
+
+    def near(self, rng: np.random.Generator, poses: Array, count: int, spread: float) -> Array:
+        """Return poses near others, with room for the smallest strokes.
+
+        Args:
+            rng: Draws them.
+            poses: The others [m]. Shape (n, 4, 4).
+            count: How many near each.
+            spread: How far from them [L], and by how much turned.
+        """
+        twist = spread * normal_numbers(rng, (len(poses), count, 6))
+        twist[..., :3] *= self.length_m
+        twist[..., 3:] *= _TURNED
+        moved = se3.normalised(matmul(poses[:, None], se3.exp(twist)).reshape(-1, 4, 4))
+        if self.plane is not None:
+            moved = self.plane.poses(moved[:, :3, 3], moved[:, :3, 0])
+        return moved[self.room(moved) >= 0.0]
 
     def _anywhere(self, rng: np.random.Generator, count: int, ends: Array) -> Array:
         places = self._in_plane(self.low + rng.random((_TRIED, 3)) * (self.high - self.low), True)

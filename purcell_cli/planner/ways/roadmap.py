@@ -8,6 +8,7 @@ would leave to be done here is what this room holds.
 
 from __future__ import annotations
 
+import dataclasses
 import heapq
 import itertools
 
@@ -25,6 +26,12 @@ START, GOAL = 0, 1
 
 _NEAREST = 8
 """To how many others, by price, a pose gets edges."""
+
+_NEAR, _TRIED = 24, 8
+"""Near each place of a path so many poses are drawn, and the most promising of them get edges."""
+
+_SLACK = 1.3
+"""Poses are tried by which the way, roughly priced, costs up to so many times what it does now."""
 
 _HARDLY = 1.15
 """A path of less than so many times the price through empty water is taken at once; others wait until the roadmap has
@@ -51,9 +58,7 @@ class Roadmap:
         self.edges: dict[tuple[int, int], Edge] = {}
         self._level: dict[tuple[int, int], int] = {}
         self._rough = ArcPrice(region.swings[0].loops)
-        move = matmul(se3.inverse(start), goal)
-        move[:3, 3] /= region.length_m
-        self._empty_rad = float(self._rough.of(move[None])[0])
+        self._empty_rad = float(self._rough_prices(start[None], goal[None])[0, 0])
         self._join([(START, GOAL)], 0)
 
     def grow(self, rng: np.random.Generator, count: int) -> None:
@@ -64,13 +69,15 @@ class Roadmap:
             count: About how many.
         """
         before = len(self.poses)
-        self.poses = np.concatenate([self.poses, self.region.drawn(rng, count, self.poses[:2])])
+        drawn = self.region.drawn(rng, count, self.poses[:2])
+        if (path := self.path()) is not None:
+            worth = self._rough_prices(self.poses[:1], drawn)[0] + self._rough_prices(drawn, self.poses[1:2])[:, 0]
+            drawn = drawn[worth < _SLACK * self.price(path)]
+        self.poses = np.concatenate([self.poses, drawn])
         n = len(self.poses)
         if n == before:
             return
-        moves = matmul(se3.inverse(self.poses)[:, None], self.poses[None, :]).reshape(-1, 4, 4)
-        moves[:, :3, 3] /= self.region.length_m
-        price = np.round(self._rough.of(moves).reshape(n, n), 6)
+        price = self._rough_prices(self.poses, self.poses)
         np.fill_diagonal(price, np.inf)
         pairs = set()
         for k in range(n):
@@ -78,6 +85,46 @@ class Roadmap:
             for j in np.argsort(price[k], kind="stable")[:few].tolist():
                 pairs.add((min(k, j), max(k, j)))
         self._join(sorted(pairs - self._level.keys()), 0)
+
+    def grow_near_path(self, rng: np.random.Generator, spread: float) -> None:
+        """Add poses near the cheapest path that may make it cheaper, and edges from them and between its own poses.
+
+        Args:
+            rng: Draws them.
+            spread: How far from the path they are [L], and by how much they turn.
+        """
+        path, region = self.path(), self.region
+        if path is None:
+            return
+        pairs = {(min(a, b), max(a, b)) for a, b in itertools.combinations(path, 2)}
+        for k, (a, b) in enumerate(itertools.pairwise(path)):
+            within = self.edge(a, b).poses
+            between = np.concatenate([within, self.poses[[b] if b != GOAL else []]])
+            if not len(between):
+                continue
+            first, last = path[max(k - 1, 0)], path[min(k + 2, len(path) - 1)]
+            near = np.concatenate([within, region.near(rng, between, _NEAR, spread)])
+            n = len(self.poses)
+            worth = (
+                self._rough_prices(self.poses[[first]], near)[0] + self._rough_prices(near, self.poses[[last]])[:, 0]
+            )
+            known = _SLACK * self.price(path[max(k - 1, 0) : k + 3])
+            near = near[np.argsort(worth, kind="stable")[: np.count_nonzero(worth < known)][:_TRIED]]
+            self.poses = np.concatenate([self.poses, near])
+            ends = {first, a, b, last}
+            pairs |= {(end, new) for new in range(n, len(self.poses)) for end in ends}
+        self._join(sorted(pairs - self._level.keys()), 0)
+
+    def _rough_prices(self, begin: Array, end: Array) -> Array:
+        """Return what the ways from each of some poses to each of others may cost [rad]. Shape (n, m)."""
+        moves = matmul(se3.inverse(begin)[:, None], end[None, :]).reshape(-1, 4, 4)
+        moves[:, :3, 3] /= self.region.length_m
+        return np.asarray(np.round(self._rough.of(moves).reshape(len(begin), len(end)), 6))
+
+    def reprice(self, pair: tuple[int, int], travel_rad: float) -> None:
+        """Take the joint travel of an edge's exact legs for its price [rad]."""
+        pair = (min(pair), max(pair))
+        self.edges[pair] = dataclasses.replace(self.edges[pair], price=travel_rad)
 
     def _join(self, pairs: list[tuple[int, int]], level: int) -> None:
         """Look for edges between pairs of poses, by strokes of a bend, and of smaller ones where there are none."""

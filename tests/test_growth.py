@@ -1,0 +1,51 @@
+"""Joint travel grows steadily with distance: no jump where one kind of motion takes over from another."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from purcell_cli import Configuration, plan
+from purcell_cli.geometry import se3
+
+FARTHER = 1.15
+"""Ratio of neighbouring distances."""
+MOST_GROWTH, MOST_FALL = 1.30, 0.95
+"""What joint travel may grow and fall by between neighbours."""
+
+
+def travels(direction: tuple[float, ...], first: float, count: int, turning: bool) -> list[float]:
+    """Joint travel to goals ever farther in a direction [L], or ever more turned about it [rad]."""
+    unit = np.array(direction) / np.linalg.norm(direction)
+    out = []
+    for k in range(count):
+        amount = first * FARTHER**k * unit
+        pose = se3.exp(np.concatenate([np.zeros(3), amount] if turning else [amount, np.zeros(3)]))
+        pose[:3, 3] *= 0.1  # the paper's L
+        found = plan(Configuration(), Configuration(pose))
+        assert found.verdict == "reached"
+        out.append(found.joint_travel_rad)
+    return out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("direction", "first", "turning"),
+    [((1, 0, 0), 0.3, False), ((0, 1, 1), 0.1, False), ((0, 1, 1), 0.15, True)],
+    ids=["along x", "along y + z", "about y + z"],
+)
+def test_joint_travel_grows_steadily(direction: tuple[float, ...], first: float, turning: bool) -> None:
+    growth = [b / a for a, b in itertools.pairwise(travels(direction, first, 5, turning))]
+    assert min(growth) >= MOST_FALL
+    assert max(growth) <= MOST_GROWTH
+    assert np.prod(growth) > 1.1  # all in all farther costs more
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 1)], ids=["along x", "along y + z"])
+def test_joint_travel_grows_steadily_from_near_to_far(direction: tuple[float, ...]) -> None:
+    growth = [b / a for a, b in itertools.pairwise(travels(direction, 0.01, 60, turning=False))]
+    assert min(growth) >= MOST_FALL
+    assert max(growth) <= MOST_GROWTH
