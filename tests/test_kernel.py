@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from convex_programs import random_program
 from helpers import random_sequence, random_shapes, random_swimmer
-from purcell_cli.kernel.decimals import rows_as_text
 from reference import base_velocity, lift, lift_derivatives
 from scipy.optimize import linprog
 

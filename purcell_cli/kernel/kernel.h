@@ -55,7 +55,6 @@ API void purcell_quaternions(SIZE n, const double *rotations, double *out);
 API void purcell_exp(SIZE n, const double *twists, double *out);
 API void purcell_log(SIZE n, const double *poses, double *out);
 API void purcell_orthonormalise(SIZE n, SIZE d, double *matrices);
-API void purcell_exp(SIZE n, const double *twists, double *out);
 API void purcell_least_steps(SIZE n, SIZE k, const double *columns, const double *wanted, const double *begun,
                              const double *loose, const double *low, const double *high, double *room, double *out);
 API void purcell_shapes(SIZE n, const double *start, const SIZE *control, const double *amount, double *out);
