@@ -311,7 +311,6 @@ def test_help_and_version_are_printed_and_done(run: Run, folder: Path) -> None:
         code, out, err = run(*command)
         assert (code, err) == (DONE, "")
         assert "Usage: " in out
-    assert "where it stops [deg]." in run("track", "--help")[1], "no markup"
     assert run("--version") == (DONE, f"purcell {__version__}\n", "")
     assert contents(folder) == before
 

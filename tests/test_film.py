@@ -93,7 +93,7 @@ def test_frames_show_the_limbs_where_they_are(run: Run, tmp_path: Path) -> None:
 def test_a_film_shows_what_is_around_the_motion(run: Run, tmp_path: Path) -> None:
     """A ball is translucent behind the swimmer, and a waypoint a dot; without the scenario there is neither."""
     middle_m = usual().pose[:, :3, 3].mean(axis=0)
-    ball = {"sphere": {"centre_m": ([*middle_m, 0.0, 0.0, 0.3]).tolist(), "radius_m": 0.08}}
+    ball = {"sphere": {"centre_m": (middle_m + np.array([0.0, 0.0, 0.3])).tolist(), "radius_m": 0.08}}
     scenario = {
         "name": "a",
         "start": {},

@@ -22,7 +22,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 
 BLOCKS = {page: update.blocks(text) for page, text in PAGES.items()}
 MARKS = {"setup", "transcript", "file", "columns", "library"}
-TABLES = {"classes", "planners", "numerics", "times", "figures"}
+TABLES = {"classes", "planners", "all at once", "numerics", "times", "figures"}
 """What a comment may mark besides a block: tables that scripts write."""
 
 
