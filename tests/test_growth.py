@@ -43,6 +43,7 @@ def test_joint_travel_grows_steadily(direction: tuple[float, ...], first: float,
     assert np.prod(growth) > 1.1  # all in all farther costs more
 
 
+@pytest.mark.slow
 @pytest.mark.nightly
 @pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 1)], ids=["along x", "along y + z"])
 def test_joint_travel_grows_steadily_from_near_to_far(direction: tuple[float, ...]) -> None:

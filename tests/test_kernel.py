@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from convex_programs import random_program
-from helpers import random_sequence, random_shapes, random_swimmer
+from helpers import NIGHTLY, random_sequence, random_shapes, random_swimmer
 from reference import base_velocity, lift, lift_derivatives
 from scipy.optimize import linprog
 
@@ -339,7 +339,9 @@ def everything(seed: int) -> bytes:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("flags", [["-O0"], ["-O3"], ["-O3", "-march=native"]], ids=" ".join)
+@pytest.mark.parametrize(
+    "flags", [["-O0"], pytest.param(["-O3"], marks=NIGHTLY), ["-O3", "-march=native"]], ids=" ".join
+)
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "zig"])
 def test_every_compiler_makes_the_same_bits(
     compiler: str, flags: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -34,6 +34,7 @@ def same_beginning(found: Table, whole: Table) -> bool:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_what_was_written_before_a_kill_can_be_read_and_comes_again(
     command: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
