@@ -61,7 +61,7 @@ def _cell(value: Any) -> str:
 @outside_forks
 def write_parquet(table: Path, path: Path) -> None:
     """Write summary.parquet from summary.csv, with the same columns."""
-    from purcell_cli.files.trajectory_csv import polars
+    from purcell_cli.files.polars_package import polars
 
     pl = polars()
     texts = dict.fromkeys(("name", "file", "sweep", "verdict", "reasons", "error"), pl.String)

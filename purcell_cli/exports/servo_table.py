@@ -9,8 +9,8 @@ import numpy as np
 
 from purcell_cli.errors import InputError, ParameterError
 from purcell_cli.exports.joint_path import joint_path, place
+from purcell_cli.files.polars_package import polars
 from purcell_cli.files.servo_map_file import Channel, ServoMap
-from purcell_cli.files.trajectory_csv import polars
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.processes import outside_forks

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 from pathlib import Path
-from types import FrameType
-from typing import IO, Any
+from typing import IO
 
 import numpy as np
 import orjson
@@ -27,26 +24,6 @@ COLUMNS = (
 
 _ROWS_AT_ONCE = 8192
 """Rows that are made into text together: 7 MB of it, however long the trajectory is."""
-
-
-def polars() -> Any:
-    """Return the polars package: slow to import, and fast at reading tables.
-
-    An interrupt waits until it is imported, which would end in a panic otherwise.
-    """
-    held: list[tuple[int, FrameType | None]] = []
-    before = signal.getsignal(signal.SIGINT)
-    ours = callable(before) and threading.current_thread() is threading.main_thread()
-    if ours:
-        signal.signal(signal.SIGINT, lambda number, frame: held.append((number, frame)))
-    try:
-        import polars as pl
-    finally:
-        if ours:
-            signal.signal(signal.SIGINT, before)
-    if held and callable(before):
-        before(*held[0])
-    return pl
 
 
 def write_csv(trajectory: Trajectory, path: Path | str) -> None:

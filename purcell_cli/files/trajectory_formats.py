@@ -10,8 +10,9 @@ import numpy as np
 
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.files.atomic_file import whole_file
+from purcell_cli.files.polars_package import polars
 from purcell_cli.files.swimmer_file import swimmer_written
-from purcell_cli.files.trajectory_csv import COLUMNS, polars, write_csv
+from purcell_cli.files.trajectory_csv import COLUMNS, write_csv
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.trajectory import Trajectory, as_table
 from purcell_cli.motion.trajectory_table import Table

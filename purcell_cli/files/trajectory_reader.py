@@ -15,7 +15,8 @@ import numpy as np
 
 from purcell_cli.errors import InputError
 from purcell_cli.files.place import shortened
-from purcell_cli.files.trajectory_csv import COLUMNS, polars
+from purcell_cli.files.polars_package import polars
+from purcell_cli.files.trajectory_csv import COLUMNS
 from purcell_cli.files.used_files import note_large_input
 from purcell_cli.geometry.rotations import INPUT_SLACK, Array
 from purcell_cli.motion.trajectory_table import Table
