@@ -17,6 +17,7 @@ from scipy.optimize import linprog
 
 from purcell_cli.kernel import chains, distances, library, linear, poses, shooting, sources
 from purcell_cli.kernel.certificate import extrapolated
+from purcell_cli.kernel.clearance import circles, largest_bends, nearest
 from purcell_cli.kernel.descent import Descent
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
 from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_the_digits
@@ -38,6 +39,7 @@ FOLDER = library.HERE
 MODULES = (
     "certificate",
     "chains",
+    "clearance",
     "convex",
     "descent",
     "elementary",
@@ -303,6 +305,9 @@ def everything(seed: int) -> bytes:
         linear.solve(shapes[:, 0] + 0.1, pieces[1].reshape(30, 3, 2)),
         *linear.orthogonal_rows(pieces[1], 1e-9),
         *linear.orthogonal_by_rotations(pieces[1].T),
+        *circles(*pieces[:2]),
+        *largest_bends(circles(*pieces[:2]), pieces[2]),
+        *nearest(circles(*pieces[:2]), pieces[2], LINKS, True, 9.0, 1e-9, 99),
         *connection(flow.swimmer, shapes[..., 0], pieces[1].reshape(-1, 2, 3)),
         flow.pieces(*pieces),
         flow.runs(*pieces, [10, 20], [3, 1000]),
@@ -458,6 +463,7 @@ GOOD = {
     "half": np.array([0.1, 0.2, 0.3]),
 }
 CONES = np.eye(3), np.eye(3)[::-1] - 0.5, np.array([0.3, 0.2, 0.1]), np.array([0.0, 0.1, 2.0])
+LINKS = 1.0, 2.0, 2.0, 0.1
 CALLS = {
     FLOW.pieces: ("shapes", "rates", "durations"),
     FLOW.work: ("shapes", "rates", "durations"),
@@ -487,6 +493,13 @@ CALLS = {
     distances.from_balls: ("points", "points", "centres", "missing"),
     (lambda first, last, half: distances.from_box(first, last, half, np.eye(3), half)): ("points", "points", "half"),
     (lambda first, last: distances.inside_cones(first, last, 8, *CONES)): ("points", "points"),
+    circles: ("shapes", "rates"),
+    (lambda shapes, rates, durations: largest_bends(circles(shapes, rates), durations)): (
+        *("shapes", "rates", "durations"),
+    ),
+    (lambda shapes, durations: nearest(circles(shapes, np.ones((3, 6))), durations, LINKS, False, 9.0, 1e-6, 99)): (
+        *("shapes", "durations"),
+    ),
     linear.least_steps: ("columns", "wanted", "begun", "loose", "low", "high"),
     poses.exp: ("rates",),
     poses.rotation: ("axes",),
