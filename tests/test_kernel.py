@@ -24,6 +24,7 @@ from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_t
 from purcell_cli.kernel.pairs import pair_prices
 from purcell_cli.kernel.program import penalised
 from purcell_cli.kernel.screw_chains import solved
+from purcell_cli.kernel.sequence import cheapest
 from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.kernel.steering import steered
 from purcell_cli.mechanics.base_velocity import kernel_numbers
@@ -49,6 +50,7 @@ MODULES = (
     "poses",
     "program",
     "screw_chains",
+    "sequence",
     "shapes",
     "shooting",
     "steering",
@@ -332,6 +334,7 @@ def everything(seed: int) -> bytes:
         *chained(rng),
         *steered(0.05, 0.02, [0.0, 0.7, 1.5], [1.0, 1.1, 0.9], poses.exp(pieces[1]), rng.normal(size=(30, 10))),
         played(with_twice_the_digits(np.eye(4)), flow.pieces(*pieces), 5),
+        *(np.array(cheapest(pose, np.ones(6, int), np.ones((6, 3)))) for pose in poses.exp(pieces[1])),
         pair_prices(poses.exp(pieces[1]), poses.exp(pieces[1]), pieces[2], pieces[2], np.linspace(0.1, 0.8, 8)),
         *solved(
             rng.integers(30, size=(20, 7)), rng.normal(size=(20, 7)), pieces[1], pieces[2] + 0.1, np.eye(4), range(6)
@@ -461,6 +464,7 @@ GOOD = {
     "points": np.random.default_rng(3).normal(size=(4, 3)),
     "centres": np.random.default_rng(4).normal(size=(7, 3)),
     "half": np.array([0.1, 0.2, 0.3]),
+    "stroke": np.arange(1.0, 19.0).reshape(6, 3),
 }
 CONES = np.eye(3), np.eye(3)[::-1] - 0.5, np.array([0.3, 0.2, 0.1]), np.array([0.0, 0.1, 2.0])
 LINKS = 1.0, 2.0, 2.0, 0.1
@@ -501,6 +505,7 @@ CALLS = {
         *("shapes", "durations"),
     ),
     linear.least_steps: ("columns", "wanted", "begun", "loose", "low", "high"),
+    (lambda pose, stroke: cheapest(pose, np.ones(6, int), stroke)): ("pose", "stroke"),
     poses.exp: ("rates",),
     poses.rotation: ("axes",),
     **dict.fromkeys((poses.log, poses.inverse, poses.adjoint, poses.orthonormalised), ("moves",)),

@@ -61,6 +61,7 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "played": (None, [_ARRAY, _SIZE, _ARRAY, _SIZE, _ARRAY]),
     "extrapolated": (None, [_ARRAY, *[_SIZE] * 2, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 4]),
     "screw_chains": (None, [*[_SIZE] * 2, *[_ARRAY] * 4, _SIZE, *[_ARRAY] * 3]),
+    "sequence": (_SIZE, [_ARRAY] * 5),
     "pair_prices": (None, [*[_SIZE] * 2, *[_ARRAY] * 5, _SIZE, _ARRAY]),
     "equations": (_SIZE, [*_RULE, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 6]),
     "bend_rows": (_SIZE, [_SIZE, *[_ARRAY] * 5, _NUMBER, *[_ARRAY] * 3]),
