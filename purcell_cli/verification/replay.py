@@ -112,7 +112,12 @@ class Replay:
         """The base's pose at the end [m]. Shape (4, 4)."""
         if len(self.drift):
             return extended(self.pose[-1])
-        return np.asarray(self.begun_pose @ product(self.moves.fine, self.which))
+        return np.asarray(self.begun_pose @ self._moved)
+
+    @functools.cached_property
+    def _moved(self) -> Real:
+        """The base's displacement from the first pose to the last. Shape (4, 4)."""
+        return product(self.moves.fine, self.which)
 
     def until(self, segment: int) -> Replay:
         """Return the replay up to where a segment begins."""
@@ -132,7 +137,7 @@ class Replay:
     @functools.cached_property
     def bound(self) -> Deviation:
         """By how much the end may be wrong: what the last extrapolation changed there, and all rounding together."""
-        fine, rough = (product(moves, self.which) for moves in (self.moves.fine, self.moves.rough))
+        fine, rough = self._moved, product(self.moves.rough, self.which)
         away, turned = rough[:3, 3] - fine[:3, 3], rough[:3, :3] - fine[:3, :3]
         rounding = self.moves.rounding[self.which]
         arm = np.linalg.norm(self.pose[1:, :3, 3] - self.pose[-1, :3, 3], axis=1) + self.length_m

@@ -59,8 +59,7 @@ def library_plans(problem: Problem, breadth: Breadth, known: Sequence[Candidate]
         least = min(least, breadth.library_below * problem.promised(breadth))
     pairs = best_pairs(problem.one_by_one, problem.wanted, _PRICE, breadth.pairs)
     around = pairs.joint_travel_rad
-    entries = library_for(swimmer).nearest(pairs.missing, around, _TRIED * breadth.library_plans)
-    entries = [e for e in entries if e.estimate_rad <= least]
+    entries = library_for(swimmer).nearest(pairs.missing, around, _TRIED * breadth.library_plans, least)
     for offering, tried in ((False, entries), (True, entries[: breadth.library_plans])):
         out: list[Candidate] = []
         for entry in tried:
