@@ -44,6 +44,9 @@ void purcell_rotate(const double w[3], const double v[3], double out[3]);
 void purcell_rotation_of(const double vector[3], double out[9]);
 void purcell_orthonormalise_of(double rotation[9]);
 
+/* segments.c: where two segments are nearest to each other. */
+void purcell_nearest(const double gap[3], const double first[3], const double second[3], double out[3]);
+
 /* Controls 0 to 5 turn a limb about its own x, y, z; 6 and 7 turn limb 1 and limb 2 about the base's z. */
 #define BASE_YAW 6
 #define LIMB_OF(control) ((int)((control) < BASE_YAW ? (control) / 3 : (control) - BASE_YAW))
