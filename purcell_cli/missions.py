@@ -65,9 +65,12 @@ def plan_mission(
     refuse_waypoints(mission, body, options)
     if body.fluid == "beads":
         bead_table(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
-    touring = Touring(body, LegPrice(body))
+    touring = Touring(body, LegPrice(body), Limits.of(options))
     order = passing_order(mission, touring)
     chosen = configurations(mission, order, touring)
+    for k, one in zip(order, chosen, strict=True):
+        if one is not None:
+            touring.limits.refuse(body, f"via[{k}]", one)
     planned_legs = [0]
 
     def leg(start: Configuration, goal: Configuration, bent: float) -> Plan:
@@ -133,11 +136,11 @@ def refuse_waypoints(mission: Mission, swimmer: Swimmer, options: PlanOptions) -
     limits, home = Limits.of(options), home_shape(swimmer, mission.start.shape)
     for k, one in enumerate(mission.via):
         filled = one.filled(Configuration(mission.start.pose, home))
-        refuse_large(swimmer, f"via.{k}", filled)
-        refuse_displacement(swimmer, mission.start, filled, f"via.{k}")
+        refuse_large(swimmer, f"via[{k}]", filled)
+        refuse_displacement(swimmer, mission.start, filled, f"via[{k}]")
         known = one.position_m is not None and one.orientation is not None
         (limits if known else dataclasses.replace(limits, workspace=None, obstacles=None)).refuse(
-            swimmer, f"via.{k}", filled
+            swimmer, f"via[{k}]", filled
         )
 
 
