@@ -42,7 +42,8 @@ def weak_directions(swimmer: Swimmer, fixed: bytes) -> tuple[str, ...]:
     """
     if not swimmer.controls:
         return DIRECTIONS
-    shape, least = np.frombuffer(fixed).reshape(2, 3, 3), DIRECTIONS
+    shape = np.frombuffer(fixed).reshape(2, 3, 3)
+    least: tuple[str, ...] = DIRECTIONS
     for bent in _BENT_RAD:
         weak = _weak_at(swimmer, shape, bent)
         if len(weak) < len(least):

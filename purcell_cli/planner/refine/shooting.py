@@ -89,6 +89,10 @@ class Equations:
         ]
         self.phase = np.repeat(np.array([s.phase for s in self.segments], dtype=np.int64), counts)
         self.fixed = np.repeat(np.array([s.fixed for s in self.segments], dtype=np.int64), counts)
+        if not swimmer.ball_joints:  # where a stroke begins may change: its first cycle tells how far all then bend
+            for s, part in zip(self.segments, self._slices, strict=True):
+                if s.fixed:
+                    self.fixed[part.start : part.start + s.strokes[0][2]] = 0
         self._free_index()
         self.home, self.controls = home_shape(swimmer, start), swimmer.controls
         self.targets = phase_ends(self.phase, goal, self.home)
