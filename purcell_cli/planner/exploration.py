@@ -115,6 +115,8 @@ class Exploration:
             fault = ""
             if not (self.incumbent.good and self.incumbent.beats(self.refinement.cost(near.motion))):
                 contender = self.refinement.contender(near, words)
+                if not contender.arrives and (other := self.refinement.richer(near)).close:
+                    contender = min(contender, self.refinement.contender(other, words), key=lambda one: one.rank)
                 self.incumbent.consider(contender)
                 fault = contender.fault
             self.record.near(words, near.motion.joint_travel_rad, fault)

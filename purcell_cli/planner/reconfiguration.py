@@ -218,13 +218,13 @@ def _generators(
     if problem.swimmer.ball_joints:
         stages = EFFORTS[effort]
         return stages, lambda k, known: ranked(problem, [*known, *generate(problem, stages[k].breadth)])
-    from purcell_cli.planner.joints.candidates import joint_candidates
+    from purcell_cli.planner.joints.candidates import joint_candidates, varied
     from purcell_cli.planner.joints.effort import JOINT_EFFORTS
 
     wide = JOINT_EFFORTS[effort]
 
     def by_joints(k: int, known: list[Candidate]) -> list[Candidate]:
         new = joint_candidates(problem.swimmer, problem.start, problem.goal, wanted, wide[k].breadth)
-        return sorted([*known, *new], key=lambda c: round(c.estimate_rad, 9))
+        return varied([*known, *new])
 
     return tuple(one.stage for one in wide), by_joints
