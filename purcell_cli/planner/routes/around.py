@@ -37,7 +37,7 @@ SHORTER = {"quick": 0, "standard": 4, "thorough": 60}
 _ROUNDS = 6
 """How often a roadmap grows, at most."""
 _LEAST_ROUNDS = 2
-"""How often it grows where no path is good yet."""
+"""How often it grows before its path is made cheaper."""
 _POSES = 40
 """By how many poses it grows each time: some 400 edges, in some tenths of a second."""
 _LEGS = 120
@@ -47,8 +47,10 @@ _SPREADS = (2.0, 0.4, 1.0, 0.25)
 NEAR_PATH = {"quick": 4, "standard": 24, "thorough": 80}
 """Rounds, at most, in which poses near the path make it cheaper before legs are planned, by effort: prices are right to
 some 5 %, and a round takes less time than a leg."""
+STARTS = {"quick": 1, "standard": 3, "thorough": 8}
+"""How many roadmaps are begun, at most, by effort: what is not cheaper step by step may be so from elsewhere."""
 _IDLE, _LESS = 8, 0.99
-"""So many rounds in a row in which the path's price does not fall below this part of what it was are the last."""
+"""The rounds end where so many in a row have not brought the path's price below this part of the best before."""
 _GAIN = 0.985
 """A way is looked for again where one is priced at less than this part of the one that is known."""
 _LEGS_A_ROUND = 2
@@ -108,16 +110,23 @@ def around(
     axis = plane_axis(swimmer)
     region = Region.of(scene, swings(swimmer), swimmer.length_m, limits.clearance_m, start.pose, goal.pose, axis)
     region = dataclasses.replace(region, walls=len(scene.obstacles) - len(limits.obstacles.obstacles))
-    roadmap, rng = Roadmap(region, start.pose, goal.pose), np.random.default_rng(seed)
-    near_path = NEAR_PATH[effort]
+    rng = np.random.default_rng(seed)
+    roadmap, starts = Roadmap(region, start.pose, goal.pose), STARTS[effort]
+    for k in range(starts):
+        if roadmap.good:
+            break
+        progress(k, starts, f"ways round obstacles from start {k + 1} on")
+        other = Roadmap(region, start.pose, goal.pose)
+        for _ in range(_LEAST_ROUNDS):
+            other.grow(rng, _POSES)
+        _cheaper(other, rng, NEAR_PATH[effort])
+        roadmap = min(roadmap, other, key=lambda one: one.least_rad)
     search = _Search(_Query(swimmer, start, goal, limits, leg), roadmap)
-    for k in range(_ROUNDS + 1):
-        if k:
+    for k in range(_LEAST_ROUNDS, _ROUNDS + 1):
+        if k > _LEAST_ROUNDS:
             roadmap.grow(rng, _POSES)
+            _cheaper(roadmap, rng, NEAR_PATH[effort])
         progress(k, _ROUNDS, f"a way round obstacles: {len(roadmap.poses)} poses, {len(roadmap.edges)} edges")
-        if k < _LEAST_ROUNDS and not roadmap.good:
-            continue
-        _cheaper(roadmap, rng, near_path)
         found = search.explored()
         if found is not None:
             return _shorter(search, rng, found, SHORTER[effort], progress)
@@ -131,12 +140,9 @@ def _cheaper(roadmap: Roadmap, rng: np.random.Generator, rounds: int) -> None:
     idle, best = 0, np.inf
     for k in range(rounds):
         roadmap.grow_near_path(rng, _SPREADS[k % len(_SPREADS)])
-        path = roadmap.path()
-        if path is None:
-            return
-        price = roadmap.price(path)
+        price = roadmap.least_rad
         idle, best = (0, price) if price < _LESS * best else (idle + 1, best)
-        if idle >= _IDLE:
+        if idle >= _IDLE or price == np.inf:
             return
 
 

@@ -138,8 +138,7 @@ class Roadmap:
 
     def _join(self, pairs: list[tuple[int, int]], level: int) -> None:
         """Look for edges between pairs of poses, by strokes of a bend, and of smaller ones where there are none."""
-        region, path = self.region, self.path()
-        most = np.inf if path is None else _SLACK * self.price(path)
+        region, most = self.region, _SLACK * self.least_rad
         self._widest = np.concatenate([self._widest, region.widest(self.poses[len(self._widest) :])])
         for k in range(level, len(region.swings)):
             for pair in pairs:
@@ -168,8 +167,13 @@ class Roadmap:
     @property
     def good(self) -> bool:
         """Whether there is a path that costs hardly more than the way through empty water would."""
+        return self.least_rad < _HARDLY * self._empty_rad
+
+    @property
+    def least_rad(self) -> float:
+        """About the joint travel of the cheapest path; infinite where there is none [rad]."""
         path = self.path()
-        return path is not None and self.price(path) < _HARDLY * self._empty_rad
+        return np.inf if path is None else self.price(path)
 
     def price(self, path: list[int]) -> float:
         """Return about the joint travel of a path [rad]."""
