@@ -188,6 +188,7 @@ def joined(swimmer: Swimmer, mission: Mission, order: Sequence[int], legs: Seque
         for leg in legs
     )
     last = legs[-1]
+    blocked = [dataclasses.replace(leg.blocked, leg=k) for k, leg in enumerate(legs) if leg.blocked is not None]
     return Plan(
         swimmer,
         mission.start,
@@ -197,6 +198,7 @@ def joined(swimmer: Swimmer, mission: Mission, order: Sequence[int], legs: Seque
         left_out=last.left_out,
         passages=tuple(passages),
         follow=mission.follow,
+        blocked=blocked[0] if blocked else None,
     )
 
 

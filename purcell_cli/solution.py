@@ -24,7 +24,7 @@ from purcell_cli.motion.limits_check import check_legs
 from purcell_cli.motion.memory import refuse_huge
 from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
 from purcell_cli.motion.pace import paced
-from purcell_cli.motion.plan import Plan
+from purcell_cli.motion.plan import Blocked, Plan
 from purcell_cli.motion.trajectory import Trajectory, check_spacing, sample, schedule
 from purcell_cli.motion.verdict import PlanVerdict, Verdict
 from purcell_cli.planner.arcs.primitive_counts import advice
@@ -271,7 +271,7 @@ def _reconfigured(
     """Return a plan: the one that knows no obstacles where it is clear of them, else one round them if any is found."""
     if limits.obstacles is None:
         return reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress)
-    from purcell_cli.planner.routes.around import SHORTER, around
+    from purcell_cli.planner.routes.around import around
 
     direct = reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress, ())
     if not direct.blocks or (direct.limits is not None and direct.limits.kept):
@@ -284,8 +284,8 @@ def _reconfigured(
         except ParameterError:  # such small bends take too many primitives
             return Plan(careful, begin, end, ())
 
-    found = around(swimmer, start, goal, limits, leg, seed, SHORTER[effort], progress)
-    return dataclasses.replace(direct, blocked=found) if isinstance(found, str) else found
+    found = around(swimmer, start, goal, limits, leg, seed, effort, progress)
+    return dataclasses.replace(direct, blocked=found) if isinstance(found, Blocked) else found
 
 
 def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:

@@ -241,6 +241,12 @@ class Displacements:
     rough: Real
     rounding: Array
 
+    def put(self, some: Rows, others: Displacements) -> Displacements:
+        """Return the displacements with some of them replaced by as many others."""
+        fine, rough, rounding = self.fine.copy(), self.rough.copy(), self.rounding.copy()
+        fine[some], rough[some], rounding[some] = others.fine, others.rough, others.rounding
+        return Displacements(fine, rough, rounding)
+
     def measured(self, other: Displacements) -> Displacements:
         """Return the same, with rounding as another integration, in as many digits and with other pieces, shows it."""
         rotation = np.swapaxes(other.fine[:, :3, :3], 1, 2) @ self.fine[:, :3, :3] - np.eye(3)

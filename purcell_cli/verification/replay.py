@@ -42,6 +42,9 @@ _CARES = ((np.float64, 1.0), (np.float64, 0.6), (np.longdouble, 0.6), (np.longdo
 bound is small. Extended precision takes some sixty times as long. Two in one precision measure rounding."""
 _SMALL = 0.1
 """A bound below this part of the tolerance is small."""
+_LEFT = 0.07
+"""Extended precision is for the segments that rounding turns most: what the others add is below this part of the
+tolerance, which leaves the others nearly a third of what is small."""
 _BATCH = 1 << 14
 """Segments that are put together at once: bounds the memory of a long motion."""
 
@@ -140,13 +143,26 @@ class Replay:
         fine, rough = self._moved, product(self.moves.rough, self.which)
         away, turned = rough[:3, 3] - fine[:3, 3], rough[:3, :3] - fine[:3, :3]
         rounding = self.moves.rounding[self.which]
-        arm = np.linalg.norm(self.pose[1:, :3, 3] - self.pose[-1, :3, 3], axis=1) + self.length_m
         return Deviation(
-            float(np.sqrt(np.sum(away * away)) + np.sum(rounding * arm)),
+            float(np.sqrt(np.sum(away * away)) + np.sum(rounding * self._arm)),
             float(np.sqrt(0.5 * np.sum(turned * turned)) + np.sum(rounding)),
             0.0,
             0.0,
         )
+
+    @property
+    def _arm(self) -> Array:
+        """How far the end is from where each segment ends, and L [m]: what a turn there moves it by. Shape (m,)."""
+        return np.asarray(np.linalg.norm(self.pose[1:, :3, 3] - self.pose[-1, :3, 3], axis=1) + self.length_m)
+
+    def rounded_most(self, left_m: float, left_rad: float) -> Rows:
+        """Return which displacements rounding turns most, so many that the others move the end by no more than this."""
+        out: set[int] = set()
+        for weight, most in ((self._arm, left_m), (np.ones(len(self.which)), left_rad)):
+            each = np.bincount(self.which, weight, len(self.moves.rounding)) * self.moves.rounding
+            order = np.argsort(each, kind="stable")
+            out.update(order[np.count_nonzero(np.cumsum(each[order]) <= most) :].tolist())
+        return np.array(sorted(out), dtype=np.int64)
 
 
 def replay(
@@ -187,13 +203,20 @@ def replay(
     begun, rates, durations = _shapes(shape, turned[first]), rates[first], durations[first]
     drift = _drift(swimmer, begun, rates, durations, which, _turn_between(turned[first][which], turned[:-1]))
     tried: dict[type[np.floating[Any]], Displacements] = {}
+    some: Rows = np.arange(len(first), dtype=np.int64)
+    moves: Displacements | None = None
     for precision, finer in _CARES:
-        moves = segment_displacements(swimmer, begun.astype(precision), rates, durations, finer, resistances)
-        before, tried[precision] = tried.get(precision), moves
-        moves = moves if before is None else moves.measured(before)
+        part = segment_displacements(
+            swimmer, begun[some].astype(precision), rates[some], durations[some], finer, resistances
+        )
+        before, tried[precision] = tried.get(precision), part
+        part = part if before is None else part.measured(before)
+        moves = part if moves is None else moves.put(some, part)
         found = Replay(row, pose, shape, turned, moves, which, drift, swimmer.length_m)
         if found.bound.within(_SMALL * tolerance_l * swimmer.length_m, _SMALL * tolerance_rad):
-            return found
+            break
+        if before is not None and precision == np.float64:
+            some = found.rounded_most(_LEFT * tolerance_l * swimmer.length_m, _LEFT * tolerance_rad)
     return found
 
 
