@@ -57,7 +57,7 @@ class Limits:
     obstacles: Scene | None = None
     follow: Follow | None = None
     max_memory_gb: float = DEFAULT_GB
-    dt_s: float = math.inf
+    dt_s: float = dataclasses.field(default=math.inf, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "clearance_m", OPTIONS["clearance_m"].checked(self.clearance_m, "clearance_m"))
