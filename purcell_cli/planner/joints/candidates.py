@@ -110,6 +110,8 @@ def _in_parts(
             if len(chains.loops):
                 return chains.times(parts)
     return none
+
+
 def varied(candidates: Iterable[Candidate]) -> list[Candidate]:
     """Return candidates, the best first, then the best of those that begin with another loop, if it is hardly dearer.
 
