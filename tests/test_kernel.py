@@ -17,12 +17,14 @@ from scipy.optimize import linprog
 
 from purcell_cli.kernel import chains, distances, library, linear, poses, shooting, sources
 from purcell_cli.kernel.certificate import extrapolated
+from purcell_cli.kernel.clearance import circles, largest_bends, nearest
 from purcell_cli.kernel.descent import Descent
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
 from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_the_digits
 from purcell_cli.kernel.pairs import pair_prices
 from purcell_cli.kernel.program import penalised
 from purcell_cli.kernel.screw_chains import solved
+from purcell_cli.kernel.sequence import cheapest
 from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.kernel.steering import steered
 from purcell_cli.mechanics.base_velocity import kernel_numbers
@@ -38,6 +40,7 @@ FOLDER = library.HERE
 MODULES = (
     "certificate",
     "chains",
+    "clearance",
     "convex",
     "descent",
     "elementary",
@@ -47,6 +50,7 @@ MODULES = (
     "poses",
     "program",
     "screw_chains",
+    "sequence",
     "shapes",
     "shooting",
     "steering",
@@ -303,6 +307,9 @@ def everything(seed: int) -> bytes:
         linear.solve(shapes[:, 0] + 0.1, pieces[1].reshape(30, 3, 2)),
         *linear.orthogonal_rows(pieces[1], 1e-9),
         *linear.orthogonal_by_rotations(pieces[1].T),
+        *circles(*pieces[:2]),
+        *largest_bends(circles(*pieces[:2]), pieces[2]),
+        *nearest(circles(*pieces[:2]), pieces[2], LINKS, True, 9.0, 1e-9, 99),
         *connection(flow.swimmer, shapes[..., 0], pieces[1].reshape(-1, 2, 3)),
         flow.pieces(*pieces),
         flow.runs(*pieces, [10, 20], [3, 1000]),
@@ -327,6 +334,7 @@ def everything(seed: int) -> bytes:
         *chained(rng),
         *steered(0.05, 0.02, [0.0, 0.7, 1.5], [1.0, 1.1, 0.9], poses.exp(pieces[1]), rng.normal(size=(30, 10))),
         played(with_twice_the_digits(np.eye(4)), flow.pieces(*pieces), 5),
+        *(np.array(cheapest(pose, np.ones(6, int), np.ones((6, 3)))) for pose in poses.exp(pieces[1])),
         pair_prices(poses.exp(pieces[1]), poses.exp(pieces[1]), pieces[2], pieces[2], np.linspace(0.1, 0.8, 8)),
         *solved(
             rng.integers(30, size=(20, 7)), rng.normal(size=(20, 7)), pieces[1], pieces[2] + 0.1, np.eye(4), range(6)
@@ -361,7 +369,7 @@ def test_fused_sums_would_make_other_bits(tmp_path: Path, monkeypatch: pytest.Mo
     if "gcc" not in compilers() or "fma" not in Path("/proc/cpuinfo").read_text(encoding="ascii").split():
         pytest.skip("no compiler or no processor that fuses sums here")
     wanted = everything(0)
-    fused = library.load(built(tmp_path, ["gcc"], "-O3", "-mfma", "-ffp-contract=fast"))
+    fused = library.load(built(tmp_path, ["gcc"], "-O2", "-mfma", "-ffp-contract=fast"))
     for module in MODULES:
         monkeypatch.setattr(f"purcell_cli.kernel.{module}.KERNEL", fused)
     assert everything(0) != wanted
@@ -456,8 +464,10 @@ GOOD = {
     "points": np.random.default_rng(3).normal(size=(4, 3)),
     "centres": np.random.default_rng(4).normal(size=(7, 3)),
     "half": np.array([0.1, 0.2, 0.3]),
+    "stroke": np.arange(1.0, 19.0).reshape(6, 3),
 }
 CONES = np.eye(3), np.eye(3)[::-1] - 0.5, np.array([0.3, 0.2, 0.1]), np.array([0.0, 0.1, 2.0])
+LINKS = 1.0, 2.0, 2.0, 0.1
 CALLS = {
     FLOW.pieces: ("shapes", "rates", "durations"),
     FLOW.work: ("shapes", "rates", "durations"),
@@ -487,7 +497,15 @@ CALLS = {
     distances.from_balls: ("points", "points", "centres", "missing"),
     (lambda first, last, half: distances.from_box(first, last, half, np.eye(3), half)): ("points", "points", "half"),
     (lambda first, last: distances.inside_cones(first, last, 8, *CONES)): ("points", "points"),
+    circles: ("shapes", "rates"),
+    (lambda shapes, rates, durations: largest_bends(circles(shapes, rates), durations)): (
+        *("shapes", "rates", "durations"),
+    ),
+    (lambda shapes, durations: nearest(circles(shapes, np.ones((3, 6))), durations, LINKS, False, 9.0, 1e-6, 99)): (
+        *("shapes", "durations"),
+    ),
     linear.least_steps: ("columns", "wanted", "begun", "loose", "low", "high"),
+    (lambda pose, stroke: cheapest(pose, np.ones(6, int), stroke)): ("pose", "stroke"),
     poses.exp: ("rates",),
     poses.rotation: ("axes",),
     **dict.fromkeys((poses.log, poses.inverse, poses.adjoint, poses.orthonormalised), ("moves",)),

@@ -29,6 +29,7 @@ from purcell_cli.cli import (
     track,
     verify,
 )
+from purcell_cli.cli.plain_values import plainly
 from purcell_cli.cli.streams import robust_streams
 from purcell_cli.cli.terminal import DONE, INTERRUPTED, MISUSE, NOT_REACHED
 from purcell_cli.cli.usage_errors import usage_hint, usage_message, with_flag
@@ -50,7 +51,7 @@ class _Bare:
                 param.metavar = ""
             if isinstance(param, TyperArgument):  # "<list[Path]>" says nothing to who types a command
                 param.display_type_rich = _no_type  # type: ignore[method-assign]
-        return list(params)
+        return [plainly(param) for param in params]
 
     def format_help(self, context: Any, formatter: Any) -> None:
         """Write the help. Units in square brackets are no markup."""
