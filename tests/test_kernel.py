@@ -15,7 +15,7 @@ from helpers import NIGHTLY, random_sequence, random_shapes, random_swimmer
 from reference import base_velocity, lift, lift_derivatives
 from scipy.optimize import linprog
 
-from purcell_cli.kernel import chains, distances, library, linear, poses, shooting, sources
+from purcell_cli.kernel import chains, distances, library, linear, moves, poses, shooting, sources
 from purcell_cli.kernel.certificate import extrapolated
 from purcell_cli.kernel.descent import Descent
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
@@ -43,6 +43,7 @@ MODULES = (
     "elementary",
     "flow",
     "linear",
+    "moves",
     "pairs",
     "poses",
     "program",
@@ -466,6 +467,9 @@ CALLS = {
     (lambda shapes, turns: FLOW.with_derivatives(shapes, None, turns)): ("shapes", "turns"),
     (lambda start, controls, angles, pose, ends: FLOW.equations(start, controls, angles, [], pose, [2], ends)): (
         *("start", "controls", "angles", "pose", "ends"),
+    ),
+    (lambda start, turns, pose, ends: moves.equations(FLOW, start, turns, [], pose, [2], ends)): (
+        *("start", "turns", "pose", "ends"),
     ),
     (lambda controls, angles, turned: shooting.bend_rows(controls, angles, turned, np.ones((2, 2)), [0, 0], 9.0)): (
         *("controls", "angles", "shapes"),

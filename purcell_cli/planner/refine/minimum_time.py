@@ -56,6 +56,21 @@ class _Point:
     merit: float
 
 
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """What a search ends with.
+
+    Attributes:
+        motion: The motion.
+        merit: Its cost and a price for what it misses.
+        reach: The radius of the trust region at the end [rad].
+    """
+
+    motion: MoveShooting
+    merit: float
+    reach: float
+
+
 class Program(Protocol):
     """What is to be least, and the programs of its steps."""
 
@@ -107,13 +122,14 @@ class _Search:
                 break
         return there
 
-    def run(self, unknown: Array, rounds: int) -> _Point:
+    def run(self, unknown: Array, rounds: int, reach: float) -> tuple[_Point, float]:
         return descended(
             self.begun(unknown),
             self.step,
             lambda _, found, *__: self.restored(self.point(found)),
             rounds,
             lambda here: _WORTH * here.merit,
+            reach,
         )
 
 
@@ -140,16 +156,17 @@ def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) ->
     return step
 
 
-def minimised(motion: MoveShooting, program: Program, rounds: int) -> tuple[MoveShooting, float]:
-    """Return a motion that costs less and arrives almost exactly, and its merit: cost and a price for what it misses.
+def minimised(motion: MoveShooting, program: Program, rounds: int, reach: float) -> Found:
+    """Return a motion that costs less and arrives almost exactly.
 
     Args:
         motion: The motion to begin with.
         program: What is to be least, for this motion.
         rounds: The most programs.
+        reach: The radius of the trust region at the first step [rad].
     """
-    found = _Search(motion, program).run(motion.unknown, rounds)
-    return motion.of(motion.segments_at(found.unknown)), found.merit
+    found, last = _Search(motion, program).run(motion.unknown, rounds, reach)
+    return Found(motion.of(motion.segments_at(found.unknown)), found.merit, last)
 
 
 def settled(motion: MoveShooting) -> tuple[MoveShooting, float]:
