@@ -31,6 +31,8 @@ _LEAST_PRICE = 200.0
 """The least cost of a violation, at a joint rate of 1 rad/s [s per L or rad]."""
 _PRICE = 10.0
 """The least cost of a violation per second of the motion [1 per L or rad]."""
+_SHORT_PRICE = 2e3
+"""The same times the duration: the way grows with its square, so that a short motion would rather miss [s^2 per L]."""
 _WORTH = 3e-4
 """A linear program that promises less than this part of the merit is the last."""
 _NEWTON_REACH = 0.25
@@ -84,7 +86,7 @@ class Program(Protocol):
 class _Search:
     def __init__(self, motion: MoveShooting, program: Program) -> None:
         self.motion, self.program = motion, program
-        self.price = max(_LEAST_PRICE, _PRICE * motion.duration)
+        self.price = max(_LEAST_PRICE, _PRICE * motion.duration, _SHORT_PRICE / max(motion.duration, 0.1))
 
     def point(self, unknown: Array) -> _Point:
         values = self.motion.at(unknown)
