@@ -90,7 +90,7 @@ class Search:
 def furthest(begun: np.ndarray, steps: int) -> Point:
     """Return the motion that linear programs lead to."""
     search = Search(len(begun) - 1)
-    return descended(point(begun), search.step, lambda _, angle, *__: point(angle), steps, lambda _: 1e-9)
+    return descended(point(begun), search.step, lambda _, angle, *__: point(angle), steps, lambda _: 1e-9)[0]
 
 
 def beginning(intervals: int, strokes: int, sense: float) -> np.ndarray:

@@ -17,7 +17,7 @@ from reference import base_velocity, lift, lift_derivatives
 from reference.program import penalised
 from scipy.optimize import linprog
 
-from purcell_cli.kernel import chains, distances, library, linear, poses, shooting, sources
+from purcell_cli.kernel import chains, distances, library, linear, moves, poses, shooting, sources
 from purcell_cli.kernel.beads import looked_up
 from purcell_cli.kernel.certificate import extrapolated
 from purcell_cli.kernel.clearance import circles, largest_bends, nearest
@@ -50,6 +50,7 @@ MODULES = (
     "elementary",
     "flow",
     "linear",
+    "moves",
     "pairs",
     "poses",
     "screw_chains",
@@ -503,6 +504,9 @@ CALLS = {
     (lambda shapes, turns: FLOW.with_derivatives(shapes, None, turns)): ("shapes", "turns"),
     (lambda start, controls, angles, pose, ends: FLOW.equations(start, controls, angles, [], pose, [2], ends)): (
         *("start", "controls", "angles", "pose", "ends"),
+    ),
+    (lambda start, turns, pose, ends: moves.equations(FLOW, start, turns, [], pose, [2], ends)): (
+        *("start", "turns", "pose", "ends"),
     ),
     (lambda controls, angles, turned: shooting.bend_rows(controls, angles, turned, np.ones((2, 2)), [0, 0], 9.0)): (
         *("controls", "angles", "shapes"),

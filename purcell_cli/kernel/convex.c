@@ -33,21 +33,19 @@ struct block {
     for (int low_ = 0; low_ <= part_; low_++) \
         for (SIZE c = (b)->part[low_][0], end_ = low_ < part_ ? (b)->part[low_][1] : r + 1; c < end_; c++)
 
-/* The Cholesky factor of a matrix (n, n), in its lower triangle. */
-static void factorise(double *a, SIZE n) {
+/* The Cholesky factor of a matrix (n, n), in its lower triangle; `column`: to work in, (n,). */
+static void factorise(double *a, SIZE n, double *column) {
     double largest = 0.0;
     for (SIZE i = 0; i < n; i++) largest = a[i * n + i] > largest ? a[i * n + i] : largest;
-    for (SIZE j = 0; j < n; j++) {
-        double *row = a + j * n;
-        for (SIZE k = 0; k < j; k++) {
-            const double *other = a + k * n;
-            double sum = row[k];
-            for (SIZE c = 0; c < k; c++) sum -= row[c] * other[c];
-            row[k] = sum / other[k];
+    for (SIZE k = 0; k < n; k++) {
+        const double left = a[k * n + k], pivot = sqrt(left > 1e-15 * largest ? left : 1e-15 * largest + 1e-300);
+        a[k * n + k] = pivot;
+        for (SIZE i = k + 1; i < n; i++) {
+            double *row = a + i * n;
+            const double by = column[i] = row[k] = row[k] / pivot;
+            if (by != 0.0)
+                for (SIZE j = k + 1; j <= i; j++) row[j] -= by * column[j];
         }
-        double sum = row[j];
-        for (SIZE c = 0; c < j; c++) sum -= row[c] * row[c];
-        row[j] = sqrt(sum > 1e-15 * largest ? sum : 1e-15 * largest + 1e-300);
     }
 }
 
@@ -91,7 +89,7 @@ static void eliminate(struct block *b, double *schur, SIZE rows) {
             for (SIZE j = b->start[k]; j <= i; j++) row[b->column[j]] += scaled * b->entry[j];
         }
     }
-    factorise(b->factor, n);
+    factorise(b->factor, n, b->step);
     for (SIZE i = 0; i < b->linked; i++) {
         double *row = b->carried + i * rows;
         const double *lower = b->factor + (first + i) * n + first;
@@ -320,7 +318,7 @@ API SIZE purcell_convex(SIZE blocks, SIZE rows, SIZE equal, double price, double
         for (SIZE i = 0; i < blocks; i++) eliminate(block + i, p.schur, rows);
         for (SIZE r = 0; r < rows; r++)
             p.schur[r * rows + r] += p.under[r] / p.punder[r] + p.over[r] / p.pover[r];
-        factorise(p.schur, rows);
+        factorise(p.schur, rows, p.change);
         for (SIZE i = 0; i < blocks; i++)
             for (SIZE k = 0; k < block[i].walls; k++) block[i].target[k] = -block[i].slack[k] * block[i].press[k];
         for (SIZE r = 0; r < rows; r++) {

@@ -99,6 +99,7 @@ API SIZE purcell_equations(const double *swimmer, SIZE stages, const double *nod
                            const SIZE *control, const double *angle, SIZE k, const SIZE *repeats, const double *wanted,
                            SIZE t, const SIZE *stops, const double *ends, double *room, double *shapes,
                            double *residual, double *derivative);
+void purcell_gap_between(const double *found, const double *wanted, double out[6]);
 API SIZE purcell_bend_rows(SIZE n, const SIZE *control, const double *angle, const double *shapes, const double *least,
                            const SIZE *fixed, double near, double *places, double *room, double *slope);
 API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, const double *missing, const double *room,

@@ -21,7 +21,7 @@ static void turns_about_base(SIZE n, const SIZE *control, int out[2]) {
 }
 
 /* The rotation vectors from a wanted shape to a found one, in base coordinates, for each limb. */
-static void gap_between(const double *found, const double *wanted, double out[6]) {
+void purcell_gap_between(const double *found, const double *wanted, double out[6]) {
     for (int limb = 0; limb < 2; limb++, found += 9, wanted += 9) {
         double turned[9], q[4];
         for (int i = 0; i < 3; i++)
@@ -57,7 +57,7 @@ API SIZE purcell_equations(const double *swimmer, SIZE stages, const double *nod
         const double *end = shapes + 18 * stops[e];
         int universal[2];
         turns_about_base(stops[e], control, universal);
-        gap_between(end, ends, residual + 6 * (e + 1));
+        purcell_gap_between(end, ends, residual + 6 * (e + 1));
         for (SIZE i = 0; i < 6 * n; i++) rows[i] = 0.0;
         for (SIZE p = 0; p < stops[e]; p++) {
             const int limb = LIMB_OF(control[p]);

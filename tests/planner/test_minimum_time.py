@@ -19,6 +19,7 @@ from purcell_cli.motion.limits_check import check
 from purcell_cli.planner.refine.minimum_time import QUICKEST, minimised, newton_step, settled
 from purcell_cli.planner.refine.move_program import MoveProgram
 from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
+from purcell_cli.planner.refine.trust_region import FIRST_REACH
 
 BODY = Swimmer(max_bend_rad=0.7).scaled()
 STEPS = [("limb1 yaw", 0.5), ("limb2 yaw", 0.6), ("limb1 pitch", 0.3), ("limb1 yaw", -0.4), ("limb2 yaw", -0.5)]
@@ -36,7 +37,7 @@ def begun() -> MoveShooting:
 
 @functools.cache
 def quick() -> MoveShooting:
-    return minimised(begun(), MoveProgram(begun(), QUICKEST), 30)[0]
+    return minimised(begun(), MoveProgram(begun(), QUICKEST), 30, FIRST_REACH).motion
 
 
 @functools.cache

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers import assert_close, is_close, random_rotations, random_shapes
+from helpers import assert_close, is_close, random_shapes
 
 from purcell_cli import Swimmer
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_vector
+from purcell_cli.kernel.moves import bends, equations
+from purcell_cli.mechanics.collocation import flow_of
+from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import EXACT, SEARCHING, flow
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.planner.refine.octagonal_loops import yaws
-from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting, most_bent
+from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
 
 SWIMMER = Swimmer(max_bend_rad=0.6).scaled()
 CYCLES = 4
@@ -92,18 +95,18 @@ def test_a_motion_lasts_as_long_as_the_joint_that_turns_furthest_on_each_move() 
 def test_where_a_limb_is_most_bent_on_a_move_is_where_fine_samples_have_it() -> None:
     """On large turns too; the end alone, the foil, is often less bent."""
     rng = np.random.default_rng(1)
-    axes = random_rotations(rng, 200)[..., 0]
-    turn = 2.0 * rng.normal(size=(200, 3))
-    part, there = most_bent(axes, turn)
-    samples = np.linspace(0.0, 1.0, 801)[1:]
-    swept = (se3.rotation(samples[:, None, None] * turn) @ axes[..., None])[..., 0]
-    known = (se3.rotation(part[:, None] * turn) @ axes[..., None])[..., 0]
-    assert_close(known, there, 1e-12)
-    assert np.all((part > 0.0) & (part <= 1.0))
+    turn = 2.0 * rng.normal(size=(60, 6))
+    kernel = flow_of(SWIMMER, SEARCHING)
+    found = equations(kernel, COLLINEAR, turn, np.empty((0, 3), dtype=np.int64), np.eye(4), [60], COLLINEAR[None])
+    room, slope = bends(found, np.full((60, 2), -1.0), 3.0)
+    assert slope.shape == (120, 360)
+    before, samples = found.shapes[:-1], np.linspace(0.0, 1.0, 801)[1:]
+    swept = (before @ se3.rotation(samples[:, None, None, None] * turn.reshape(60, 2, 3)))[..., 0, 0]
+    lowest = (room - 1.0).reshape(60, 2)
     # Unless it is most bent as it begins, which is the end of the move before.
-    begins = swept[..., 0].min(axis=0) > axes[:, 0] - 1e-9
-    assert_close(there[~begins, 0], swept[:, ~begins, 0].min(axis=0), 1e-4)
-    assert np.sum(swept[-1, ~begins, 0] > there[~begins, 0] + 1e-2) > 50
+    begins = swept.min(axis=0) > before[..., 0, 0] - 1e-9
+    assert_close(lowest[~begins], swept.min(axis=0)[~begins], 1e-4)
+    assert np.sum(swept[-1][~begins] > lowest[~begins] + 1e-2) > 30
 
 
 def test_a_motion_on_a_rougher_flow_is_the_same_motion() -> None:

@@ -56,7 +56,7 @@ def watched(
         reaches.append(reach)
         return proposed(here, reach)
 
-    return descended(start, propose, land, STEPS, nothing), froms, reaches
+    return descended(start, propose, land, STEPS, nothing)[0], froms, reaches
 
 
 def test_it_reaches_the_minimum_and_never_goes_up() -> None:
@@ -82,14 +82,14 @@ def test_landings_that_are_no_better_leave_it_where_it_began() -> None:
     assert all(p is start for p in froms)
     assert len(reaches) < 20
     assert np.all(np.diff(reaches) < 0.0)
-    assert descended(start, proposed, plain, 1, nothing) is not start
+    assert descended(start, proposed, plain, 1, nothing)[0] is not start
 
 
 def test_it_ends_where_nothing_is_found_or_nothing_worth_it_is_promised() -> None:
     start = at(np.array([-1.2, 1.0]))
-    assert descended(start, lambda *_: None, plain, STEPS, nothing) is start
+    assert descended(start, lambda *_: None, plain, STEPS, nothing)[0] is start
     minimum = at(np.array([1.0, 1.0]))
-    assert descended(minimum, proposed, plain, STEPS, nothing) is minimum
+    assert descended(minimum, proposed, plain, STEPS, nothing)[0] is minimum
     told: list[float] = []
 
     def land(_: Point, x: Array, promised: float, reach: float) -> Point:

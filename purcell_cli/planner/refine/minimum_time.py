@@ -31,6 +31,8 @@ _LEAST_PRICE = 200.0
 """The least cost of a violation, at a joint rate of 1 rad/s [s per L or rad]."""
 _PRICE = 10.0
 """The least cost of a violation per second of the motion [1 per L or rad]."""
+_SHORT_PRICE = 2e3
+"""The same times the duration: the way grows with its square, so that a short motion would rather miss [s^2 per L]."""
 _WORTH = 3e-4
 """A linear program that promises less than this part of the merit is the last."""
 _NEWTON_REACH = 0.25
@@ -56,6 +58,21 @@ class _Point:
     merit: float
 
 
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """What a search ends with.
+
+    Attributes:
+        motion: The motion.
+        merit: Its cost and a price for what it misses.
+        reach: The radius of the trust region at the end [rad].
+    """
+
+    motion: MoveShooting
+    merit: float
+    reach: float
+
+
 class Program(Protocol):
     """What is to be least, and the programs of its steps."""
 
@@ -69,7 +86,7 @@ class Program(Protocol):
 class _Search:
     def __init__(self, motion: MoveShooting, program: Program) -> None:
         self.motion, self.program = motion, program
-        self.price = max(_LEAST_PRICE, _PRICE * motion.duration)
+        self.price = max(_LEAST_PRICE, _PRICE * motion.duration, _SHORT_PRICE / max(motion.duration, 0.1))
 
     def point(self, unknown: Array) -> _Point:
         values = self.motion.at(unknown)
@@ -107,13 +124,14 @@ class _Search:
                 break
         return there
 
-    def run(self, unknown: Array, rounds: int) -> _Point:
+    def run(self, unknown: Array, rounds: int, reach: float) -> tuple[_Point, float]:
         return descended(
             self.begun(unknown),
             self.step,
             lambda _, found, *__: self.restored(self.point(found)),
             rounds,
             lambda here: _WORTH * here.merit,
+            reach,
         )
 
 
@@ -140,16 +158,17 @@ def newton_step(values: Values, reach: float = _NEWTON_REACH, first: int = 0) ->
     return step
 
 
-def minimised(motion: MoveShooting, program: Program, rounds: int) -> tuple[MoveShooting, float]:
-    """Return a motion that costs less and arrives almost exactly, and its merit: cost and a price for what it misses.
+def minimised(motion: MoveShooting, program: Program, rounds: int, reach: float) -> Found:
+    """Return a motion that costs less and arrives almost exactly.
 
     Args:
         motion: The motion to begin with.
         program: What is to be least, for this motion.
         rounds: The most programs.
+        reach: The radius of the trust region at the first step [rad].
     """
-    found = _Search(motion, program).run(motion.unknown, rounds)
-    return motion.of(motion.segments_at(found.unknown)), found.merit
+    found, last = _Search(motion, program).run(motion.unknown, rounds, reach)
+    return Found(motion.of(motion.segments_at(found.unknown)), found.merit, last)
 
 
 def settled(motion: MoveShooting) -> tuple[MoveShooting, float]:

@@ -83,6 +83,23 @@ def groups(motion: MoveShooting) -> list[Group]:
     return [group for group in out if group.tie.shape[1]]
 
 
+def _walls(group: Group, weights: Weights) -> tuple[Rows, Array]:
+    """Return the components that a group's turns have, and the walls of its variables, see `MoveProgram`."""
+    tie = group.tie
+    felt = np.flatnonzero(np.any(tie != 0.0, axis=1))
+    n, c, f = group.moves, len(felt), tie.shape[1]
+    wall = np.zeros((3 * c + 2 * f, n + c + f))
+    row, change = np.arange(c), slice(n + c, None)
+    for low, sign in ((0, 1.0), (c, -1.0)):
+        wall[low + row, n + row] = -1.0
+        wall[low : low + c, change] = sign * tie[felt]
+    wall[2 * c + row, n + row] = 1.0
+    wall[2 * c + row, felt // 6] = -1.0 if weights.rates is None else -weights.rates[felt % 6]
+    wall[3 * c : 3 * c + f, change] = np.eye(f)
+    wall[3 * c + f :, change] = -np.eye(f)
+    return felt, wall
+
+
 class MoveProgram:
     """The programs of one motion, for any turns and any reach.
 
@@ -100,19 +117,13 @@ class MoveProgram:
         linked: list[int] = []
         kinds: list[tuple[int, int, int]] = []  # of a wall: its sign, the component it is about, whether it is a reach
         ours: list[tuple[int, int]] = []  # of a variable: its move, or its component beyond all moves, or neither
+        known: dict[tuple[int, int], tuple[Rows, Array]] = {}  # moves with the same axes have the same walls
         for group in groups(motion):
-            tie = group.tie
-            felt = np.flatnonzero(np.any(tie != 0.0, axis=1))
-            n, c, f = group.moves, len(felt), tie.shape[1]
-            wall = np.zeros((3 * c + 2 * f, n + c + f))
-            row, change = np.arange(c), slice(n + c, None)
-            for low, sign in ((0, 1.0), (c, -1.0)):
-                wall[low + row, n + row] = -1.0
-                wall[low : low + c, change] = sign * tie[felt]
-            wall[2 * c + row, n + row] = 1.0
-            wall[2 * c + row, felt // 6] = -1.0 if weights.rates is None else -weights.rates[felt % 6]
-            wall[3 * c : 3 * c + f, change] = np.eye(f)
-            wall[3 * c + f :, change] = -np.eye(f)
+            key = id(group.tie), group.moves
+            if key not in known:
+                known[key] = _walls(group, weights)
+            felt, wall = known[key]
+            n, c, f = group.moves, len(felt), group.tie.shape[1]
             component = 6 * group.first + felt
             kinds += [(-1, int(k), 0) for k in component] + [(1, int(k), 0) for k in component]
             kinds += [(0, 0, 0)] * c + [(0, 0, 1)] * (2 * f)

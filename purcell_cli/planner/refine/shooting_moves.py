@@ -15,18 +15,17 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.linear_systems import least_squares
-from purcell_cli.geometry.reproducible import apply, cos, inner, matmul, norm
-from purcell_cli.geometry.rotations import Array, as_vector
-from purcell_cli.mechanics.collocation import Accuracy
+from purcell_cli.geometry.reproducible import cos, matmul
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel import moves
+from purcell_cli.mechanics.collocation import Accuracy, flow_of
 from purcell_cli.mechanics.joint_motion import home_shape
 from purcell_cli.mechanics.joints import ANGLES
-from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian_of_moves
-from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.limb_circles import lowest
 from purcell_cli.planner.refine.inequalities import least_cosines
 from purcell_cli.planner.refine.segments import phase_ends
 
@@ -156,9 +155,8 @@ class MoveShooting:
         self._stops = np.cumsum([0, *counts])
         self.phase = np.repeat([segment.phase for segment in self.segments], counts)
         self.cycles = np.repeat([segment.cycles for segment in self.segments], counts)
-        self.repeats = [Repeat(a, b, segment.cycles) for segment, a, b in self._places if segment.cycles > 1]
+        self._repeats = [(a, b, segment.cycles) for segment, a, b in self._places if segment.cycles > 1]
         self.home = home_shape(swimmer, start)
-        self._targets = phase_ends(self.phase, goal, self.home)
 
     def of(self, segments: Sequence[MoveSegment], accuracy: Accuracy | None = None) -> MoveShooting:
         """Return the same equations for another motion, on the flow computed otherwise if an accuracy is given."""
@@ -209,57 +207,26 @@ class MoveShooting:
 
     def at(self, unknown: Array) -> Values:
         """Return the equations at some unknowns. Shape (f,)."""
-        moves = MoveSequence.of_turns(np.concatenate([segment.turn for segment in self.segments_at(unknown)]))
-        shapes = moves.shapes(self.start)
-        g, twists = flow_and_jacobian_of_moves(self.swimmer, moves, self.start, self.accuracy, self.repeats)
-        n = len(moves)
-        turn = apply(shapes[:-1], moves.turn.reshape(n, 2, 3))  # in base coordinates
-        turning = matmul(se3.left_jacobian(turn), shapes[:-1])  # of the limb's later path, by the turn
-        residual = [se3.log(se3.normalised(matmul(self._wanted_inverse, g)))]
-        derivative = [twists.reshape(6, 6 * n)]
-        for stop, wanted in self._targets:
-            residual.append(as_vector(matmul(shapes[stop], np.swapaxes(wanted, -1, -2))).ravel())
-            slope = np.zeros((2, 3, n, 2, 3))
-            for i in (0, 1):
-                slope[i, :, :stop, i] = turning[:stop, i].transpose(1, 0, 2)
-            derivative.append(slope.reshape(6, 6 * n))
-        slack, slack_slope = self._slack(shapes[:-1], turn, turning)
+        turn = np.concatenate([segment.turn for segment in self.segments_at(unknown)])
+        flow, (stops, ends) = flow_of(self.swimmer, self.accuracy), self._ends
+        found = moves.equations(flow, self.start, turn, self._repeats, self._wanted_inverse, stops, ends)
+        near = float(_ACTIVE * (1.0 - cos(self.swimmer.max_bend_rad)))
+        slack, slope = moves.bends(found, self._least_cosine, near)
         if not self.swimmer.ball_joints:
-            left, left_slope = hinge_rows(self, moves.turn)
-            slack, slack_slope = np.concatenate([slack, left]), np.concatenate([slack_slope, left_slope])
-        return Values(
-            moves.turn,
-            np.concatenate(residual),
-            self.by_unknown(np.concatenate(derivative)),
-            slack,
-            self.by_unknown(slack_slope),
-        )
+            left, left_slope = hinge_rows(self, turn)
+            slack, slope = np.concatenate([slack, left]), np.concatenate([slope, left_slope])
+        return Values(turn, found.residual, self.by_unknown(found.derivative), slack, self.by_unknown(slope))
+
+    @functools.cached_property
+    def _ends(self) -> tuple[NDArray[np.int64], Array]:
+        """Before which moves shapes are wanted, shape (t,), and those, shape (t, 2, 3, 3)."""
+        targets = phase_ends(self.phase, self.goal, self.home)
+        return np.array([stop for stop, _ in targets]), np.array([shape for _, shape in targets])
 
     @functools.cached_property
     def _least_cosine(self) -> Array:
         """The least cosine of the bend of each limb on each move. Shape (n, 2)."""
         return least_cosines(self.phase, self.start, self.goal, self.swimmer.max_bend_rad, self.home)
-
-    def _slack(self, shapes: Array, turn: Array, turning: Array) -> tuple[Array, Array]:
-        """Return the slack of the bend limit where each limb is most bent on each move, and its derivative.
-
-        On a move a limb's axis goes round a circle, on which its bend is largest at the end or where
-        the circle is furthest from the base's axis.
-        """
-        n = len(turn)
-        part, axes = most_bent(shapes[..., 0], turn)
-        slack = axes[..., 0] - self._least_cosine
-        move, limb = np.nonzero(slack < _ACTIVE * (1.0 - cos(self.swimmer.max_bend_rad)))
-        lever = np.stack([0.0 * axes[..., 0], axes[..., 2], -axes[..., 1]], axis=-1)[move, limb]
-        k = len(move)
-        slope = np.zeros((k, n, 2, 3))
-        earlier = np.arange(n)[None, :] < move[:, None]
-        pulled = matmul(lever[:, None, None], np.swapaxes(turning[:, limb], 0, 1))[:, :, 0]
-        slope[np.arange(k), :, limb] = np.where(earlier[..., None], pulled, 0.0)
-        s = part[move, limb]
-        own = matmul(se3.left_jacobian(s[:, None] * turn[move, limb]), shapes[move, limb])
-        slope[np.arange(k), move, limb] = s[:, None] * matmul(lever[:, None], own)[:, 0]
-        return slack[move, limb], slope.reshape(k, 6 * n)
 
 
 def hinge_rows(motion: MoveShooting, turn: Array) -> tuple[Array, Array]:
@@ -292,27 +259,3 @@ def hinge_rows(motion: MoveShooting, turn: Array) -> tuple[Array, Array]:
                 slacks.append(slack[active])
                 slopes.append(slope[active].reshape(-1, 6 * n))
     return np.concatenate(slacks), np.concatenate(slopes)
-
-
-def most_bent(axes: Array, turn: Array) -> tuple[Array, Array]:
-    """Return where on a move a limb is most bent, its beginning left out.
-
-    The limb's axis goes round a circle, on which the cosine of its bend from the base's axis is a
-    sine wave: it is lowest at the end, or where the circle is furthest from the base's axis.
-
-    Args:
-        axes: The limb's axes before it. Shape (..., 3).
-        turn: Rotation vectors in base coordinates [rad]. Shape (..., 3).
-
-    Returns:
-        How far through the move, as a part of it, shape (...), and the limb's axis there, shape (..., 3).
-    """
-    angle = norm(turn)
-    about = turn / np.where(angle > 0.0, angle, 1.0)[..., None]
-    along = inner(about, axes)
-    cosine = axes[..., 0] - along * about[..., 0]
-    sine = about[..., 1] * axes[..., 2] - about[..., 2] * axes[..., 1]
-    far = lowest(cosine, sine)
-    inside = (far > 0.0) & (far < angle)
-    part = np.where(inside, far / np.where(inside, angle, 1.0), 1.0)
-    return part, (matmul(se3.rotation(part[..., None] * turn), axes[..., None]))[..., 0]

@@ -24,14 +24,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from purcell_cli.geometry.reproducible import matmul, norm
-from purcell_cli.geometry.rotations import Array, about_axis, as_vector
+from purcell_cli.geometry.reproducible import matmul
+from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.configuration import displacement_between
 from purcell_cli.mechanics.joint_motion import flattened
 from purcell_cli.mechanics.joints import AT_ONCE
-from purcell_cli.mechanics.lift import SEARCHING
+from purcell_cli.mechanics.lift import ROUGH
 from purcell_cli.mechanics.moves import MoveSequence, joined
-from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, starting_shapes
 from purcell_cli.motion.clock import clock_step
@@ -40,25 +39,27 @@ from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.pace import paced as played_at_pace
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.objectives import cost
+from purcell_cli.planner.refine.coarser_moves import coarser
 from purcell_cli.planner.refine.minimum_energy import EnergyProgram, paced
-from purcell_cli.planner.refine.minimum_time import QUICKEST, SHORTEST, Program, minimised, settled
+from purcell_cli.planner.refine.minimum_time import QUICKEST, SHORTEST, Found, Program, minimised, settled
 from purcell_cli.planner.refine.move_program import MoveProgram, Weights
-from purcell_cli.planner.refine.octagonal_loops import cycle, octagons, twist, yaws
+from purcell_cli.planner.refine.rounded_loops import as_it_is, segments_by_moves
 from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
+from purcell_cli.planner.refine.trust_region import FIRST_REACH
 
 _ACROSS_RAD = 0.25 * math.pi
 """Roll of the limbs, an eighth of a turn, that puts their yaw and pitch axes midway between the base's [rad]."""
-_PIECE_RAD = 0.5
-"""Moves that turn a joint further than this are cut into equal pieces, which others can join [rad]."""
-_FEW_CYCLES = 2
-"""Loops of at most so many cycles are played out, so that each of their moves is free."""
-_PLANAR_RAD = 0.2
-"""Loops become octagons only where roll and pitch of both limbs are at most this [rad]."""
-_ROUNDS = {"quick": (6, 15), "standard": (8, 30), "thorough": (12, 80)}
+_ROUNDS = {"quick": (6, 15), "standard": (6, 30), "thorough": (12, 80)}
 """The most programs by effort: for each start, and then for the one that promises most."""
-_LARGE = {"quick": (2e3, 6e3), "standard": (6e3, 24e3), "thorough": (24e3, 160e3)}
+_LARGE = {"quick": (2e3, 6e3), "standard": (4e3, 14e3), "thorough": (24e3, 80e3)}
 """Programs times unknowns by effort, so that motions of many moves take no longer than others."""
-_LEAST_ROUNDS = 6
+_LEG = 2, 5
+"""After how many programs moves are made fewer: for each start, and then."""
+_LEAST_REACH = 0.03
+"""The least radius of the trust region where all turns become free [rad]."""
+_FEW = 100
+"""Motions of at most so many unknowns keep their moves: a program takes a millisecond or two."""
+_LEAST_ROUNDS = 4
 """The least number of programs, however many unknowns there are."""
 _ARRIVED = 1e-10
 """A motion whose residuals are all below this arrives [L, rad]."""
@@ -66,8 +67,6 @@ _IDLE_RAD = 1e-10
 """Moves that turn no joint further than this are dropped from the search [rad]."""
 _UNFELT_RAD = 1e-13
 """Moves that turn no joint further than this are dropped from the plan [rad]."""
-_FEW = 600
-"""Motions of at most so many unknowns are all followed to their end, as a program takes some ms."""
 _SPARE = 1e-9
 """Part of the time of a plan by primitives that the one of least energy leaves, for rounding to the clock."""
 _MARGIN_RAD = 1e-6
@@ -76,8 +75,14 @@ _MOST_MOVES = 1000
 """Plans of more moves, one cycle of each stroke counted, stay as they are: derivatives grow with the square of that, to
 some 7 GB at 9,000."""
 
-TOGETHER, ROLLED, ROUNDED = "simultaneous moves", "limb rolls", "rounded shape loop"
+_OUTER_PHASES = 2
+"""Phases 1 and 3, each of which may have to stay as it is."""
+
+TOGETHER, ROLLED = "simultaneous moves", "limb rolls"
 """Names of strokes that are not in the primitive plan."""
+
+Maker = Callable[[MoveShooting], Program]
+"""Makes the program of a motion."""
 
 
 def quickened(plan: Plan, limits: Limits | None = None, objective: str = "time", effort: str = "standard") -> Plan:
@@ -134,42 +139,74 @@ class _Search:
         if all(block.phase != 2 for block in plan.blocks):
             across_rad = across_rad[-1:]
         every = [_segments(plan, unit, across, self.axes) for across in across_rad]
-        return [MoveShooting(inner, s, plan.start.shape, plan.goal.shape, wanted, SEARCHING) for s in every]
+        return [MoveShooting(inner, s, plan.start.shape, plan.goal.shape, wanted, ROUGH) for s in every]
 
-    def descended(self, starts: list[MoveShooting], program: Callable[[MoveShooting], Program]) -> list[MoveShooting]:
+    def descended(self, starts: list[MoveShooting], program: Maker) -> list[MoveShooting]:
         """Minimise what a program does from the start that promises most, or from the next where its plan does not do.
 
-        Motions of few unknowns are all followed to their end.
+        A thorough search follows all of them to their end.
 
         Returns:
             The motions that arrive within limits, best first.
         """
-        begun = [self._minimised(start, program, last=False) for start in starts]
-        ended: list[tuple[float, MoveShooting]] = []
-        for motion, _ in sorted(begun, key=lambda one: one[1]):
-            if ended and len(motion.unknown) > _FEW:
+        begun = [self._minimised(Found(start, math.inf, FIRST_REACH), program, last=False) for start in starts]
+        ended: list[Found] = []
+        for one in sorted(begun, key=lambda one: one.merit):
+            if ended and self.effort != "thorough":
                 break
-            found, merit = self._minimised(_without_idle(_freed(motion, self.axes)), program, last=True)
-            found, off = settled(_without_idle(found))
-            if off < _ARRIVED and self._consider(found):
-                ended.append((merit, found))
-        return [motion for _, motion in sorted(ended, key=lambda one: one[0])]
+            freed, reach = _freed(one.motion, self.axes), max(one.reach, _LEAST_REACH)
+            ended += self._followed(Found(freed, one.merit, reach), program)
+        return [one.motion for one in sorted(ended, key=lambda one: one.merit)]
 
-    def _minimised(
-        self, motion: MoveShooting, program: Callable[[MoveShooting], Program], last: bool
-    ) -> tuple[MoveShooting, float]:
-        """Return a motion that costs less, found by the programs that the effort allows, and its merit."""
+    def _followed(self, here: Found, program: Maker) -> list[Found]:
+        """Return where a motion leads if that arrives within limits; else none.
+
+        A phase 1 or 3 that breaks a limit is as in the plan by primitives.
+        """
+        held: set[int] = set()
+        broken = self._broken(here.motion)
+        for _ in range(_OUTER_PHASES):
+            if held < held | broken:
+                held = held | broken
+                here = Found(_held(here.motion, self.plan, held), math.inf, FIRST_REACH)
+            here = self._minimised(here, program, last=True)
+            motion, off = settled(_without_idle(here.motion))
+            if off >= _ARRIVED:
+                return []
+            if self._consider(motion):
+                return [dataclasses.replace(here, motion=motion)]
+            broken = self._broken(motion)
+            if broken <= held:
+                return []
+        return []
+
+    def _minimised(self, here: Found, program: Maker, last: bool) -> Found:
+        """Return a motion that costs less, found by the programs that the effort allows; its moves become fewer."""
         most, large = _ROUNDS[self.effort][last], _LARGE[self.effort][last]
-        rounds = min(most, max(_LEAST_ROUNDS, int(large / max(len(motion.unknown), 1))))
-        return minimised(motion, program(motion), rounds)
+        rounds = min(most, max(_LEAST_ROUNDS, int(large / max(len(here.motion.unknown), 1))))
+        fewer = last
+        for k in range(0, rounds, _LEG[last]):
+            motion = _without_idle(here.motion)
+            tried = coarser(motion) if fewer and len(motion.unknown) > _FEW else motion
+            found = minimised(tried, program(tried), min(rounds - k, _LEG[last]), here.reach)
+            fewer = found.merit < here.merit
+            here = found if fewer else dataclasses.replace(here, reach=found.reach)
+        return here
+
+    def _made(self, motion: MoveShooting) -> Plan:
+        lasting = paced(motion, self.total) if self.objective == "energy" else None
+        blocks = _on_the_clock(motion, self.plan.swimmer.joint_rate_rad_s, lasting)
+        return dataclasses.replace(self.plan, blocks=tuple(blocks), limits=None)
+
+    def _broken(self, motion: MoveShooting) -> set[int]:
+        """Return which of phases 1 and 3 break a limit; bends come within theirs when the motion is settled."""
+        report = check(self.plan.swimmer, self.plan.start, self._made(motion).blocks, self.limits)
+        return {v.phase for v in report.violations if v.phase != 2 and v.limit != "bend"}
 
     def _consider(self, motion: MoveShooting) -> bool:
         """Keep a motion if it spends less than the best so far within limits, and return whether it is within them."""
-        swimmer = self.plan.swimmer
-        lasting = paced(motion, self.total) if self.objective == "energy" else None
-        blocks = _on_the_clock(motion, swimmer.joint_rate_rad_s, lasting)
-        made = dataclasses.replace(self.plan, blocks=tuple(blocks), limits=None)
-        if not check(swimmer, made.start, blocks, self.limits).kept:
+        made = self._made(motion)
+        if not check(made.swimmer, made.start, made.blocks, self.limits).kept:
             return False
         if self._spent(made) < self._spent(self.best):
             self.best = made
@@ -193,7 +230,7 @@ def _segments(plan: Plan, swimmer: Swimmer, across_rad: float, axes: Array | Non
     """
     out: dict[int, list[MoveSegment]] = {1: [], 2: [], 3: []}
     for block, shape in zip(plan.blocks, starting_shapes(plan.blocks, plan.start.shape), strict=False):
-        out[block.phase] += _rounded(block, shape, swimmer, axes) or [_segment(block, axes)]
+        out[block.phase] += segments_by_moves(block, shape, swimmer, axes)
     if across_rad:
         roll = across_rad * np.array([[1.0, 0.0, 0.0, -1.0, 0.0, 0.0]])
         rolled = [_seen_rolled(segment, across_rad) for segment in out[2]]
@@ -216,70 +253,11 @@ def _joined(segments: list[MoveSegment]) -> list[MoveSegment]:
 
 def _alike(one: MoveSegment, other: MoveSegment) -> bool:
     """Return whether segments are of one phase and their moves may turn about the same axes."""
-    if one.phase != other.phase:
+    if one.phase != other.phase or one.tie is not None or other.tie is not None:
         return False
     if one.axes is None or other.axes is None:
         return one.axes is other.axes
     return bool(np.array_equal(one.axes, other.axes))
-
-
-def _segment(block: Block, axes: Array | None) -> MoveSegment:
-    turn = MoveSequence.of_controls(block.sequence).turn
-    if block.cycles == 1:
-        return _once(block.phase, block.gait, turn, axes)
-    return MoveSegment(
-        block.phase, block.gait, turn, block.cycles, tie=np.empty((turn.size, 0)), amplitude_rad=block.amplitude_rad
-    )
-
-
-def _rounded(block: Block, shape: Array, swimmer: Swimmer, axes: Array | None) -> list[MoveSegment]:
-    """Return a repeated rectangle of both yaws as a repeated octagon with ways to it and from it; else nothing."""
-    sequence = block.sequence
-    if block.cycles == 1 or len(sequence) != 4 or not isinstance(sequence, PrimitiveSequence):
-        return []
-    bends = as_vector(shape)
-    if set(sequence.control.tolist()) != {2, 5} or np.max(np.abs(bends[:, :2])) > _PLANAR_RAD:
-        return []
-    here = bends[:, 2]
-    sides = MoveSequence.of_controls(sequence).turn[:, [2, 5]]
-    corner = here + np.concatenate([np.zeros((1, 2)), np.cumsum(sides, axis=0)[:-1]])
-    did = twist(swimmer, corner)
-    corner, each = octagons(swimmer).like(float(did[0]), float(did[5]))
-    exact = block.cycles * each
-    cycles = max(math.ceil(exact - 0.25), 1)
-    middle = np.mean(corner, axis=0)
-    corner = middle + min(math.sqrt(exact / cycles), 1.0) * (corner - middle)
-    corner = np.roll(corner, -int(np.argmin(norm(corner - here))), axis=0)
-    way, turn = yaws(corner[:1] - here), yaws(cycle(corner))
-    if cycles <= _FEW_CYCLES:
-        loop = _once(2, ROUNDED, np.tile(turn, (cycles, 1)), axes)
-    else:
-        loop = MoveSegment(2, ROUNDED, turn, cycles, tie=_half_tie(turn))
-    return [_once(2, ROUNDED, way, axes), loop, _once(2, ROUNDED, -way, axes)]
-
-
-def _once(phase: int, gait: str, turn: Array, axes: Array | None) -> MoveSegment:
-    """Return a segment that is played once, its turns cut, and kept to the yaws or to the pitches if they are so.
-
-    Where joints have but some axes, it is kept to those.
-    """
-    parts = np.maximum(np.ceil(np.max(np.abs(turn), axis=1) / _PIECE_RAD), 1).astype(np.int64)
-    cut = np.repeat(turn / parts[:, None], parts, axis=0)
-    used = set(np.flatnonzero(np.any(turn != 0.0, axis=0)).tolist())
-    plane = next((p for p in ([2, 5], [1, 4]) if used <= set(p)), None)
-    if axes is None and plane is not None:
-        axes = np.eye(6)[:, plane]
-    return MoveSegment(phase, gait, cut, axes=axes)
-
-
-def _half_tie(turn: Array) -> Array:
-    """Return the tie of a loop whose second half undoes the turns of the first, by yaws. Shape (6 n, n)."""
-    n = len(turn)
-    out = np.zeros((n, 6, n // 2, 2))
-    for k in range(n):
-        for i, axis in enumerate((2, 5)):
-            out[k, axis, k % (n // 2), i] = 1.0 if k < n // 2 else -1.0
-    return out.reshape(6 * n, n)
 
 
 def _seen_rolled(segment: MoveSegment, across_rad: float) -> MoveSegment:
@@ -299,7 +277,19 @@ def _seen_rolled(segment: MoveSegment, across_rad: float) -> MoveSegment:
 
 def _freed(motion: MoveShooting, axes: Array | None) -> MoveShooting:
     """Return the motion with every turn that is made once free about all axes that joints have."""
-    return motion.of(_joined([s if s.cycles > 1 else dataclasses.replace(s, axes=axes) for s in motion.segments]))
+    free = [s if s.tie is not None else dataclasses.replace(s, axes=axes) for s in motion.segments]
+    return motion.of(_joined(free))
+
+
+def _held(motion: MoveShooting, plan: Plan, phases: set[int]) -> MoveShooting:
+    """Return the motion with some phases as a plan by primitives has them, not to be changed."""
+    out: list[MoveSegment] = []
+    for phase in (1, 2, 3):
+        if phase in phases:
+            out += [as_it_is(block) for block in plan.blocks if block.phase == phase]
+        else:
+            out += [segment for segment in motion.segments if segment.phase == phase]
+    return motion.of(out)
 
 
 def _without_idle(motion: MoveShooting) -> MoveShooting:
@@ -307,7 +297,7 @@ def _without_idle(motion: MoveShooting) -> MoveShooting:
     segments = []
     for segment in motion.segments:
         used = np.max(np.abs(segment.turn), axis=1) > _IDLE_RAD
-        if segment.cycles > 1:
+        if segment.tie is not None:
             segments.append(segment)
         elif np.any(used):
             segments.append(dataclasses.replace(segment, turn=segment.turn[used]))

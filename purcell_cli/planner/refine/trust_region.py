@@ -29,8 +29,9 @@ def descended(
     land: Callable[[P, Array, float, float], P],
     steps: int,
     worth: Callable[[P], float],
-) -> P:
-    """Return the point that steps within a trust region lead to (Fletcher and de la Maza 1989).
+    reach: float = FIRST_REACH,
+) -> tuple[P, float]:
+    """Return the point that steps within a trust region lead to, and its last radius (Fletcher and de la Maza 1989).
 
     Args:
         here: The point to begin at.
@@ -38,8 +39,8 @@ def descended(
         land: Returns the point reached from a point, for a place, the gain promised and the reach.
         steps: The most steps.
         worth: What a step must promise, from a point, to be worth it.
+        reach: The radius at the first step [rad].
     """
-    reach = FIRST_REACH
     for _ in range(steps):
         found = propose(here, reach)
         if found is None:
@@ -55,4 +56,4 @@ def descended(
             reach *= 0.35
         if reach < LEAST_REACH or promised < worth(here):
             break
-    return here
+    return here, reach

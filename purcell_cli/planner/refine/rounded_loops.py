@@ -1,0 +1,113 @@
+"""Strokes as segments by moves: rectangles that repeat become octagons, and long turns are cut."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from purcell_cli.geometry.reproducible import arctan2, inner, norm
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.blocks import Block
+from purcell_cli.planner.refine.octagonal_loops import cycle, octagons, twist
+from purcell_cli.planner.refine.shooting_moves import MoveSegment
+
+ROUNDED = "rounded shape loop"
+"""Name of octagons, which are not in the plan by primitives."""
+_PIECE_RAD = 1.0
+"""Moves that turn a joint further than this are cut into equal pieces, which others can join [rad]."""
+_FEW_CYCLES = 2
+"""Loops of at most so many cycles are played out, so that each of their moves is free."""
+_PLANAR_RAD = 0.2
+"""Loops become octagons only where both axes are within this of a normal to the base's axis [rad]."""
+
+
+def segments_by_moves(block: Block, shape: Array, swimmer: Swimmer, axes: Array | None) -> list[MoveSegment]:
+    """Return a stroke as segments: a rectangle that repeats as an octagon, with ways to it and from it.
+
+    Args:
+        block: The stroke.
+        shape: The shape before it. Shape (2, 3, 3).
+        swimmer: Its swimmer, scaled.
+        axes: The axes that joints have, where they are not all ball joints. Shape (6, p).
+    """
+    if block.cycles == 1:
+        return [_once(block.phase, block.gait, MoveSequence.of_controls(block.sequence).turn, axes)]
+    return _rounded(block, shape, swimmer, axes) or [as_it_is(block)]
+
+
+def as_it_is(block: Block) -> MoveSegment:
+    """Return a stroke as a segment without unknowns."""
+    turn = MoveSequence.of_controls(block.sequence).turn
+    none = np.empty((turn.size, 0))
+    return MoveSegment(block.phase, block.gait, turn, block.cycles, tie=none, amplitude_rad=block.amplitude_rad)
+
+
+def _rounded(block: Block, shape: Array, swimmer: Swimmer, axes: Array | None) -> list[MoveSegment]:
+    """Return a rectangle of one axis of each limb, both square to one plane through the base's axis, as an octagon."""
+    if len(block.sequence) != 4 or not isinstance(block.sequence, PrimitiveSequence):
+        return []
+    used = sorted(set(block.sequence.control.tolist()))
+    if len(used) != 2 or used[0] not in (1, 2) or used[1] not in (4, 5):
+        return []
+    about = np.stack([shape[0, :, used[0]], shape[1, :, used[1] - 3]])
+    normal = about[0] * np.array([0.0, 1.0, 1.0])
+    normal = normal / norm(normal)
+    same = inner(about, normal)
+    if np.min(np.abs(same)) < math.cos(_PLANAR_RAD):
+        return []
+    sense = np.sign(same)
+
+    def turns(angle: Array) -> Array:
+        """Angles of both limbs about the normal as turns of their joints. Shape (n, 2) to (n, 6)."""
+        out = np.zeros((len(angle), 6))
+        out[:, used] = angle * sense
+        return out
+
+    aside = np.array([0.0, normal[2], -normal[1]])
+    here = arctan2(inner(shape[:, :, 0], aside), shape[:, 0, 0])
+    sides = MoveSequence.of_controls(block.sequence).turn[:, used] * sense
+    corner = here + np.concatenate([np.zeros((1, 2)), np.cumsum(sides, axis=0)[:-1]])
+    did = twist(swimmer, corner)
+    corner, each = octagons(swimmer).like(float(did[0]), float(did[5]))
+    exact = block.cycles * each
+    cycles = max(math.ceil(exact - 0.25), 1)
+    middle = np.mean(corner, axis=0)
+    corner = middle + min(math.sqrt(exact / cycles), 1.0) * (corner - middle)
+    corner = np.roll(corner, -int(np.argmin(norm(corner - here))), axis=0)
+    way, turn = turns(corner[:1] - here), turns(cycle(corner))
+    if cycles <= _FEW_CYCLES:
+        loop = _once(2, ROUNDED, np.tile(turn, (cycles, 1)), axes)
+    else:
+        loop = MoveSegment(2, ROUNDED, turn, cycles, tie=_half_tie(len(turn), used))
+    return [_once(2, ROUNDED, way, axes), loop, _once(2, ROUNDED, -way, axes)]
+
+
+def _once(phase: int, gait: str, turn: Array, axes: Array | None) -> MoveSegment:
+    """Return a segment that is played once, its turns cut, and kept to the yaws or to the pitches if they are so.
+
+    Where joints have but some axes, it is kept to those.
+    """
+    parts = np.maximum(np.ceil(np.max(np.abs(turn), axis=1) / _PIECE_RAD), 1).astype(np.int64)
+    cut = np.repeat(turn / parts[:, None], parts, axis=0)
+    used = set(np.flatnonzero(np.any(turn != 0.0, axis=0)).tolist())
+    plane = next((p for p in ([2, 5], [1, 4]) if used <= set(p)), None)
+    if axes is None and plane is not None:
+        axes = np.eye(6)[:, plane]
+    return MoveSegment(phase, gait, cut, axes=axes)
+
+
+def _half_tie(moves: int, axes: list[int]) -> Array:
+    """Return the tie of a loop whose second half undoes the turns of the first, each limb's about an axis of its own.
+
+    Shape (6 n, n).
+    """
+    half = moves // 2
+    out = np.zeros((moves, 6, half, 2))
+    for k in range(moves):
+        for i, axis in enumerate(axes):
+            out[k, axis, k % half, i] = 1.0 if k < half else -1.0
+    return out.reshape(6 * moves, moves)
