@@ -21,7 +21,7 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Blocked, Plan, Structure
 from purcell_cli.planner.progress import Progress
-from purcell_cli.planner.routes.closed_off import refuse_closed_off
+from purcell_cli.planner.routes.closed_off import refuse_closed_off, too_narrow
 from purcell_cli.planner.routes.one_motion import ended, one_motion
 from purcell_cli.planner.routes.poses import Region
 from purcell_cli.planner.routes.roadmap import GOAL, START, Roadmap
@@ -112,6 +112,15 @@ def around(
     region = dataclasses.replace(region, walls=len(scene.obstacles) - len(limits.obstacles.obstacles))
     rng = np.random.default_rng(seed)
     roadmap, starts = Roadmap(region, start.pose, goal.pose), STARTS[effort]
+    least = region.swings[-1]
+    room_m = least.radius * swimmer.length_m + limits.clearance_m
+    if too_narrow(limits.obstacles, room_m, start.pose, goal.pose):
+        blocked = roadmap.blocked()
+        words = (
+            f"the tubes have a place narrower than the {2.0 * room_m:.3g} m that the smallest strokes looked for need, "
+            f"of limbs bent by {least.bend_rad:.3g} rad, which is no proof that none would do; {blocked.words}"
+        )
+        return dataclasses.replace(blocked, words=words)
     for k in range(starts):
         if roadmap.good:
             break
