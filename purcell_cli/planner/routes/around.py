@@ -55,6 +55,8 @@ _GAIN = 0.985
 """A way is looked for again where one is priced at less than this part of the one that is known."""
 _LEGS_A_ROUND = 2
 """Legs that are planned at most for each round in which a way is made shorter."""
+_DEARER = 1.08
+"""Where a leg takes so many times its price, another path may be the cheapest."""
 _ARRIVES = 1e-8
 """A leg that misses its end by less than this arrives; the next leg begins where it ends [L, rad]."""
 
@@ -213,9 +215,11 @@ class _Search:
                         break
                     self._known[pair] = legs
                     travel = sum(leg.joint_travel_rad for leg in legs)
-                    self._priced += self.roadmap.edge(*pair).price
-                    self._made += travel
+                    priced = self.roadmap.edge(*pair).price
+                    self._priced, self._made = self._priced + priced, self._made + travel
                     self.roadmap.reprice(pair, travel)
+                    if travel > _DEARER * priced:
+                        break
             else:
                 last_bend = self.roadmap.edge(*pairs[-1]).bend_rad
                 made = self._played([plan for pair in pairs for plan in self._known[pair]], last_bend)
