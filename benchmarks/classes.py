@@ -13,7 +13,8 @@ import time
 
 import numpy as np
 
-from benchmarks.planner import PAGE, random_rotations, shape
+from benchmarks import pages
+from benchmarks.planner import random_rotations, shape
 from purcell_cli import Configuration, Effort, PlanOptions, Solution, Swimmer, plan
 from purcell_cli.geometry import se3
 from purcell_cli.mechanics.connection import COLLINEAR
@@ -29,7 +30,6 @@ CLASSES = {
 }
 """Of each class: the nearest and the farthest [L], whether limbs are bent (else straight at both ends), and whether
 rotations are uniform on the group (else at most as many rad as the distance is L)."""
-MARKS = ("<!-- classes -->", "<!-- end of classes -->")
 
 
 def query(name: str, seed: int) -> tuple[Configuration, Configuration]:
@@ -90,10 +90,7 @@ def main() -> None:
     text = "\n".join(lines)
     print(text)
     if asked.write:
-        page = PAGE.read_text(encoding="utf-8")
-        before, _, rest = page.partition(MARKS[0])
-        _, _, after = rest.partition(MARKS[1])
-        PAGE.write_text(f"{before}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{after}", encoding="utf-8")
+        pages.put("explanation/planner.md", "classes", text)
 
 
 if __name__ == "__main__":

@@ -42,7 +42,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))  # whe
 from joint_queries import COMBINATIONS, displacement_of, shape_of
 from random_swimmers import jointed, of_its_own, room
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "explanation" / "planner.md"
 FAR_WAYS = 24
 
 

@@ -14,7 +14,7 @@ from purcell_cli.mechanics.joints import Joint
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.trajectory import Trajectory
 
-BALL, UNIVERSAL = Joint(), Joint("universal")
+BALL, UNIVERSAL, FIXED = Joint(), Joint("universal"), Joint("fixed")
 YAW, PITCH = Joint("hinge", "yaw"), Joint("hinge", "pitch")
 
 COMBINATIONS: dict[str, tuple[Joint, Joint]] = {
@@ -28,7 +28,23 @@ COMBINATIONS: dict[str, tuple[Joint, Joint]] = {
     "ball joint and yaw hinge": (BALL, YAW),
     "pitch hinge and ball joint": (PITCH, BALL),
 }
-"""The combinations of joints that there are plans for."""
+"""The combinations of joints that move both limbs; which limb has which is random."""
+
+EVERY: dict[str, tuple[Joint, Joint]] = {
+    **COMBINATIONS,
+    "universal joint and fixed limb": (UNIVERSAL, FIXED),
+    "ball joint and fixed limb": (BALL, FIXED),
+}
+"""All combinations of joints that there are plans for, but two ball joints."""
+
+_FARTHEST_FIXED_L = 5.0
+"""Queries beside a fixed limb are at most so far: farther ones take thousands of rad [L]."""
+_FIXED_RAD = (0.25 * np.pi, 0.5 * np.pi)
+"""How far out of line fixed limbs are, at least and at most [rad]."""
+_ONE_SIDED = 0.25
+"""The share of ranges of which one angle's does not hold 0."""
+_LOW_DEG, _WIDE_DEG = (2.0, 15.0), (40.0, 90.0)
+"""Where such ranges begin, and how wide they are [degrees]."""
 
 _CORNERS_RAD = 0.01
 """Ranges are looked at this often [rad]."""
@@ -46,6 +62,8 @@ class Query:
 def _limb(joint: Joint, rng: np.random.Generator) -> np.ndarray:
     if joint.kind == "ball":
         return Rotation.from_euler("ZYX", rng.uniform(-1.0, 1.0, 3)).as_matrix()
+    if joint.kind == "fixed":
+        return Rotation.from_euler("XY", [rng.uniform(-np.pi, np.pi), rng.uniform(*_FIXED_RAD)]).as_matrix()
     angles = [0.0, 0.0, 0.0]
     for k, name in enumerate(("psi", "theta")):
         if name in joint.angles:
@@ -54,17 +72,34 @@ def _limb(joint: Joint, rng: np.random.Generator) -> np.ndarray:
     return Rotation.from_euler("ZYX", angles).as_matrix()
 
 
+def one_sided(joint: Joint, rng: np.random.Generator) -> Joint:
+    """Return the joint with a range of one of its angles, if it has any, that does not hold 0."""
+    if not joint.angles:
+        return joint
+    low = rng.uniform(*_LOW_DEG)
+    ends = (float(low), float(low + rng.uniform(*_WIDE_DEG)))
+    name = str(rng.choice(joint.angles))
+    return dataclasses.replace(joint, **{f"{name}_deg": ends if rng.integers(2) else (-ends[1], -ends[0])})
+
+
 def random_query(name: str, seed: int, farthest_l: float = 30.0) -> Query:
     """Return a random query of a combination: from near to far, some joints with ranges."""
-    rng = np.random.default_rng([seed, sorted(COMBINATIONS).index(name)])
-    joints = tuple(ranged(joint, rng) for joint in COMBINATIONS[name])
+    rng = np.random.default_rng([seed, list(EVERY).index(name)])
+    ranges = one_sided if rng.random() < _ONE_SIDED else ranged
+    first, second = (ranges(joint, rng) for joint in EVERY[name])
     swimmer = Swimmer(
-        slenderness=float(rng.uniform(0.005, 0.03)), max_bend_rad=float(rng.uniform(0.7, 1.3)), joints=joints
+        slenderness=float(rng.uniform(0.005, 0.03)),
+        max_bend_rad=float(rng.uniform(0.7, 1.3)),
+        joints=(first, second) if rng.integers(2) else (second, first),
     )
-    away = float(10.0 ** rng.uniform(-1.5, np.log10(farthest_l))) * swimmer.length_m
-    displacement = displacement_of(rng, swimmer, name, away)
+    fixed = "fixed" in name
+    away = float(10.0 ** rng.uniform(-1.5, np.log10(min(farthest_l, _FARTHEST_FIXED_L) if fixed else farthest_l)))
+    displacement = displacement_of(rng, swimmer, name, away * swimmer.length_m)
     start = se3.pose(Rotation.random(random_state=seed).as_matrix(), rng.normal(size=3))
     shapes = [shape_of(rng, swimmer) for _ in range(2)]
+    for limb, joint in enumerate(swimmer.joints):
+        if joint.kind == "fixed":
+            shapes[1][limb] = shapes[0][limb]
     return Query(swimmer, Configuration(start, shapes[0]), Configuration(start @ displacement, shapes[1]))
 
 

@@ -25,6 +25,7 @@ from helpers import (
 from reference import beads as by_numpy
 
 from purcell_cli import load_scenario, plan, stored_scenarios, user_cache
+from purcell_cli.cli.reports.plan import plan_document
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis, as_euler, from_quaternion
@@ -260,9 +261,12 @@ def test_the_table_is_the_beads_to_many_digits(monkeypatch: pytest.MonkeyPatch) 
     """A table of fewer polynomials is the foil."""
     assert connection_error(1.0) < 3e-12
     assert connection_error(1.3) < 2e-10
-    assert connection_error(1.6) < 2e-7
-    monkeypatch.setattr(bead_table, "FINE", bead_table.Grid(many_bends=8))
-    assert connection_error(1.0) > 1e-9
+    assert connection_error(1.6) < 5e-8
+    axes = bent_shapes(np.random.default_rng(3), 1.0, 30)[..., 0]
+    monkeypatch.setattr(bead_table, "FINE", bead_table.Grid(many_bends=7))
+    off = connection_error(1.0)
+    assert off > 1e-9
+    assert_close(bead_table.table_error(STOUT, axes) / off, 1.0, 1e-4)
 
 
 def test_bends_beyond_the_table_are_refused() -> None:
@@ -312,6 +316,7 @@ def test_plans_arrive_exactly_on_the_beads_themselves(name: str) -> None:
     scenario = load_scenario(stored_scenarios()[name])
     found = plan(scenario.start, scenario.goal, swimmer=STOUT)
     assert found.verdict == "reached"
+    assert 0.0 < plan_document(found, None)["table_error"] < 1e-9
     if name == "limb-rolls":  # the other's rows are many
         table = as_table(found.trajectory)
         checked = verify([table], scenario.start, scenario.goal, STOUT, 1e-7, 1e-7, resistances=solved_anew)
@@ -347,9 +352,9 @@ def test_the_table_of_unequal_limbs_is_sampled_whole() -> None:
     unit = Swimmer(fluid="beads", slenderness=0.1, links=LinkSizes(limb2=LinkSize(0.06, 0.125))).scaled()
     table = np.concatenate([np.zeros(NUMBERS - 3), bead_table.made_table(unit)])
     axes = np.stack([shape_from_angles((50, 20, 0), (-30, 9, 0)), shape_from_angles((-5, 70, 0), (80, 3, 0))])[..., 0]
-    found, wanted = looked_up(table, axes)[:, 0], solved_anew(unit, axes)
+    found, wanted = looked_up(table, axes), solved_anew(unit, axes)
     assert_close(found, wanted, 1e-9, float(np.abs(wanted).max()))
-    assert not is_close(looked_up(table, axes[:, ::-1])[:, 0], wanted, 1e-2)
+    assert not is_close(looked_up(table, axes[:, ::-1]), wanted, 1e-2)
 
 
 @pytest.mark.parametrize(

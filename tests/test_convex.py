@@ -36,7 +36,7 @@ def test_linear_programs_are_those_of_highs(seed: int) -> None:
     assert np.all(given.wall @ found <= given.bound + 1e-12)
 
 
-@pytest.mark.parametrize("seed", mostly_slow([38, 0, 1, 3], 1))
+@pytest.mark.parametrize("seed", mostly_slow([38, 0, 1], 1))
 def test_quadratic_programs_cost_least(seed: int) -> None:
     """No random point within the walls costs less, and a search of another kind from it finds nothing better."""
     given = random_program(seed, curved=True)

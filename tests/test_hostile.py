@@ -30,8 +30,8 @@ MOST_CALLS, MOST_BYTES = 2_000_000, 300 << 20
 """The work and the memory that a refusal may take."""
 COUNTED = 10
 """The work of one document in so many is counted."""
-FUZZ = {"truncated": 200, "replaced": 500, "unknown": 200, "garbage": 200, "unprintable": 200, "nested": 50}
-"""How many different documents are generated of each kind: 1,350 in all, a fiftieth of them in the quick subset."""
+FUZZ = {"truncated": 200, "replaced": 500, "unknown": 200, "garbage": 200, "unprintable": 200, "nested": 20}
+"""How many different documents are generated of each kind: 1,320 in all, a fiftieth of them in the quick subset."""
 
 # Good documents, each with the command that reads it --------------------------------------------------------------
 
@@ -304,7 +304,7 @@ def forget_peak() -> None:
 @pytest.mark.parametrize("share", [pytest.param(1, marks=pytest.mark.slow), 50])
 @pytest.mark.parametrize("sort", FUZZ)
 def test_thousands_of_bad_documents_are_refused_in_one_clear_line(folder: Path, sort: str, share: int) -> None:
-    most = FUZZ[sort] // share
+    most = max(1, FUZZ[sort] // share)
     seen: set[tuple[str, bytes]] = set()
     measured = Path("/proc/self/clear_refs").exists()
     if measured:

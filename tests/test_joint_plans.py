@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from helpers import NIGHTLY, assert_close, mostly_slow
-from joint_queries import COMBINATIONS, Query, joint_faults, plane_fault, random_query
+from joint_queries import COMBINATIONS, EVERY, Query, joint_faults, plane_fault, random_query
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.mechanics.configuration import Configuration
@@ -23,11 +23,11 @@ from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting,
 from purcell_cli.solution import plan
 
 QUICK = PlanOptions(effort=Effort.QUICK)
-_QUERIES = [(name, seed) for seed in range(4) for name in COMBINATIONS]
+_QUERIES = [(name, seed) for seed in range(4) for name in EVERY]
 """Random queries; the first seed's are in every run, the first two of them in quick ones."""
 
 
-@pytest.mark.parametrize("asked", mostly_slow(_QUERIES, 2, 2 * len(COMBINATIONS)))
+@pytest.mark.parametrize("asked", mostly_slow(_QUERIES, 2, 2 * len(EVERY)))
 def test_a_random_query_arrives_by_the_axes_and_within_the_ranges_of_its_joints(asked: tuple[str, int]) -> None:
     name, seed = asked
     query = random_query(name, seed)

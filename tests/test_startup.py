@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Callable
 
 import pytest
+from typer import TyperException
+
+from purcell_cli.cli.app import built
+from purcell_cli.cli.plain_values import _plain
+from purcell_cli.errors import PurcellError
 
 SLOW = {"numpy", "scipy", "polars", "yaml", "matplotlib"}
 
@@ -53,6 +59,46 @@ def test_help_and_version_import_nothing_slow(arguments: list[str]) -> None:
 @pytest.mark.slow
 def test_a_command_that_reads_gaits_is_seen_to_import_them() -> None:
     assert _loaded("gait", "--list") >= {"numpy", "yaml"}
+
+
+@pytest.mark.slow
+def test_plain_values_need_no_pydantic() -> None:
+    """A number with a plus sign is left to typer, which asks pydantic."""
+    assert "pydantic" not in _loaded("gait", "--list", "--amplitude", "-0.3")
+    assert "pydantic" in _loaded("gait", "--list", "--amplitude", "+0.3")
+
+
+VALUES = {
+    "start": ["nearby", "", "\u00fc"],
+    "goal": [None, "a.yaml"],
+    "out": [None, "nowhere/trajectory.csv", "."],
+    "dt_s": ["0.045", "5e-2", "1", " 1.0 ", "1_0", "+2", "1e400", "nan", "x", "", "0x1", "-3"],
+    "effort": ["quick", "slow"],
+    "seed": ["7", "7.0", "x"],
+    "max_bend_rad": [None, "0.5"],
+}
+
+
+def test_plain_values_are_what_typer_makes_of_them() -> None:
+    """The foil: without a pattern for numbers, float reads underscores and what overflows, and pydantic does not."""
+    command = built("plan").commands["plan"]
+    context = command.make_context("plan", ["nearby"])
+    params = {param.name: param for param in command.get_params(context)}
+
+    def outcome(take: Callable[[], object]) -> object:
+        try:
+            value = take()
+        except (TyperException, PurcellError) as error:
+            return type(error), str(error)
+        return type(value), repr(value)
+
+    known = 0
+    for name, given in ((name, one) for name, values in VALUES.items() if name in params for one in values):
+        param = params[name]
+        known += _plain(param, given)[0]
+        wanted = outcome(lambda p=param, g=given: p.get_runtime_param().coerce(g, param=p, ctx=context))
+        assert outcome(lambda p=param, g=given: p.process_value(context, g)) == wanted
+    assert known >= 10
 
 
 def test_the_package_itself_imports_nothing_slow() -> None:

@@ -29,7 +29,9 @@ def track(
         Path | None, typer.Option("--truth", metavar="FILE", help="The swimmer that really swims: its YAML file.")
     ] = None,
     swimmer: SwimmerFile = None,
-    replans: Annotated[int, typer.Option("--replans", metavar="N", help="Plan again so often at most.")] = 10,
+    replans: Annotated[
+        int, typer.Option("--replans", metavar="N", help="Plan again so often at most, in each leg of a mission.")
+    ] = 10,
     noise: Annotated[
         str,
         typer.Option(
@@ -54,14 +56,14 @@ def track(
     form: Format = None,
     json: Json = False,
 ) -> int:
-    """Plan on a model, swim on the truth, measure, plan again, until the goal is reached."""
+    """Plan on a model, swim on the truth, measure, plan again, until the goal, or each leg of a mission, is reached."""
     from purcell_cli.cli.options import query_of, trajectory_file
     from purcell_cli.cli.reports.track import show_track, track_document
     from purcell_cli.errors import InputError, ParameterError
     from purcell_cli.feedback.learn import Learning
     from purcell_cli.feedback.measured import Measuring
     from purcell_cli.feedback.track import Tracking
-    from purcell_cli.feedback.track import track as tracked
+    from purcell_cli.feedback.track_mission import track_mission
     from purcell_cli.files.trajectory_formats import write_trajectory
     from purcell_cli.motion.options import PlanOptions
 
@@ -71,8 +73,6 @@ def track(
         if not 0.0 < value < most:
             raise ParameterError(f"{name}: a number above 0 and below {most:g} is wanted, found {value!r}")
     query, measuring = query_of(start, goal, swimmer), Measuring.of_text(noise, seed)
-    if not query.mission.plain:
-        raise InputError(f"{start}: wanted a start and a goal, found a mission, which is planned but not tracked")
     named = None if out is None else trajectory_file(out, form, "")
     body = ready(swimmer_of(truth), walled=True)
     ready(query.swimmer)
@@ -83,9 +83,8 @@ def track(
             if named is not None and found.trajectory is not None:
                 write_trajectory(found.trajectory, named[1], named[0], body)
 
-        found = tracked(
-            query.start,
-            query.goal,
+        found = track_mission(
+            query.mission,
             body,
             model=query.swimmer,
             options=PlanOptions(workspace=query.workspace, obstacles=query.obstacles),

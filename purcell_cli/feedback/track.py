@@ -8,6 +8,7 @@ one does. On the way the swimmer is measured where controls change.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -18,10 +19,11 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.measured import AT_REST, EXACTLY, Measuring
 from purcell_cli.feedback.replan import done_by, way_of
 from purcell_cli.feedback.simulate import refuse_other_joints, simulate
-from purcell_cli.feedback.tracker import TOLERANCE_L, TOLERANCE_RAD, Tracker
+from purcell_cli.feedback.tracker import TOLERANCE_L, TOLERANCE_RAD, Aim, Tracker
 from purcell_cli.geometry.reproducible import normal_numbers
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.mission import Follow
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.trajectory import Trajectory, as_table
 from purcell_cli.solution import Solution
@@ -46,6 +48,8 @@ class Part:
         measured: Where the swimmer was measured to be after it.
         end: Where it really was.
         trajectory: What really happened.
+        leg: Which leg of the way it is of, from 0.
+        aim: What that leg was to come to.
     """
 
     solution: Solution
@@ -53,9 +57,11 @@ class Part:
     measured: Configuration
     end: Configuration
     trajectory: Trajectory
+    leg: int
+    aim: Aim
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Tracking:
     """A way that was swum in parts, measured between them.
 
@@ -65,6 +71,7 @@ class Tracking:
         truth: The swimmer that swam.
         parts: The parts, in order.
         arrived: Whether the last measurement was at the goal, within the tolerances.
+        follow: The curve that it was to follow, if there is one.
     """
 
     start: Configuration
@@ -72,11 +79,26 @@ class Tracking:
     truth: Swimmer
     parts: tuple[Part, ...]
     arrived: bool
+    follow: Follow | None = None
 
     @property
     def replans(self) -> int:
-        """How often it was planned again."""
-        return max(len(self.parts) - 1, 0)
+        """How often it was planned again; the first plan of each leg is none of these."""
+        return len(self.parts) - len({part.leg for part in self.parts})
+
+    @functools.cached_property
+    def off_curve_m(self) -> float | None:
+        """How far from the curve the base's middle really was in any row [m]; None without a curve."""
+        if self.follow is None:
+            return None
+        curve = self.follow.curve
+        return max((float(np.max(curve.distance_m(p.trajectory.pose[:, :3, 3]))) for p in self.parts), default=0.0)
+
+    def judged(self) -> Tracking:
+        """Return it as not arrived where it left the curve's tolerance."""
+        if self.follow is None or (self.off_curve_m or 0.0) <= self.follow.tolerance_m:
+            return self
+        return dataclasses.replace(self, arrived=False)
 
     @property
     def off(self) -> Deviation:
@@ -107,6 +129,8 @@ def track(
     tolerance_rad: float = TOLERANCE_RAD,
     told: Callable[[Tracking], None] = lambda _: None,
     fitted: Callable[[Tracking], Swimmer | None] = lambda _: None,
+    legs: Sequence[Aim] = (),
+    follow: Follow | None = None,
 ) -> Tracking:
     """Plan on a model, swim on the truth, measure, and plan again until the goal is reached.
 
@@ -116,12 +140,14 @@ def track(
         truth: The swimmer that swims.
         model: The swimmer that is planned for; the truth's joints with the paper's sizes where none is given.
         options: What is asked of plans.
-        replans: How often it is planned again, at most.
+        replans: How often it is planned again, at most; of a way in legs each of them.
         measuring: How exactly it is measured. A measurement counts as an arrival up to what its noise may hide.
         tolerance_l: Position tolerance, in units of L.
         tolerance_rad: Angle tolerance [rad].
         told: Is told of the way so far after each part.
         fitted: Is asked for a better model before each replan, given the way so far; None keeps the model.
+        legs: What the legs of the way are to come to, the last to the goal; one leg where none are given.
+        follow: A curve that the way is to stay near, if there is one: it arrives only where it really did.
 
     Raises:
         ParameterError: Fewer than no replans, or see `solution.plan`.
@@ -141,29 +167,56 @@ def track(
     def measured_at_rest(at: Configuration) -> Configuration:
         return measuring.of(at, body.length_m, np.add.reduce(normal_numbers(noise, (AT_REST, 2, 3))) / AT_REST)
 
+    def so_far(arrived: bool) -> Tracking:
+        return Tracking(start, goal, truth, tuple(parts), arrived, follow).judged()
+
     here, swum_s = start, math.inf
     measured = measured_at_rest(here)
-    while not tracker.arrived(measured) and len(parts) <= replans:
-        solution = tracker.update(measured, swum_s, anew=True)
-        swum_s = _until(solution, first=not parts) if len(parts) < replans else math.inf
-        while True:
-            swum = simulate(as_table(solution.trajectory.until(swum_s)), truth, begun=here.pose).trajectory
-            seen = [(float(swum.time_s[row]), measured_in(swum, row)) for row in _seen_on_the_way(swum)]
-            measured = measured_at_rest(swum.end)
-            if swum_s == math.inf or not tracker.on_its_way(measured, swum_s):
-                break
-            swum_s = math.inf
-        for time_s, at in seen:
-            tracker.saw(at, time_s)
-        here = swum.end
-        travel = done_by(solution.plan, min(swum_s, solution.duration_s))
-        parts.append(Part(solution, travel, measured, here, swum))
-        so_far = Tracking(start, goal, truth, tuple(parts), tracker.arrived(measured))
-        told(so_far)
-        better = None if so_far.arrived else fitted(so_far)
-        if better is not None:
-            tracker.use(better)
-    return Tracking(start, goal, truth, tuple(parts), tracker.arrived(measured))
+    every = legs or (Aim(goal),)
+    for leg, aim in enumerate(every):
+        tracker.turn_to(aim, measured, swum_s)
+        tried, last = 0, leg == len(every) - 1
+        while not tracker.arrived(measured) and tried <= replans:
+            solution = tracker.update(measured, swum_s, anew=tried > 0 or aim.leg is None)
+            swum_s = _until(solution, first=not parts) if tried < replans else math.inf
+            swum, swum_s, measured = _swum(tracker, solution, truth, here, swum_s, measured_in, measured_at_rest)
+            here = swum.end
+            travel = done_by(solution.plan, min(swum_s, solution.duration_s))
+            parts.append(Part(solution, travel, measured, here, swum, leg, aim))
+            tried += 1
+            made = so_far(last and tracker.arrived(measured))
+            told(made)
+            better = None if made.arrived else fitted(made)
+            if better is not None:
+                tracker.use(better)
+        if not tracker.arrived(measured):
+            return so_far(False)
+    return so_far(True)
+
+
+def _swum(
+    tracker: Tracker,
+    solution: Solution,
+    truth: Swimmer,
+    here: Configuration,
+    swum_s: float,
+    measured_in: Callable[[Trajectory, int], Configuration],
+    measured_at_rest: Callable[[Configuration], Configuration],
+) -> tuple[Trajectory, float, Configuration]:
+    """Return what happens where a plan is swum for some time, for how long it is [s], and the measurement after it.
+
+    It is swum to its end where what is left of it is believed to arrive. The tracker is told what is seen on the way.
+    """
+    while True:
+        swum = simulate(as_table(solution.trajectory.until(swum_s)), truth, begun=here.pose).trajectory
+        seen = [(float(swum.time_s[row]), measured_in(swum, row)) for row in _seen_on_the_way(swum)]
+        measured = measured_at_rest(swum.end)
+        if swum_s == math.inf or not tracker.on_its_way(measured, swum_s):
+            break
+        swum_s = math.inf
+    for time_s, at in seen:
+        tracker.saw(at, time_s)
+    return swum, swum_s, measured
 
 
 def _seen_on_the_way(swum: Trajectory) -> list[int]:

@@ -25,6 +25,7 @@ from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import block_displacements, starting_shapes
 from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.mission import Waypoint
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import schedule
@@ -39,6 +40,27 @@ TOLERANCE_RAD = float(np.radians(0.1))
 """Angle tolerance of an arrival [rad]."""
 _LAG_RAD = 0.1
 """The rest of a plan that was swum in part begins at most so much joint travel before what was swum [rad]."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Aim:
+    """What a leg of the way is to come to.
+
+    Attributes:
+        goal: Where it is to end.
+        waypoint: What of that counts as an arrival; all of it where there is none.
+        slack_l: How far the position may be off besides the tolerance [L].
+        leg: The plan of the leg, if there is one.
+    """
+
+    goal: Configuration
+    waypoint: Waypoint | None = None
+    slack_l: float = 0.0
+    leg: Plan | None = None
+
+    def off(self, found: Configuration) -> Deviation:
+        """Return how far a configuration is from it, in what counts."""
+        return Deviation.between(found, self.goal) if self.waypoint is None else self.waypoint.deviation(found)
 
 
 class Tracker:
@@ -67,18 +89,35 @@ class Tracker:
         self.goal, self.model, self.options = goal, model, options
         self.tolerance_l, self.tolerance_rad = tolerance_l, tolerance_rad
         self.measuring = measuring
+        self.aim = Aim(goal)
         self._belief = DragFilter.of(model)
         self._last: Solution | None = None
         self._seen: list[tuple[float, Configuration]] = []
         self._ways: list[PlanPath] = []
 
+    def turn_to(self, aim: Aim, measured: Configuration, swum_s: float = math.inf) -> None:
+        """Go to another aim from now on: what the last plan made is learned from, and its way forgotten.
+
+        Args:
+            aim: The aim.
+            measured: Where the swimmer is.
+            swum_s: How long of the last plan was swum; all of it where nothing is said [s].
+        """
+        if self._last is not None:
+            self.saw(measured, min(swum_s, self._last.duration_s))
+            self._learn()
+        self.aim, self.goal, self._last, self._seen = aim, aim.goal, None, []
+        way = None if aim.leg is None else way_of(dataclasses.replace(aim.leg, swimmer=self.model))
+        self._ways = [] if way is None else [way]
+
     def off(self, measured: Configuration) -> Deviation:
-        """Return how far a configuration is from the goal."""
-        return Deviation.between(measured, self.goal)
+        """Return how far a configuration is from the goal, in what counts."""
+        return self.aim.off(measured)
 
     def arrived(self, measured: Configuration) -> bool:
         """Return whether a configuration is at the goal, within the tolerances."""
-        return self.off(measured).within(self.tolerance_l * self.model.length_m, self.tolerance_rad)
+        most = self.tolerance_l + self.aim.slack_l
+        return self.off(measured).within(most * self.model.length_m, self.tolerance_rad)
 
     def update(self, measured: Configuration, swum_s: float = math.inf, anew: bool = False) -> Solution:
         """Return a plan of the rest of the way from where the swimmer was measured to be.
@@ -94,6 +133,7 @@ class Tracker:
         if self._last is not None:
             self.saw(measured, min(swum_s, self._last.duration_s))
             self._learn()
+            self._aim_at_what_counts(measured, swum_s)
         found = self._rest(measured, swum_s, anew)
         if found is None or anew:
             whole = plan(measured, self.goal, swimmer=self.model, options=self.options)
@@ -103,6 +143,14 @@ class Tracker:
         self._ways = [*self._ways[:1], *([] if way is None else [way])]
         self._last, self._seen = found, [(0.0, measured)]
         return found
+
+    def _aim_at_what_counts(self, measured: Configuration, swum_s: float) -> None:
+        """Let what a waypoint leaves free be as what is left of the last plan is believed to make it."""
+        if self._last is not None and self.aim.waypoint is not None and way_of(self._last.plan) is not None:
+            end = self._going_on(
+                self._last.plan, measured, done_by(self._last.plan, min(swum_s, self._last.duration_s))
+            )
+            self.goal = self.aim.waypoint.filled(end.goal)
 
     def on_its_way(self, measured: Configuration, swum_s: float) -> bool:
         """Return whether what is left of the last plan, as it is, is believed to arrive within half the tolerances.

@@ -1,20 +1,48 @@
-/* The table of the resistance of links that feel each other, over the limbs' bends and the angle between their planes. */
+/* The table of the resistance of links that feel each other, over the limbs' bends and the angle between their planes.
+ *
+ * Seen from limb 1's plane an entry is the sum over multiples c of that angle of cos(c angle) or, where the mirror of the
+ * plane changes it, sin(c angle) times x_1^(c + p) x_2^c G(2 x_1^2 - 1, 2 x_2^2 - 1), with x a bend as a part of the reach
+ * and only the parity of the exponents: p is odd where half a turn about x changes the entry. That is how an entry behaves
+ * where a limb is bent through straight to the other side. The table has Chebyshev's coefficients of G. */
 #include <math.h>
 
 #include "kernel.h"
 #include "small.h"
 
-#define PI 3.14159265358979323846
+/* In the table entries stand by the mirror of limb 1's plane: first those that it leaves alone, then those that it
+ * changes; of each kind first the couplings of limb 1's rate with the base, then P, the couplings of limb 2's rate, and
+ * what only the power needs. So what a motion of one limb needs stands together. */
+#define PLAIN 43
+#define PLAIN_COUPLINGS 9
+#define MIXED_COUPLINGS 9
+/* Windows may reach into what is not needed. */
+static const struct {
+    int plain, plains, mixed, mixeds;
+} WINDOWS[] = {
+    {0, 22, PLAIN, 18},                                 /* limb 1's motion */
+    {PLAIN_COUPLINGS, 22, PLAIN + MIXED_COUPLINGS, 18}, /* limb 2's */
+    {0, 30, PLAIN, 34},                                 /* both limbs' */
+    {0, 43, PLAIN, 37},                                 /* and the power */
+};
 
-/* T_0 ... T_(n-1) of x, and their derivatives times `inner`. */
-static void chebyshev(double x, double inner, int n, double *out, double *slope) {
+/* Which entry of the resistance each of them is, and whether half a turn about x changes its sign. */
+static const int ENTRIES[RESISTANCE] = {
+    23, 24, 25, 29, 30, 31, 33, 34, 38, 0, 1, 2, 5, 8, 9, 12, 13, 14, 15, 16, 20, 41, 42, 43, 47, 48,
+    49, 51, 52, 56, 57, 58, 59, 62, 63, 64, 66, 67, 68, 70, 71, 74, 77, 21, 22, 26, 27, 28, 32, 35, 36, 37,
+    3, 4, 6, 7, 10, 11, 17, 18, 19, 39, 40, 44, 45, 46, 50, 53, 54, 55, 60, 61, 65, 69, 72, 73, 75, 76};
+static const int FLIPPED[RESISTANCE] = {
+    1, 0, 1, 0, 1, 0, 1, 0, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0,
+    1, 0, 0, 0, 0, 1, 1, 1, 0, 0, 0, 1, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 1, 1, 1, 0, 0, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0};
+
+/* T_0 ... T_(n-1) of y, and their derivatives by y. */
+static void chebyshev(double y, int n, double *out, double *slope) {
     out[0] = 1.0;
-    out[1] = x;
+    out[1] = y;
     slope[0] = 0.0;
-    slope[1] = inner;
+    slope[1] = 1.0;
     for (int k = 2; k < n; k++) {
-        out[k] = 2.0 * x * out[k - 1] - out[k - 2];
-        slope[k] = 2.0 * (inner * out[k - 1] + x * slope[k - 1]) - slope[k - 2];
+        out[k] = 2.0 * y * out[k - 1] - out[k - 2];
+        slope[k] = 2.0 * (out[k - 1] + y * slope[k - 1]) - slope[k - 2];
     }
 }
 
@@ -28,9 +56,6 @@ static void multiples(double cosine, double sine, int n, double *cosines, double
     }
 }
 
-/* How a motion's component behaves when the plane of limb 1 is mirrored: v_z, omega_x, omega_y and the like change. */
-static const int MIRRORED[COLUMNS] = {0, 0, 1, 1, 1, 0, 1, 1, 0, 1, 1, 0};
-
 /* The bend of an axis, as far as the table reaches, and the direction aside: cosine and sine about the base's axis, of any
  * angle where straight. */
 static double bend_of(const struct swimmer *s, const double a[3], double *cosine, double *sine) {
@@ -41,226 +66,267 @@ static double bend_of(const struct swimmer *s, const double a[3], double *cosine
     return bend < s->reach ? bend : s->reach;
 }
 
+static double of_bend(const struct swimmer *s, double bend) {
+    const double x = bend / s->reach;
+    return 2.0 * x * x - 1.0;
+}
+
 /* A part of the table's sum over one limb's bend, for all the rest: with the polynomials, and with their slopes. Chebyshev
  * series converge fast, so that most coefficients of high degree in all three are rounding: they are left out. */
-static void fix(const struct swimmer *s, int limb, double bend, struct known *out) {
-    const int n = (int)s->bends, m = (int)s->multiples, rest = m * RESISTANCE;
-    const SIZE stride = limb ? rest : (SIZE)n * rest, row = limb ? (SIZE)n * rest : rest;
+void purcell_fix(const struct swimmer *s, int limb, const double axis[3], struct known *out) {
+    const int n = (int)s->bends, m = (int)s->multiples;
+    const SIZE stride = limb ? RESISTANCE : (SIZE)n * RESISTANCE, row = limb ? (SIZE)n * RESISTANCE : RESISTANCE;
     const double *counts = s->table + (2 * out->exact + limb) * n * m, *coefficients = s->table + 4 * n * m;
-    double weight[MOST_BENDS], slope[MOST_BENDS];
-    if (out->limb == limb && out->bend == bend) return;
-    chebyshev(2.0 * bend / s->reach - 1.0, 2.0 / s->reach, n, weight, slope);
+    const int plains = WINDOWS[out->window].plains, mixeds = WINDOWS[out->window].mixeds;
+    double weight[MOST_BENDS], slope[MOST_BENDS], cosine, sine;
+    const double bend = bend_of(s, axis, &cosine, &sine);
+    if (out->limb == limb && out->bend == bend && out->fixed == out->window) return;
+    chebyshev(of_bend(s, bend), n, weight, slope);
     out->limb = limb;
     out->bend = bend;
+    out->fixed = out->window;
     out->used = 1;
-    for (int c = 0; c < m; c++) out->many[c] = 0;
-    for (int b = 0; b < n; b++)
-        for (int c = 0; c < m; c++) {
+    for (int c = 0; c < m; c++) {
+        out->many[c] = 0;
+        for (int b = 0; b < n; b++) {
             const int count = (int)counts[b * m + c];
-            const double *table = coefficients + b * row + c * RESISTANCE;
-            double *const sum = out->sums[0] + b * rest + c * RESISTANCE;
-            double *const sloped = out->sums[1] + b * rest + c * RESISTANCE;
-            for (int e = 0; e < out->entries; e++) sum[e] = 0.0;
-            for (int e = 0; out->slopes && e < out->entries; e++) sloped[e] = 0.0;
+            const double *table = coefficients + (SIZE)c * n * n * RESISTANCE + b * row;
+            double *const sum = out->sums[0][c][b], *const sloped = out->slopes ? out->sums[1][c][b] : 0;
             if (count) out->many[c] = b + 1;
             if (count && c >= out->used) out->used = c + 1;
-            for (int a = 0; a < count; a++)
-                for (int e = 0; e < out->entries; e++) sum[e] += weight[a] * table[a * stride + e];
-            for (int a = 1; out->slopes && a < count; a++) /* T_0 has none */
-                for (int e = 0; e < out->entries; e++) sloped[e] += slope[a] * table[a * stride + e];
+            purcell_table_rows(table + WINDOWS[out->window].plain, stride, count, plains, weight, slope, sum, sloped);
+            purcell_table_rows(table + WINDOWS[out->window].mixed, stride, count, mixeds, weight, slope, sum + plains,
+                               sloped ? sloped + plains : 0);
         }
-}
-
-/* The sum over the other limb's bend. */
-static void contracted(const struct known *known, int slopes, const double *weight, int m, double *out) {
-    for (int c = 0; c < known->used; c++) {
-        const double *from = known->sums[slopes] + c * RESISTANCE;
-        double *const to = out + c * RESISTANCE;
-        for (int e = 0; e < known->entries; e++) to[e] = 0.0;
-        for (int b = 0; b < known->many[c]; b++)
-            for (int e = 0; e < known->entries; e++) to[e] += weight[b] * from[b * m * RESISTANCE + e];
     }
 }
 
-/* The series in the angle between the planes, as a full matrix: even entries by `even`, those that a mirror changes by
- * `odd`. */
-static void summed(const double *all, const double *even, const double *odd, int m, int entries,
-                   double out[COLUMNS][COLUMNS]) {
-    double plain[RESISTANCE], mirrored[RESISTANCE];
-    for (int e = 0; e < entries; e++) plain[e] = even[0] * all[e];
-    for (int e = 0; e < entries; e++) mirrored[e] = odd[0] * all[e];
-    for (int c = 1; c < m; c++) {
-        for (int e = 0; e < entries; e++) plain[e] += even[c] * all[c * RESISTANCE + e];
-        for (int e = 0; e < entries; e++) mirrored[e] += odd[c] * all[c * RESISTANCE + e];
+/* P's lower half, and of a motion with constant rates what they add to the base's wrench; or how both change. */
+struct pull {
+    double p[21], q[6];
+};
+
+/* The couplings' wrench on the base for a rate of a limb. */
+static void wrench(const double *resistance, int limb, const double rate[3], double out[6]) {
+    const double *q = resistance + 21 + 18 * limb;
+    for (int i = 0; i < 6; i++) out[i] = q[i] * rate[0] + q[6 + i] * rate[1] + q[12 + i] * rate[2];
+}
+
+static void pull_of(const double *resistance, double rates[2][3], const int moving[2], struct pull *out) {
+    for (int i = 0; i < 21; i++) out->p[i] = resistance[i];
+    for (int i = 0; i < 6; i++) out->q[i] = 0.0;
+    for (int limb = 0; limb < 2; limb++) {
+        double by[6];
+        if (!moving[limb]) continue;
+        wrench(resistance, limb, rates[limb], by);
+        for (int i = 0; i < 6; i++) out->q[i] += by[i];
     }
-    for (int i = 0; i < COLUMNS; i++)
-        for (int j = 0; j <= i; j++) {
-            const int e = entry(i, j);
-            out[i][j] = out[j][i] = e >= entries ? 0.0 : MIRRORED[i] != MIRRORED[j] ? mirrored[e] : plain[e];
-        }
 }
 
-/* All four vectors turned about x, as the lower half. */
-static void turned_about_x(double full[COLUMNS][COLUMNS], double c, double d, double *out) {
-    double turned[COLUMNS][COLUMNS];
-    for (int i = 0; i < COLUMNS; i += 3)
-        for (int j = 0; j < COLUMNS; j++) {
-            turned[i][j] = full[i][j];
-            turned[i + 1][j] = c * full[i + 1][j] - d * full[i + 2][j];
-            turned[i + 2][j] = d * full[i + 1][j] + c * full[i + 2][j];
-        }
-    for (int i = 0; i < COLUMNS; i++)
-        for (int j = 0; j <= i; j++) {
-            const int axis = j % 3, first = j - axis;
-            out[entry(i, j)] = axis == 0   ? turned[i][j]
-                     : axis == 1 ? c * turned[i][first + 1] - d * turned[i][first + 2]
-                                 : d * turned[i][first + 1] + c * turned[i][first + 2];
-        }
+/* A symmetric block of P turned about x, of which a is the first entry and rows have so many entries more each. */
+static void turned_block(const double *p, int first, int row, double c, double s, double *out) {
+    const int a = first, b = a + row, d = b + 1, e = b + row + 1, f = e + 1, g = f + 1;
+    const double cs = c * s, cc = c * c, ss = s * s, twice = 2.0 * cs * p[f];
+    out[a] = p[a];
+    out[b] = c * p[b] - s * p[e];
+    out[e] = s * p[b] + c * p[e];
+    out[d] = cc * p[d] - twice + ss * p[g];
+    out[g] = ss * p[d] + twice + cc * p[g];
+    out[f] = cs * (p[d] - p[g]) + (cc - ss) * p[f];
 }
 
-/* How that changes with the angle, from no turn on. */
-static void turning_about_x(double full[COLUMNS][COLUMNS], double out[COLUMNS][COLUMNS]) {
-    for (int i = 0; i < COLUMNS; i++)
-        for (int j = 0; j < COLUMNS; j++) {
-            const int r = i % 3, c = j % 3;
-            double sum = r == 1 ? -full[i + 1][j] : r == 2 ? full[i - 1][j] : 0.0;
-            out[i][j] = sum + (c == 1 ? -full[i][j + 1] : c == 2 ? full[i][j - 1] : 0.0);
+/* A block of three by three turned about x; rows have so many entries. */
+static void turned_square(const double *in, int row, double c, double s, double *out) {
+    double rows[3][3];
+    for (int j = 0; j < 3; j++) {
+        rows[0][j] = in[j];
+        rows[1][j] = c * in[row + j] - s * in[2 * row + j];
+        rows[2][j] = s * in[row + j] + c * in[2 * row + j];
+    }
+    for (int i = 0; i < 3; i++) {
+        out[i * row] = rows[i][0];
+        out[i * row + 1] = c * rows[i][1] - s * rows[i][2];
+        out[i * row + 2] = s * rows[i][1] + c * rows[i][2];
+    }
+}
+
+/* Everything turned about x. */
+static void turned_about_x(const struct pull *in, double c, double s, struct pull *out) {
+    turned_block(in->p, 0, 1, c, s, out->p);
+    turned_block(in->p, 9, 4, c, s, out->p);
+    const double square[9] = {in->p[6], in->p[7], in->p[8], in->p[10], in->p[11], in->p[12], in->p[15], in->p[16], in->p[17]};
+    double turned[9];
+    turned_square(square, 3, c, s, turned);
+    for (int i = 0; i < 9; i++) out->p[entry(3 + i / 3, i % 3)] = turned[i];
+    for (int k = 0; k < 6; k += 3) {
+        out->q[k] = in->q[k];
+        out->q[k + 1] = c * in->q[k + 1] - s * in->q[k + 2];
+        out->q[k + 2] = s * in->q[k + 1] + c * in->q[k + 2];
+    }
+}
+
+/* How that changes with the angle, from no turn on; `turning` is the couplings' wrench for rates e_x x u. */
+static void turning_about_x(const struct pull *in, const double turning[6], struct pull *out) {
+    double full[6][6];
+    for (int i = 0; i < 6; i++)
+        for (int j = 0; j <= i; j++) full[i][j] = full[j][i] = in->p[entry(i, j)];
+    for (int i = 0; i < 6; i++) {
+        const int r = i % 3;
+        for (int j = 0; j <= i; j++) {
+            const int c = j % 3;
+            const double sum = r == 1 ? -full[i + 1][j] : r == 2 ? full[i - 1][j] : 0.0;
+            out->p[entry(i, j)] = sum + (c == 1 ? -full[i][j + 1] : c == 2 ? full[i][j - 1] : 0.0);
         }
+        out->q[i] = (r == 1 ? -in->q[i + 1] : r == 2 ? in->q[i - 1] : 0.0) - turning[i];
+    }
 }
 
 #define STRAIGHT 1e-4 /* below this bend [rad] a quotient by its sine is taken as a derivative by the bend */
 
-/* The resistance at a shape, and, where `known` has slopes, how it changes when limb i is turned about axis j of the
- * base, at [3 i + j] of `change`. */
-static void looked_up(const struct swimmer *s, double axes[2][3], const struct known *known, double *out,
-                      double (*change)[RESISTANCE]) {
-    const int n = (int)s->bends, m = (int)s->multiples, used = known->used, entries = known->entries;
-    const int other = 1 - known->limb;
-    double cosine[2], sine[2], bend[2], weight[MOST_BENDS], slope[MOST_BENDS];
+/* a x + b y, of all numbers. */
+static void mixed(const struct pull *x, double a, const struct pull *y, double b, struct pull *out) {
+    for (int i = 0; i < 21; i++) out->p[i] = a * x->p[i] + b * y->p[i];
+    for (int i = 0; i < 6; i++) out->q[i] = a * x->q[i] + b * y->q[i];
+}
+
+/* The resistance from series: weights of the even and odd one by whether half a turn about x changes an entry. */
+static void assembled(const struct series *series, const double even[2], const double odd[2], int window, int more,
+                      double out[RESISTANCE]) {
+    for (int kind = 0; kind < 2; kind++) {
+        const int from = kind ? WINDOWS[window].mixed : WINDOWS[window].plain, skip = kind ? WINDOWS[window].plains : 0;
+        const int many = kind ? WINDOWS[window].mixeds : WINDOWS[window].plains;
+        for (int k = 0; k < many && from + k < RESISTANCE; k++) {
+            const int flipped = FLIPPED[from + k];
+            const double sum = even[flipped] * series->even[skip + k] + odd[flipped] * series->odd[skip + k];
+            if (more) out[ENTRIES[from + k]] += sum;
+            else out[ENTRIES[from + k]] = sum;
+        }
+    }
+}
+
+/* The couplings turned about x, and what the power needs besides. */
+static void coupled(const double resistance[RESISTANCE], double c, double s, int power, double out[GIVEN]) {
+    double square[36], turned[36];
+    for (int i = 0; i < 36; i += 18)
+        for (int j = 0; j < 6; j += 3) turned_square(resistance + 21 + i + j, 6, c, s, out + COUPLINGS + i + j);
+    if (!power) return;
+    const double *u = resistance + WITHOUT_POWER;
+    for (int i = 0; i < 36; i++) square[i] = i / 6 < i % 6 ? u[entry(i % 6, i / 6)] : u[entry(i / 6, i % 6)];
+    for (int i = 0; i < 36; i += 18)
+        for (int j = 0; j < 6; j += 3) turned_square(square + i + j, 6, c, s, turned + i + j);
+    for (int i = 0; i < 36; i++)
+        if (i % 6 <= i / 6) out[POWERS + entry(i / 6, i % 6)] = turned[i];
+}
+
+/* The resistance at a shape, and, where `known` has slopes, how it changes when a limb is turned; see `purcell_at_shape`. */
+void purcell_look_up(const struct swimmer *s, double axes[2][3], double rates[2][3], const struct known *known,
+                     double out[GIVEN]) {
+    const int n = (int)s->bends, used = known->used, window = known->window, other = 1 - known->limb;
+    const int plains = WINDOWS[window].plains, entries = plains + WINDOWS[window].mixeds;
+    const int moving[2] = {window != 1, window != 0};
+    double cosine[2], sine[2], bend[2], x[2], weight[MOST_BENDS], slope[MOST_BENDS];
     double even[MOST_MULTIPLES], odd[MOST_MULTIPLES], even_slope[MOST_MULTIPLES], odd_slope[MOST_MULTIPLES];
-    double all[MOST_MULTIPLES * RESISTANCE], by_bend[2][MOST_MULTIPLES * RESISTANCE];
-    double full[COLUMNS][COLUMNS], parts[2][3][COLUMNS][COLUMNS];
-    for (int limb = 0; limb < 2; limb++) bend[limb] = bend_of(s, axes[limb], cosine + limb, sine + limb);
-    const double turn = cosine[0] * cosine[1] + sine[0] * sine[1], aside = cosine[0] * sine[1] - sine[0] * cosine[1];
-    chebyshev(2.0 * bend[other] / s->reach - 1.0, 2.0 / s->reach, n, weight, slope);
+    double whole[RESISTANCE], seen[2][3];
+    struct contracted all;
+    struct series series, by_angle, by_bend[2];
+    struct pull *const pulls = (struct pull *)out, now;
+    for (int limb = 0; limb < 2; limb++) {
+        bend[limb] = bend_of(s, axes[limb], cosine + limb, sine + limb);
+        x[limb] = bend[limb] / s->reach;
+    }
+    /* Seen from the frame in which limb 1 is bent along y. */
+    const double c = cosine[0], d = sine[0], turn = c * cosine[1] + d * sine[1], aside = c * sine[1] - d * cosine[1];
+    for (int limb = 0; limb < 2; limb++) {
+        seen[limb][0] = rates[limb][0];
+        seen[limb][1] = c * rates[limb][1] + d * rates[limb][2];
+        seen[limb][2] = c * rates[limb][2] - d * rates[limb][1];
+    }
+    chebyshev(of_bend(s, bend[other]), n, weight, slope);
     multiples(turn, aside, used, even, odd);
-    contracted(known, 0, weight, m, all);
-    summed(all, even, odd, used, entries, full);
-    turned_about_x(full, cosine[0], sine[0], out); /* back from the frame in which limb 1 is bent along y */
+    purcell_contract(known, entries, weight, slope, &all);
+    purcell_angle_series(all.value, used, plains, entries, even, odd, &series);
+    const double as_even[2] = {1.0, x[0]}, as_odd[2] = {x[0] * x[1], x[1]};
+    assembled(&series, as_even, as_odd, window, 0, whole);
+    pull_of(whole, seen, moving, &now);
+    for (int i = 0; i < GIVEN; i++) out[i] = 0.0;
+    turned_about_x(&now, c, d, pulls);
+    if (known->couplings) coupled(whole, c, d, window == WITH_POWER, out);
     if (!known->slopes) return;
-    double by_angle[COLUMNS][COLUMNS], whole[COLUMNS][COLUMNS], bent[2][COLUMNS][COLUMNS], quotient[2];
-    double sharp[2][COLUMNS][COLUMNS];
-    for (int c = 0; c < used; c++) {
-        even_slope[c] = -c * odd[c];
-        odd_slope[c] = c * even[c];
+    for (int k = 0; k < used; k++) {
+        even_slope[k] = -k * odd[k];
+        odd_slope[k] = k * even[k];
     }
-    contracted(known, 1, weight, m, by_bend[known->limb]);
-    contracted(known, 0, slope, m, by_bend[other]);
-    summed(all, even_slope, odd_slope, used, entries, by_angle);
-    turning_about_x(full, whole);
-    for (int limb = 0; limb < 2; limb++) {
-        double mixed[COLUMNS][COLUMNS], spun[COLUMNS][COLUMNS], aside_of, along_of;
-        summed(by_bend[limb], even, odd, used, entries, bent[limb]);
-        purcell_sin_cos_of(bend[limb], &aside_of, &along_of);
-        quotient[limb] = bend[limb] < STRAIGHT ? 1.0 : along_of / aside_of;
-        if (bend[limb] >= STRAIGHT) continue;
-        summed(by_bend[limb], even_slope, odd_slope, used, entries, mixed);
-        turning_about_x(bent[limb], spun);
-        for (int i = 0; i < COLUMNS; i++)
-            for (int j = 0; j < COLUMNS; j++) sharp[limb][i][j] = limb ? mixed[i][j] : spun[i][j] - mixed[i][j];
-    }
-    /* About the axes of that frame: turning limb 1 about x turns the frame and leaves limb 2 behind. */
-    for (int i = 0; i < COLUMNS; i++)
-        for (int j = 0; j < COLUMNS; j++) {
-            const double first = whole[i][j] - by_angle[i][j], second = by_angle[i][j];
-            const double one = quotient[0] * (bend[0] < STRAIGHT ? sharp[0][i][j] : first);
-            const double two = quotient[1] * (bend[1] < STRAIGHT ? sharp[1][i][j] : second);
-            parts[0][0][i][j] = first;
-            parts[0][1][i][j] = -one;
-            parts[0][2][i][j] = bent[0][i][j];
-            parts[1][0][i][j] = second;
-            parts[1][1][i][j] = -aside * bent[1][i][j] - turn * two;
-            parts[1][2][i][j] = turn * bent[1][i][j] - aside * two;
+    purcell_angle_series(all.value, used, plains, entries, even_slope, odd_slope, &by_angle);
+    purcell_angle_series(all.other, used, plains, entries, even, odd, &by_bend[other]);
+    purcell_angle_series(all.known, used, plains, entries, even, odd, &by_bend[known->limb]);
+    /* The couplings' wrenches for the rates turned about x, y and z with their limb. */
+    double turning[2][3][6], about_x[6];
+    for (int limb = 0; limb < 2; limb++)
+        for (int axis = 0; axis < 3; axis++) {
+            double turned[3] = {0.0, 0.0, 0.0};
+            const int j = (axis + 1) % 3, k = (axis + 2) % 3;
+            turned[j] = -seen[limb][k];
+            turned[k] = seen[limb][j];
+            for (int i = 0; i < 6; i++) turning[limb][axis][i] = 0.0;
+            if (moving[limb]) wrench(whole, limb, turned, turning[limb][axis]);
         }
+    for (int i = 0; i < 6; i++) about_x[i] = turning[0][0][i] + turning[1][0][i];
+    double sloped[RESISTANCE], crossed[RESISTANCE];
+    struct pull angle, spun, bent[2], other_side[2], both;
+    const double per = 1.0 / s->reach;
+    assembled(&by_angle, as_even, as_odd, window, 0, sloped);
+    pull_of(sloped, seen, moving, &angle);
+    turning_about_x(&now, about_x, &spun);
     for (int limb = 0; limb < 2; limb++) {
-        for (int i = 0; i < COLUMNS; i++)
-            for (int j = 0; j < COLUMNS; j++) {
-                const double y = parts[limb][1][i][j], z = parts[limb][2][i][j];
-                parts[limb][1][i][j] = cosine[0] * y - sine[0] * z;
-                parts[limb][2][i][j] = sine[0] * y + cosine[0] * z;
-            }
+        /* By the bend: of the powers of x that stand before the polynomials, and of these. */
+        const double power_even[2] = {0.0, limb ? 0.0 : per}, power_odd[2] = {per * x[1 - limb], limb ? per : 0.0};
+        const double steep = 4.0 * x[limb] * per;
+        const double own_even[2] = {steep, steep * x[0]}, own_odd[2] = {steep * as_odd[0], steep * x[1]};
+        assembled(&series, power_even, power_odd, window, 0, sloped);
+        assembled(&by_bend[limb], own_even, own_odd, window, 1, sloped);
+        pull_of(sloped, seen, moving, &bent[limb]);
+        /* About the other axis aside: turning limb 1 about x turns the frame and leaves limb 2 behind. */
+        if (bend[limb] >= STRAIGHT) {
+            double along, aside_of;
+            purcell_sin_cos_of(bend[limb], &aside_of, &along);
+            const double quotient = along / aside_of;
+            mixed(limb ? &angle : &spun, quotient, &angle, limb ? 0.0 : -quotient, &other_side[limb]);
+            continue;
+        }
+        assembled(&by_angle, power_even, power_odd, window, 0, crossed);
+        pull_of(crossed, seen, moving, &both);
+        if (limb) {
+            other_side[1] = both;
+            continue;
+        }
+        for (int i = 0; i < 6; i++) about_x[i] = 0.0;
+        for (int l = 0; l < 2; l++) {
+            const double turned[3] = {0.0, -seen[l][2], seen[l][1]};
+            double by[6];
+            if (!moving[l]) continue;
+            wrench(sloped, l, turned, by);
+            for (int i = 0; i < 6; i++) about_x[i] += by[i];
+        }
+        turning_about_x(&bent[0], about_x, &other_side[0]);
+        mixed(&other_side[0], 1.0, &both, -1.0, &other_side[0]);
+    }
+    for (int limb = 0; limb < 2; limb++) {
+        struct pull part[3], turned[2];
+        if (limb) {
+            part[0] = angle;
+            mixed(&bent[1], -aside, &other_side[1], -turn, &part[1]);
+            mixed(&bent[1], turn, &other_side[1], -aside, &part[2]);
+        } else {
+            mixed(&spun, 1.0, &angle, -1.0, &part[0]);
+            mixed(&other_side[0], -1.0, &other_side[0], 0.0, &part[1]);
+            part[2] = bent[0];
+        }
         for (int axis = 0; axis < 3; axis++)
-            turned_about_x(parts[limb][axis], cosine[0], sine[0], change[3 * limb + axis]);
-    }
-}
-
-void purcell_fill_field(const struct swimmer *s, double begun[2][3], double rates[2][3], double start, double length,
-                        int nodes, struct known *known, struct field *out) {
-    double middle[3], cosine, sine;
-    const int still = DOT(rates[0], rates[0]) == 0.0 ? 0 : DOT(rates[1], rates[1]) == 0.0 ? 1 : -1;
-    if (out->count != nodes) {
-        for (int k = 0; k < nodes; k++)
-            purcell_sin_cos_of(PI * (k + 0.5) / nodes, out->sines + k, out->nodes + k);
-        if (still >= 0) fix(s, still, bend_of(s, begun[still], &cosine, &sine), known);
-    }
-    out->count = nodes;
-    out->entries = known->entries;
-    out->start = start;
-    out->length = length;
-    for (int k = 0; k < nodes; k++) {
-        double axes[2][3];
-        for (int limb = 0; limb < 2; limb++) {
-            for (int i = 0; i < 3; i++) middle[i] = rates[limb][i] * (start + 0.5 * length * (1.0 + out->nodes[k]));
-            purcell_rotate(middle, begun[limb], axes[limb]);
-        }
-        if (still < 0) fix(s, 0, bend_of(s, axes[0], &cosine, &sine), known);
-        looked_up(s, axes, known, out->values[k][0], out->values[k] + 1);
-    }
-}
-
-/* The barycentric formula with Chebyshev's nodes of the first kind (Berrut and Trefethen 2004, SIAM Review 46). */
-void purcell_of_field(const struct field *f, lane time, int count, lane (*out)[RESISTANCE]) {
-    const lane part = 2.0 * (time - f->start) / f->length - 1.0;
-    lane weight[PANEL_NODES], total = {0.0, 0.0};
-    int exact[LANES] = {-1, -1};
-    for (int k = 0; k < f->count; k++) {
-        const double sine = k % 2 ? -f->sines[k] : f->sines[k];
-        for (int l = 0; l < LANES; l++) {
-            const double gap = part[l] - f->nodes[k];
-            if (gap == 0.0) exact[l] = k;
-            weight[k][l] = sine / (gap == 0.0 ? 1.0 : gap);
-        }
-        total += weight[k];
-    }
-    for (int l = 0; l < LANES; l++)
-        if (exact[l] >= 0) {
-            for (int k = 0; k < f->count; k++) weight[k][l] = k == exact[l] ? 1.0 : 0.0;
-            total[l] = 1.0;
-        }
-    for (int k = 0; k < f->count; k++) weight[k] /= total;
-    for (int c = 0; c < count; c++) {
-        for (int e = 0; e < f->entries; e++) out[c][e] = weight[0] * f->values[0][c][e];
-        for (int k = 1; k < f->count; k++)
-            for (int e = 0; e < f->entries; e++) out[c][e] += weight[k] * f->values[k][c][e];
-    }
-}
-
-void purcell_at_shape(const struct swimmer *s, double axes[2][3], int changes, double (*out)[RESISTANCE]) {
-    struct known known;
-    double cosine, sine;
-    known.limb = -1;
-    known.exact = 1;
-    known.slopes = changes;
-    known.entries = RESISTANCE;
-    fix(s, 0, bend_of(s, axes[0], &cosine, &sine), &known);
-    looked_up(s, axes, &known, out[0], out + 1);
-}
-
-/* The table's resistances at n shapes, and how they change. (n, 2, 3) to (n, 7, 78). */
-API void purcell_looked_up(const double *numbers, SIZE n, const double *axes, double *out) {
-    for (SIZE k = 0; k < n; k++) {
-        double a[2][3];
-        for (int i = 0; i < 6; i++) a[i / 3][i % 3] = axes[6 * k + i];
-        purcell_at_shape((const struct swimmer *)numbers, a, 1, (double (*)[RESISTANCE])(out + 7 * RESISTANCE * k));
+            for (int i = 0; i < 6; i++) part[axis].q[i] += turning[limb][axis][i];
+        mixed(&part[1], c, &part[2], -d, &turned[0]);
+        mixed(&part[1], d, &part[2], c, &turned[1]);
+        turned_about_x(&part[0], c, d, pulls + 1 + 3 * limb);
+        turned_about_x(&turned[0], c, d, pulls + 2 + 3 * limb);
+        turned_about_x(&turned[1], c, d, pulls + 3 + 3 * limb);
     }
 }

@@ -10,10 +10,12 @@ from purcell_cli.kernel.library import KERNEL
 
 RESISTANCE = 78
 """Entries of a resistance on (v, omega, u_1, u_2): P's lower half, Q^T, and the lower half of the rest."""
-MOST_BENDS, MOST_MULTIPLES = 18, 16
+MOST_BENDS, MOST_MULTIPLES = 16, 16
 """Chebyshev polynomials of each limb's bend, and multiples of the angle between their planes, in a table at most."""
 NUMBERS = 25
 """Numbers of a swimmer before its table."""
+BLOCK = 8
+"""Room after a table's numbers: the kernel reads so many at once."""
 
 
 def swimmer_numbers(swimmer: ArrayLike) -> Array:
@@ -27,7 +29,7 @@ def swimmer_numbers(swimmer: ArrayLike) -> Array:
         raise ValueError(f"swimmer: an array of shape ({NUMBERS},) or more is wanted, found {found.shape}")
     reach, bends, multiples = (float(x) for x in found[NUMBERS - 3 : NUMBERS])
     known = reach > 0.0 and 2 <= bends <= MOST_BENDS and 1 <= multiples <= MOST_MULTIPLES
-    wanted = NUMBERS + (int(bends) * int(multiples) * (4 + int(bends) * RESISTANCE) if known else 0)
+    wanted = NUMBERS + (int(bends) * int(multiples) * (4 + int(bends) * RESISTANCE) + BLOCK if known else 0)
     if len(found) != wanted or not (known or (reach, bends, multiples) == (0.0, 0.0, 0.0)):
         raise ValueError(f"swimmer: an array of shape ({wanted},) is wanted, found {found.shape}")
     counts = found[NUMBERS : NUMBERS + 4 * int(bends) * int(multiples)]
@@ -71,19 +73,18 @@ def bead_resistance(
 
 
 def looked_up(swimmer: ArrayLike, axes: ArrayLike) -> Array:
-    """Return the resistances that a swimmer's table has for limb axes in base coordinates, and how they change.
+    """Return the resistances that a swimmer's table has for limb axes in base coordinates; see `bead_resistance`.
 
     Args:
         swimmer: Its numbers, with a table.
         axes: The limbs' axes. Shape (n, 2, 3).
 
     Returns:
-        The resistance (see `bead_resistance`), and its derivatives when limb i is turned about axis j of the base, at
-        1 + 3 i + j. Shape (n, 7, 78).
+        Shape (n, 78).
     """
     numbers, axis = swimmer_numbers(swimmer), doubles(axes, "axes", (-1, 2, 3))
     if len(numbers) == NUMBERS:
         raise ValueError("swimmer: one with a table is wanted")
-    out = np.empty((len(axis), 7, RESISTANCE))
+    out = np.empty((len(axis), RESISTANCE))
     KERNEL.purcell_looked_up(address(numbers), len(axis), address(axis), address(out))
     return out

@@ -5,6 +5,7 @@
 #include "small.h"
 
 #define SPIN_SHARE 0.25 /* what a spin about the own axis counts in the length of steps */
+#define UNMOVED 1e-28 /* the square of how little axes swing that stay where they are, as a part of the rates' */
 #define MOST_ITERATIONS 100
 #define MOST_PARTS 8
 #define MOST_DEPTH 60 /* of cutting */
@@ -86,10 +87,10 @@ void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const 
     const int m = (int)rule->stages;
     double velocity[MOST_STAGES][3], half[MOST_STAGES][3], q[MOST_STAGES][4], slope[MOST_STAGES][4];
     for (int k = 0; k < m; k += LANES) {
-        lane axes[2][3], rates[2][3], xi[6], change[6][6], per_rate[6][6], given[7][RESISTANCE];
+        lane axes[2][3], rates[2][3], xi[6], change[6][6], per_rate[6][6], given[GIVEN];
         node_states(step, node_times(rule, step, k), axes, rates);
         if (step->field)
-            purcell_of_field(step->field, step->start + node_times(rule, step, k), wanted >= CHANGE ? 7 : 1, given);
+            purcell_of_field(step->field, step->start + node_times(rule, step, k), wanted >= CHANGE, given);
         purcell_connection(s, axes, rates, step->field ? given : 0, xi, wanted >= CHANGE ? change : 0, wanted >= PER_RATE ? per_rate : 0, 0);
         for (int l = 0; l < LANES && k + l < m; l++) {
             const double weight = rule->weights[k + l] * step->duration;
@@ -173,9 +174,9 @@ void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const 
 double purcell_step_power(const struct swimmer *s, const struct rule *rule, const struct step *step, int root) {
     double sum = 0.0;
     for (SIZE k = 0; k < rule->stages; k += LANES) {
-        lane axes[2][3], rates[2][3], xi[6], power, given[1][RESISTANCE];
+        lane axes[2][3], rates[2][3], xi[6], power, given[GIVEN];
         node_states(step, node_times(rule, step, k), axes, rates);
-        if (step->field) purcell_of_field(step->field, step->start + node_times(rule, step, k), 1, given);
+        if (step->field) purcell_of_field(step->field, step->start + node_times(rule, step, k), 0, given);
         purcell_connection(s, axes, rates, step->field ? given : 0, xi, 0, 0, &power);
         for (int l = 0; l < LANES && k + l < rule->stages; l++) {
             const double found = power[l] > 0.0 ? power[l] : 0.0;
@@ -232,7 +233,7 @@ SIZE purcell_mesh(const struct swimmer *s, const struct rule *rule, const double
                   double duration, enum wanted wanted, struct known *known, visitor *visit, void *state) {
     const double finest = rule->step;
     struct cutting c = {.s = s, .finest = finest, .visit = visit, .state = state};
-    double square = 0.0;
+    double square = 0.0, swung = 0.0;
     if (duration == 0.0) return 0;
     for (int limb = 0; limb < 2; limb++) {
         const double *a = shape + 9 * limb, *w = rate + 3 * limb;
@@ -243,6 +244,7 @@ SIZE purcell_mesh(const struct swimmer *s, const struct rule *rule, const double
         }
         CROSS(swept, c.step.rates[limb], c.begun[limb]);
         const double spun = SPIN_SHARE * DOT(c.step.rates[limb], c.begun[limb]);
+        swung += DOT(swept, swept);
         square += DOT(swept, swept) + spun * spun;
     }
     c.sweep = sqrt(square);
@@ -255,10 +257,13 @@ SIZE purcell_mesh(const struct swimmer *s, const struct rule *rule, const double
     field.count = 0;
     known->exact = rule->stages > ROUGH_STAGES;
     known->slopes = wanted >= CHANGE;
-    known->entries = wanted == POWER ? RESISTANCE : WITHOUT_POWER;
+    known->power = wanted == POWER;
+    known->couplings = wanted == POWER || wanted >= PER_RATE;
     const SIZE panels = (SIZE)(c.sweep * duration / PANEL_RAD) + 1;
     const double length = duration / (double)panels, arc = c.sweep * length;
-    const int nodes = rule->stages <= ROUGH_STAGES ? 5 + (int)(4.0 * arc) : 8 + (int)(4.0 * arc);
+    const int stays = swung < UNMOVED * c.sweep * c.sweep; /* a limb that turns about its own axis changes nothing */
+    const int wanted_nodes = stays ? 1 : (int)rule->stages + (int)(4.0 * arc); /* err no more than the rule does */
+    const int nodes = wanted_nodes < PANEL_NODES ? wanted_nodes : PANEL_NODES;
     c.step.field = &field;
     for (SIZE k = 0; k < panels && c.steps >= 0; k++) {
         purcell_fill_field(s, c.begun, c.step.rates, (double)k * length, length, nodes, known, &field);

@@ -143,56 +143,43 @@ static void alone(const struct swimmer *s, lane axes[2][3], lane rates[2][3], la
     }
 }
 
-/* Of P, of Q^T, and of what the power needs besides; i >= j. */
-#define PART_P(given, i, j) ((given)[(i) * ((i) + 1) / 2 + (j)])
-#define PART_Q(given, i, j) ((given)[21 + 6 * (i) + (j)])
-#define PART_U(given, i, j) ((given)[57 + (i) * ((i) + 1) / 2 + (j)])
-
 /* The same of links that feel each other. */
-static void together(lane rates[2][3], lane (*given)[RESISTANCE], lane xi[6], lane change[6][6], lane per_rate[6][6],
+static void together(lane rates[2][3], const lane given[GIVEN], lane xi[6], lane change[6][6], lane per_rate[6][6],
                      lane *power) {
-    const lane zero = {0.0, 0.0};
     lane p[6][6];
     for (int i = 0; i < 6; i++) {
-        for (int j = 0; j <= i; j++) p[i][j] = PART_P(*given, i, j);
-        xi[i] = zero;
-        for (int k = 0; k < 6; k++) xi[i] -= PART_Q(*given, k, i) * rates[k / 3][k % 3];
+        for (int j = 0; j <= i; j++) p[i][j] = given[entry(i, j)];
+        xi[i] = -given[21 + i];
     }
     factor(p);
     solve(p, xi);
     for (int k = 0; per_rate && k < 6; k++) {
-        for (int i = 0; i < 6; i++) per_rate[k][i] = -PART_Q(*given, k, i);
+        for (int i = 0; i < 6; i++) per_rate[k][i] = -given[COUPLINGS + 6 * k + i];
         solve(p, per_rate[k]);
     }
     for (int c = 0; change && c < 6; c++) {
-        const int limb = c / 3;
-        const lane *changed = given[1 + c];
-        lane turned[3];
-        unit_cross(c % 3, rates[limb], turned);
+        const lane *changed = given + PULL * (1 + c);
         for (int i = 0; i < 6; i++) {
-            lane sum = zero;
-            for (int j = 0; j < 6; j++) {
-                sum += (i < j ? PART_P(changed, j, i) : PART_P(changed, i, j)) * xi[j];
-                sum += PART_Q(changed, j, i) * rates[j / 3][j % 3];
-            }
-            for (int j = 0; j < 3; j++) sum += PART_Q(*given, 3 * limb + j, i) * turned[j];
+            lane sum = changed[21 + i];
+            for (int j = 0; j < 6; j++) sum += changed[i < j ? entry(j, i) : entry(i, j)] * xi[j];
             change[c][i] = -sum;
         }
         solve(p, change[c]);
     }
     if (!power) return;
-    *power = zero;
+    *power = (lane){0.0, 0.0};
     for (int k = 0; k < 6; k++) {
-        lane torque = zero;
+        lane torque = {0.0, 0.0};
         for (int i = 0; i < 6; i++) {
-            torque += PART_Q(*given, k, i) * xi[i] + (i < k ? PART_U(*given, k, i) : PART_U(*given, i, k)) * rates[i / 3][i % 3];
+            torque += given[COUPLINGS + 6 * k + i] * xi[i];
+            torque += given[POWERS + (i < k ? entry(k, i) : entry(i, k))] * rates[i / 3][i % 3];
         }
         *power += torque * rates[k / 3][k % 3];
     }
 }
 
-void purcell_connection(const struct swimmer *s, lane axes[2][3], lane rates[2][3], lane (*given)[RESISTANCE],
-                        lane xi[6], lane change[6][6], lane per_rate[6][6], lane *power) {
+void purcell_connection(const struct swimmer *s, lane axes[2][3], lane rates[2][3], const lane *given, lane xi[6],
+                        lane change[6][6], lane per_rate[6][6], lane *power) {
     if (given)
         together(rates, given, xi, change, per_rate, power);
     else
@@ -246,7 +233,7 @@ API void purcell_connections(const double *numbers, SIZE n, const double *axes, 
                              double *change, double *per_rate, double *power) {
     const struct swimmer *s = (const struct swimmer *)numbers;
     for (SIZE k = 0; k < n; k += LANES) {
-        lane a[2][3], u[2][3], out[6], slopes[6][6], each[6][6], work, given[7][RESISTANCE];
+        lane a[2][3], u[2][3], out[6], slopes[6][6], each[6][6], work, given[GIVEN];
         for (int i = 0; i < 6; i++)
             for (int w = 0; w < LANES; w++) {
                 const SIZE at = 6 * (k + w < n ? k + w : n - 1) + i;
@@ -255,10 +242,13 @@ API void purcell_connections(const double *numbers, SIZE n, const double *axes, 
             }
         if (s->reach > 0.0)
             for (int w = 0; w < LANES; w++) {
-                double axes_of[2][3], found[7][RESISTANCE];
-                for (int i = 0; i < 6; i++) axes_of[i / 3][i % 3] = a[i / 3][i % 3][w];
-                purcell_at_shape(s, axes_of, change != 0, found);
-                for (int e = 0; e < (change ? 7 : 1) * RESISTANCE; e++) given[e / RESISTANCE][e % RESISTANCE][w] = found[e / RESISTANCE][e % RESISTANCE];
+                double axes_of[2][3], rates_of[2][3], found[GIVEN] = {0.0};
+                for (int i = 0; i < 6; i++) {
+                    axes_of[i / 3][i % 3] = a[i / 3][i % 3][w];
+                    rates_of[i / 3][i % 3] = u[i / 3][i % 3][w];
+                }
+                purcell_at_shape(s, axes_of, rates_of, change != 0, per_rate || power, found);
+                for (int e = 0; e < GIVEN; e++) given[e][w] = found[e];
             }
         purcell_connection(s, a, u, s->reach > 0.0 ? given : 0, out, change ? slopes : 0, per_rate ? each : 0, power ? &work : 0);
         for (int w = 0; w < LANES && k + w < n; w++) {

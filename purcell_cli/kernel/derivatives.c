@@ -59,7 +59,7 @@ struct chain {
     int repeating;
     double *total, *own;  /* of the piece: what turning limbs changes on it, and what its own turn does */
     struct known known;
-    lane given[1][RESISTANCE]; /* of links that feel each other, where a piece ends */
+    lane given[GIVEN]; /* of links that feel each other, where a piece ends */
     struct solved solved;
 };
 
@@ -98,22 +98,23 @@ static void all_rates(const struct chain *c, const double *shape, double out[6][
 }
 
 /* The twist at the end of a primitive. */
-static void ending(const struct chain *c, const double *shape, SIZE control, SIZE steps, double out[6]) {
+static void ending(const struct chain *c, const double *shape, SIZE control, double sign, SIZE steps, double out[6]) {
     const int limb = LIMB_OF(control), axis = (int)(control % 3);
-    lane axes[2][3], rates[2][3], xi[6], given[1][RESISTANCE];
-    double at_end[2][3], found[1][RESISTANCE];
+    lane axes[2][3], rates[2][3], xi[6], given[GIVEN];
+    double at_end[2][3], rate[2][3], found[GIVEN];
     for (int i = 0; i < 6; i++) {
         const double along = control >= BASE_YAW ? i % 3 == 2 : shape[9 * limb + 3 * (i % 3) + axis];
         const double u = i / 3 == limb ? along : 0.0;
         at_end[i / 3][i % 3] = shape[18 + 9 * (i / 3) + 3 * (i % 3)];
         axes[i / 3][i % 3] = (lane){0.0, 0.0} + at_end[i / 3][i % 3];
         rates[i / 3][i % 3] = (lane){u, u};
+        rate[i / 3][i % 3] = u;
     }
-    if (c->s->reach > 0.0 && !steps) purcell_at_shape(c->s, at_end, 0, found);
-    for (int e = 0; c->s->reach > 0.0 && e < RESISTANCE; e++)
-        given[0][e] = steps ? c->given[0][e] : (lane){found[0][e], found[0][e]};
-    purcell_connection(c->s, axes, rates, c->s->reach > 0.0 ? given : 0, xi, 0, 0, 0);
-    for (int i = 0; i < 6; i++) out[i] = xi[i][0];
+    const int together = c->s->reach > 0.0, known = together && steps;
+    if (together && !known) purcell_at_shape(c->s, at_end, rate, 0, 0, found);
+    for (int e = 0; together && e < PULL; e++) given[e] = known ? c->given[e] : (lane){found[e], found[e]};
+    purcell_connection(c->s, axes, rates, together ? given : 0, xi, 0, 0, 0);
+    for (int i = 0; i < 6; i++) out[i] = known ? sign * xi[i][0] : xi[i][0]; /* of the rate as it was played */
 }
 
 static void link(const struct step *step, void *state) {
@@ -122,7 +123,7 @@ static void link(const struct step *step, void *state) {
     purcell_solve_step(c->s, c->rule, step, c->moves || c->based >= 0 ? PER_RATE : CHANGE, &c->solved);
     if (step->field && !c->moves) {
         const double end = step->start + step->duration;
-        purcell_of_field(step->field, (lane){end, end}, 1, c->given);
+        purcell_of_field(step->field, (lane){end, end}, 0, c->given);
     }
     for (int i = 0; c->plain && i < 16; i++) pose[i] = c->at[i];
     if (!c->plain) purcell_wide_round(&c->here, pose);
@@ -251,7 +252,8 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
         c.total = room + 88 * p;
         c.own = c.total + 36;
         for (int i = 0; i < 72; i++) c.total[i] = 0.0;
-        const SIZE steps = purcell_mesh(c.s, &rule, shapes + 18 * p, rate, duration, CHANGE, &c.known, link, &c);
+        const SIZE steps = purcell_mesh(c.s, &rule, shapes + 18 * p, rate, duration, c.moves || c.based >= 0 ? PER_RATE : CHANGE,
+                                        &c.known, link, &c);
         if (steps < 0) return p + 1;
         if (control && c.s->reach == 0.0 && ((p + 1 < n && amount[p + 1] == 0.0) || amount[p] == 0.0)) {
             /* Primitives that turn by nothing, offered in case that they may, all end at one shape. */
@@ -265,7 +267,7 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
                               (control[p] >= BASE_YAW ? j == 2 : shapes[18 * p + 9 * limb + 3 * j + axis]);
             }
         } else if (control) {
-            ending(&c, shapes + 18 * p, control[p], steps, room + 88 * n + 6 * p);
+            ending(&c, shapes + 18 * p, control[p], amount[p] < 0.0 ? -1.0 : 1.0, steps, room + 88 * n + 6 * p);
         }
         if (c.plain) {
             for (int i = 0; i < 16; i++) c.total[72 + i] = c.at[i];

@@ -44,6 +44,9 @@ void purcell_rotate(const double w[3], const double v[3], double out[3]);
 void purcell_rotation_of(const double vector[3], double out[9]);
 void purcell_orthonormalise_of(double rotation[9]);
 
+/* segments.c: where two segments are nearest to each other. */
+void purcell_nearest(const double gap[3], const double first[3], const double second[3], double out[3]);
+
 /* Controls 0 to 5 turn a limb about its own x, y, z; 6 and 7 turn limb 1 and limb 2 about the base's z. */
 #define BASE_YAW 6
 #define LIMB_OF(control) ((int)((control) < BASE_YAW ? (control) / 3 : (control) - BASE_YAW))
@@ -84,8 +87,8 @@ struct swimmer {
      * polynomials of each limb's bend it has, and how many multiples of the angle between their planes. */
     double reach, bends, multiples;
     /* (2, 2, bends, multiples) numbers of coefficients that count, roughly and exactly, for the sums over limb 1's bend at
-     * one of limb 2's polynomials and a multiple, and for those over limb 2's; then (bends, bends, multiples, 78)
-     * coefficients. */
+     * one of limb 2's polynomials and a multiple, and for those over limb 2's; then (multiples, bends, bends, 78)
+     * coefficients in the table's order, and room for a block more. */
     double table[];
 };
 #define SWIMMER_NUMBERS 25
@@ -106,8 +109,8 @@ API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, doub
 
 /* beads.c, bead_table.c: the resistance of links that feel each other's flow, from their beads and from a table of it.
  *
- * It is the lower half of a symmetric matrix on (v, omega, u_1, u_2): first P's 21 numbers, then the 36 of Q^T, then the
- * 21 that only the power needs; each part row by row. */
+ * It is the lower half of a symmetric matrix on (v, omega, u_1, u_2): first P's 21 numbers, then the 36 couplings Q^T, then
+ * the 21 that only the power needs; each part row by row. */
 #define COLUMNS 12
 #define RESISTANCE 78
 #define WITHOUT_POWER 57
@@ -116,30 +119,70 @@ static inline int entry(int i, int j) {
     if (i < 6) return i * (i + 1) / 2 + j;
     return j < 6 ? 21 + 6 * (i - 6) + j : 57 + (i - 6) * (i - 5) / 2 + j - 6;
 }
-#define MOST_BENDS 18
+/* What a motion with constant rates needs of it: P and the wrench Q^T u on the base, then how these 27 numbers change when
+ * limb i, with its rate, is turned about axis j of the base, at 27 (1 + 3 i + j); then the couplings and the rest. There is
+ * room for whole blocks of numbers. */
+#define PULL 27
+#define CHANGES (7 * PULL)
+#define COUPLINGS (CHANGES + 3)
+#define POWERS (COUPLINGS + 36)
+#define GIVEN (POWERS + 28)
+#define MOST_BENDS 16
 #define MOST_MULTIPLES 16
-#define PANEL_NODES 12
-#define PANEL_RAD 1.0
+#define WIDTH 88 /* numbers of a resistance side by side, and room for whole blocks of them */
+#define PANEL_NODES 16
+#define PANEL_RAD 2.0
 /* What is left of the table when one limb's bend is known: its sums with the polynomials, and with their slopes. */
 struct known {
-    int limb, slopes, entries; /* limb: -1 at first; entries: of a resistance, all or without those of the power alone */
-    int exact;                 /* whether every coefficient that counts is summed, or only those that do for a search */
+    int limb, fixed, window;      /* the limb, -1 at first; which entries of a resistance were summed, and are wanted */
+    int slopes, couplings, power; /* what is wanted: changes, the couplings themselves, what the power needs */
+    int exact;                    /* whether every coefficient that counts is summed, or only those that do for a search */
     int used, many[MOST_MULTIPLES]; /* of how many multiples, and of how many of the other limb's polynomials by the multiple */
     double bend;
-    double sums[2][MOST_BENDS * MOST_MULTIPLES * RESISTANCE];
+    double sums[2][MOST_MULTIPLES][MOST_BENDS][WIDTH];
 };
-/* Along a part of a path the resistance, and how it changes when a limb is turned, are polynomials in time. */
+/* Of one limb's motion, 0 and 1; of both limbs'; and what the power needs besides. */
+enum window { BOTH = 2, WITH_POWER };
+/* Along a part of a path what a motion needs of the resistance is a polynomial in time. */
 struct field {
     double start, length;
     double nodes[PANEL_NODES], sines[PANEL_NODES]; /* Chebyshev's, from -1 to 1, and the sines of their angles */
-    double values[PANEL_NODES][7][RESISTANCE];
-    int count, entries; /* nodes, 0 before the first part, and entries of a resistance */
+    double values[PANEL_NODES][GIVEN];
+    int count, changes, couplings; /* nodes, 0 before the first part, and what values there are */
 };
+/* What remains of the table at a multiple: its sum over the other limb's bend, and the slopes by both bends. */
+struct contracted {
+    double value[MOST_MULTIPLES][WIDTH], other[MOST_MULTIPLES][WIDTH], known[MOST_MULTIPLES][WIDTH];
+};
+/* The series in the angle between the planes: of even multiples, and of odd ones. */
+struct series {
+    double even[WIDTH], odd[WIDTH];
+};
+#define BLOCK 8 /* numbers that are summed at once */
+/* bead_sums.c. A sum of rows of a table with weights, and with others where slopes are wanted. */
+void purcell_table_rows(const double *rows, SIZE stride, int count, int entries, const double *weight, const double *slope,
+                        double *sum, double *sloped);
+void purcell_contract(const struct known *known, int entries, const double *weight, const double *slope,
+                      struct contracted *out);
+/* The first `plains` entries with some factors of the multiples, the others with others. */
+void purcell_angle_series(double (*of)[WIDTH], int used, int plains, int entries, const double *plain, const double *mixed,
+                          struct series *out);
+/* Of two times, sums over a field's nodes. */
+void purcell_interpolated(const struct field *f, double (*weight)[LANES], int first, int last, lane *out);
+
+/* bead_table.c. A part of the table's sum over one limb's bend, for all the rest: with the polynomials, and with their
+ * slopes. And what is needed at a shape; where slopes are wanted, how it changes when a limb is turned too. */
+void purcell_fix(const struct swimmer *s, int limb, const double axis[3], struct known *known);
+void purcell_look_up(const struct swimmer *s, double axes[2][3], double rates[2][3], const struct known *known,
+                     double out[GIVEN]);
+
+/* bead_field.c */
 void purcell_fill_field(const struct swimmer *s, double begun[2][3], double rates[2][3], double start, double length,
                         int nodes, struct known *known, struct field *out);
-void purcell_of_field(const struct field *f, lane time, int count, lane (*out)[RESISTANCE]);
-/* The same at one shape. out: (7, 78) or (1, 78). */
-void purcell_at_shape(const struct swimmer *s, double axes[2][3], int changes, double (*out)[RESISTANCE]);
+void purcell_of_field(const struct field *f, lane time, int changes, lane out[GIVEN]);
+/* The same at one shape. */
+void purcell_at_shape(const struct swimmer *s, double axes[2][3], double rates[2][3], int changes, int couplings,
+                      double out[GIVEN]);
 
 /* connection.c: the local connection of two shapes at once, the one place that knows the drag.
  *
@@ -148,9 +191,9 @@ void purcell_at_shape(const struct swimmer *s, double axes[2][3], int changes, d
  * change: its derivatives when limb i, with its rate, is turned about axis j of the base, at [3 i + j]; or null.
  * per_rate: the twist for a unit rate of limb i about axis j of the base, at [3 i + j]; or null.
  * power: that of both joints' torques; or null.
- * given: of links that feel each other the resistance, and, for `change`, how that changes; null for links that do not.
+ * given: what a motion needs of the resistance of links that feel each other (`PULL`); null for links that do not.
  */
-void purcell_connection(const struct swimmer *s, lane axes[2][3], lane rates[2][3], lane (*given)[RESISTANCE],
+void purcell_connection(const struct swimmer *s, lane axes[2][3], lane rates[2][3], const lane *given,
                         lane xi[6], lane change[6][6], lane per_rate[6][6], lane *power);
 /* How far a shape is from a straight line, as a bend of one limb [rad]. */
 double purcell_distance(const struct swimmer *s, double axes[2][3]);

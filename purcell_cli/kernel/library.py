@@ -20,6 +20,8 @@ _RULE = [_ARRAY, _SIZE, _ARRAY, _ARRAY, _ARRAY, _NUMBER, _NUMBER, _SIZE]
 """The swimmer, the collocation's rule, step and tolerance, and how many pieces there are."""
 _MOTION = [*_RULE, _SIZE, *[_ARRAY] * 3, _SIZE, _ARRAY, _SIZE, *[_ARRAY] * 7, _SIZE, _NUMBER, *[_ARRAY] * 6]
 """Those, and a motion whose angles are looked for; see `descent.c`."""
+_APART = [*[_ARRAY] * 6, _SIZE, _NUMBER, *[_ARRAY] * 3]
+"""A search for the least distance between limbs; see `clearance.c`."""
 _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list[type]]] = {
     "sine": (_NUMBER, [_NUMBER]),
     "cosine": (_NUMBER, [_NUMBER]),
@@ -36,6 +38,10 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "bead_resistance": (_SIZE, [_SIZE, *[_ARRAY] * 7]),
     "looked_up": (None, [_ARRAY, _SIZE, *[_ARRAY] * 2]),
     "segments": (None, [_SIZE, *[_ARRAY] * 4]),
+    "circles": (None, [_SIZE, *[_ARRAY] * 6]),
+    "largest_bends": (None, [_SIZE, *[_ARRAY] * 7]),
+    "clearance_begun": (_SIZE, [_SIZE, *_APART, _ARRAY]),
+    "clearance_cut": (_SIZE, [_SIZE, *_APART, _ARRAY, _SIZE, *[_ARRAY] * 2]),
     "from_balls": (None, [_SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 4]),
     "from_box": (None, [_SIZE, *[_ARRAY] * 5, _SIZE, _ARRAY]),
     "inside_cones": (None, [_SIZE, *[_ARRAY] * 2, *[_SIZE] * 2, *[_ARRAY] * 7]),
@@ -55,6 +61,7 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "played": (None, [_ARRAY, _SIZE, _ARRAY, _SIZE, _ARRAY]),
     "extrapolated": (None, [_ARRAY, *[_SIZE] * 2, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 4]),
     "screw_chains": (None, [*[_SIZE] * 2, *[_ARRAY] * 4, _SIZE, *[_ARRAY] * 3]),
+    "sequence": (_SIZE, [_ARRAY] * 5),
     "pair_prices": (None, [*[_SIZE] * 2, *[_ARRAY] * 5, _SIZE, _ARRAY]),
     "equations": (_SIZE, [*_RULE, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 6]),
     "bend_rows": (_SIZE, [_SIZE, *[_ARRAY] * 5, _NUMBER, *[_ARRAY] * 3]),

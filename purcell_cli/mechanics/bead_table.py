@@ -2,8 +2,9 @@
 
 A resistance depends on the limbs' axes only: on the bend of each, and on the angle between the planes that they are
 bent in. Seen from the frame in which limb 1 is bent along y it is a smooth function of these three, mirror symmetric
-in the last: Chebyshev polynomials in the bends and a Fourier series in the angle come near it to many digits. For
-limbs alike an end-for-end turn of the swimmer gives half of the samples.
+in the last, and each bend goes on through straight to the other side: even or odd Chebyshev polynomials in the bends
+and a Fourier series in the angle come near it to many digits. For limbs alike an end-for-end turn of the swimmer gives
+half of the samples. What the coefficients are of stands in `bead_table.c`.
 """
 
 from __future__ import annotations
@@ -15,11 +16,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.geometry.linear_systems import solve
 from purcell_cli.geometry.reproducible import arccos, cos, matmul, sin, sin_cos_of
 from purcell_cli.geometry.rotations import Array, about_axis
-from purcell_cli.kernel.beads import NUMBERS, looked_up
+from purcell_cli.kernel.beads import BLOCK, NUMBERS, looked_up
 from purcell_cli.kernel.library import DIGEST
-from purcell_cli.mechanics.beads import LOWER, grand_resistance
+from purcell_cli.mechanics.beads import LOWER, grand_resistance, solved_anew
 from purcell_cli.mechanics.fluid import BEADS
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.mechanics.wall import refuse_wall
@@ -29,13 +31,20 @@ REACH_RAD = BEADS["max_bend_rad"][1]
 """Up to which bend the table reaches [rad]: beyond, beads of different links come near each other."""
 _SLACK_RAD = 1e-6
 """Room for rounding beyond that [rad]."""
-_BENDS, _ANGLES = 15, 13
-"""Polynomials of each limb's bend, and multiples of the angle: the error is that of `table_error`, some 1e-10."""
+_BENDS, _ANGLES = 10, 13
+"""Polynomials of each limb's bend, and multiples of the angle: the error is some 1e-11 up to bends of 1 rad."""
 
 _MIRRORED = np.array([0, 0, 1, 1, 1, 0, 1, 1, 0, 1, 1, 0])
 """Which components of (v, omega, u_1, u_2) change their sign in the mirror of the x-y plane."""
 
-_ROUGH, _EXACT = 1e-10, 1e-14
+_FLIPPED = np.array([0, 1, 1] * 4)
+"""Which of them half a turn about x changes."""
+_PART = np.where(LOWER[0] < 6, 1, np.where(LOWER[1] >= 6, 3, np.where(LOWER[0] < 9, 0, 2)))
+"""What an entry is of: limb 1's couplings with the base, P, limb 2's couplings, or the power alone."""
+_ORDER = np.lexsort((_PART, _MIRRORED[LOWER[0]] != _MIRRORED[LOWER[1]]))
+"""The table's order of entries: `ENTRIES` of `bead_table.c`."""
+
+_ROUGH, _EXACT = 1e-9, 1e-14
 """Coefficients below these parts of the largest are left out in a search, whose flows err by 1e-7, and else."""
 
 Progress = Callable[[int, int], None]
@@ -75,10 +84,15 @@ class Grid:
     many_angles: int = _ANGLES
 
     @property
+    def parts(self) -> Array:
+        """The bends that are sampled, as parts of the reach: the positive ones of twice as many nodes. Shape (n,)."""
+        n = self.many_bends
+        return np.asarray(cos((np.arange(n) + 0.5) * (0.5 * np.pi / n)))
+
+    @property
     def bends(self) -> Array:
         """The bends that are sampled [rad]. Shape (n,)."""
-        n = self.many_bends
-        return np.asarray(0.5 * self.reach_rad * (1.0 + cos((np.arange(n) + 0.5) * (np.pi / n))))
+        return self.reach_rad * self.parts
 
     @property
     def angles(self) -> Array:
@@ -122,27 +136,33 @@ def _samples(unit: Swimmer, grid: Grid, progress: Progress) -> Array:
 
 
 def made_table(swimmer: Swimmer, progress: Progress = lambda _done, _of: None, grid: Grid = FINE) -> Array:
-    """Return the kernel's table of a swimmer: its numbers, what counts, and coefficients. Shape (3 + n m (4 + n 78),).
+    """Return the kernel's table of a swimmer: its numbers, what counts, and coefficients. Shape (11 + n m (4 + n 78),).
 
     Args:
         swimmer: The swimmer.
         progress: Is told how far it is.
         grid: Where it is sampled.
     """
-    samples = _samples(swimmer.scaled(), grid, progress)[..., LOWER[0], LOWER[1]]
+    entries = LOWER[0][_ORDER], LOWER[1][_ORDER]
+    samples = _samples(swimmer.scaled(), grid, progress)[..., entries[0], entries[1]]
     n, m, angles = grid.many_bends, grid.many_angles, grid.angles
     places, steps = np.arange(n), np.arange(m)
     polynomials = cos(places[:, None] * ((places + 0.5) * (np.pi / n))) * (2.0 / n)
     polynomials[0] *= 0.5
     even, odd = (f(steps[:, None] * angles) * (2.0 / m) for f in (cos, sin))
     even[0] *= 0.5
-    mixed = _MIRRORED[LOWER[0]] != _MIRRORED[LOWER[1]]
-    out: Array = matmul(polynomials, samples.reshape(n, -1)).reshape(samples.shape).swapaxes(0, 1)
-    out = matmul(polynomials, out.reshape(n, -1)).reshape(out.shape).swapaxes(0, 1)
-    out = out.transpose(2, 0, 1, 3).reshape(m, -1)
-    sums = [matmul(series, out).reshape(m, n, n, -1) for series in (even, odd)]
-    table = np.where(mixed, sums[1], sums[0]).transpose(1, 2, 0, 3)
-    return np.concatenate([[grid.reach_rad, n, m], _counts(table).ravel(), table.ravel()])
+    mixed = _MIRRORED[entries[0]] != _MIRRORED[entries[1]]
+    turned = samples.transpose(2, 0, 1, 3).reshape(m, -1)
+    sums = [matmul(series, turned).reshape(m, n, n, -1) for series in (even, odd)]
+    table: Array = np.where(mixed, sums[1], sums[0]).transpose(1, 2, 0, 3)
+    flips = _FLIPPED[entries[0]] != _FLIPPED[entries[1]]
+    parts, is_odd = grid.parts, steps % 2 == 1
+    table = table / np.where(is_odd[:, None] != flips, parts[:, None, None, None], 1.0)
+    table = table / np.where(is_odd[:, None], parts[:, None, None], 1.0)
+    for _ in range(2):
+        table = matmul(polynomials, table.reshape(n, -1)).reshape(table.shape).swapaxes(0, 1)
+    room = np.zeros(BLOCK)
+    return np.concatenate([[grid.reach_rad, n, m], _counts(table).ravel(), table.transpose(2, 0, 1, 3).ravel(), room])
 
 
 def _counts(table: Array) -> Array:
@@ -199,4 +219,26 @@ def tabulated(swimmer: Swimmer, axes: Array) -> Array:
         raise ParameterError(
             f"limbs of links that feel each other bent by at most {REACH_RAD:g} rad are wanted, found {far:.4g} rad"
         )
-    return looked_up(np.concatenate([np.zeros(NUMBERS - 3), bead_table(swimmer)]), axes)[:, 0]
+    return looked_up(np.concatenate([np.zeros(NUMBERS - 3), bead_table(swimmer)]), axes)
+
+
+def table_error(swimmer: Swimmer, axes: Array) -> float:
+    """Return the largest error of the table's twists for unit joint rates, of those of the beads at some shapes.
+
+    Args:
+        swimmer: The swimmer.
+        axes: The limbs' axes in base coordinates. Shape (n, 2, 3).
+
+    Returns:
+        In units of L, and rad, per rad of joint travel.
+
+    Raises:
+        ParameterError: See `tabulated`.
+    """
+    unit = swimmer.scaled()
+    twists = []
+    for entries in (tabulated(unit, axes), solved_anew(unit, axes)):
+        full = np.empty((len(axes), 12, 12))
+        full[:, LOWER[0], LOWER[1]] = full[:, LOWER[1], LOWER[0]] = entries
+        twists.append(solve(full[:, :6, :6], full[:, :6, 6:]))
+    return float(np.max(np.abs(twists[0] - twists[1]), initial=0.0))

@@ -38,8 +38,8 @@ def home_shape(swimmer: Swimmer, start: Array) -> Array:
     for limb, joint in enumerate(swimmer.joints):
         if joint.kind == "fixed":
             out[limb] = start[limb]
-        elif not joint.ball and joint.home_rad() != (0.0, 0.0):
-            out[limb] = limb_at(*joint.home_rad())
+        elif not joint.ball and (home := joint.home_rad(swimmer.max_bend_rad)) != (0.0, 0.0):
+            out[limb] = limb_at(*home)
     return out
 
 

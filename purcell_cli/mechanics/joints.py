@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Literal, get_args
 
 from purcell_cli.errors import ParameterError
-from purcell_cli.geometry.reproducible import arctan2, cos, sin
+from purcell_cli.geometry.reproducible import arccos, arctan2, cos, sin
 from purcell_cli.geometry.rotations import Array, as_euler, from_euler
 
 Kind = Literal["ball", "universal", "hinge", "fixed"]
@@ -34,6 +34,8 @@ ACCELERATION_LIMITS: tuple[float, float] = (1e-9, 1e9)
 """What a joint's acceleration is above, and at most [rad/s^2]."""
 FARTHEST_DEG = 180.0
 """Ranges lie within this of 0 [deg]."""
+HOME_ROOM_RAD = 0.3
+"""How far from the ends of its range an angle is between the phases, where there is so much room [rad]."""
 MISFIT_RAD = 1e-11
 """By how much a shape may miss what its joint can do: a hundredth of what plans may miss [rad]."""
 RANGE_SLACK_RAD = 1e-10
@@ -124,9 +126,20 @@ class Joint:
         """Return the joint with another rate [rad/s]; None for the swimmer's."""
         return self if self.rate_rad_s == rate_rad_s else dataclasses.replace(self, rate_rad_s=rate_rad_s)
 
-    def home_rad(self) -> tuple[float, float]:
-        """Return the psi and theta nearest to the collinear shape that its ranges allow [rad]."""
-        out = [min(max(0.0, low), high) for low, high in map(self.range_rad, ANGLES)]
+    def home_rad(self, max_bend_rad: float) -> tuple[float, float]:
+        """Return the psi and theta between the phases: nearest to collinear, with room to both sides [rad].
+
+        Args:
+            max_bend_rad: How far the limb bends in phase 2, if its ranges let it [rad].
+        """
+        ends = [self.range_rad(name) for name in ANGLES]
+        near = [min(max(0.0, low), high) for low, high in ends]
+        bend = float(arccos(cos(near[0]) * cos(near[1])))
+        room = max(max_bend_rad - bend, 0.0) / (1.0 + len(self.angles))
+        out = []
+        for low, high in ends:
+            inside = min(HOME_ROOM_RAD, 0.5 * (high - low), room)
+            out.append(min(max(0.0, low + inside), high - inside))
         return out[0], out[1]
 
     def read(self, limb: Array) -> tuple[float, float]:

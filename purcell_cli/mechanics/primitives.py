@@ -72,9 +72,9 @@ class PrimitiveSequence:
             raise ParameterError(
                 f"one angle a control is wanted, found {len(control)} controls and {len(angle)} angles"
             )
-        if len(control) and not (control.min() >= 0 and control.max() <= 7):
+        if len(control) and control.view(np.uint64).max() > 7:  # what is negative is large
             raise ParameterError("controls are numbered 0 to 7")
-        if not np.all(np.isfinite(angle)):
+        if not np.isfinite(angle).all():
             raise ParameterError("angles must be finite")
         control.setflags(write=False)
         angle.setflags(write=False)
@@ -111,7 +111,7 @@ class PrimitiveSequence:
     @property
     def joint_travel_rad(self) -> float:
         """The sum over all primitives of |angle| [rad]."""
-        return float(np.sum(np.abs(self.angle)))
+        return float(np.abs(self.angle).sum())
 
     @property
     def duration(self) -> Array:
@@ -133,7 +133,10 @@ class PrimitiveSequence:
 
     def with_angles(self, angle: ArrayLike) -> PrimitiveSequence:
         """Return the same controls with other angles [rad]. Shape (n,)."""
-        return PrimitiveSequence(self.control, np.asarray(angle, dtype=np.float64))
+        other = np.array(angle, dtype=np.float64).reshape(-1)
+        if other.shape != self.angle.shape or not np.isfinite(other).all():
+            return PrimitiveSequence(self.control, other)  # which refuses it
+        return self._known(self.control, other)
 
     def lasting(self, piece: NDArray[np.int64], duration: Array) -> PrimitiveSequence:
         """Return some of the primitives, each for a time of its own [s] at a joint rate of 1 rad/s. Shapes (m,)."""

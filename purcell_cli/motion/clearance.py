@@ -20,26 +20,20 @@ import dataclasses
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from purcell_cli.geometry.reproducible import arccos, arcsin, cos, hypot, sin
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel import clearance as kernel
 from purcell_cli.kernel.linear import nearest_on_segments
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import LimbCircles
-
-Rows = NDArray[np.int64]
 
 LIMBS = "limb 1 and limb 2"
 """What messages call the pair of limbs."""
 
 TOLERANCE_L = 1e-9
 """The least distance is known to this, in units of L."""
-
-_PARTS = 4
-"""Into how many a stretch is cut where a smaller distance may be: 2 to 8 find the same one, with 5 to 10 evaluations a
-piece; the more, the fewer rounds."""
 
 _BATCH = 1 << 16
 """Pieces of a motion that are searched together: bounds the memory of a long motion."""
@@ -162,10 +156,10 @@ def least_clearance(swimmer: Swimmer, pieces: Pieces) -> Clearance:
     best = Clearance(np.inf, 0, 0.0, 0.0)
     for low in range(0, len(pieces), _BATCH):
         circles = LimbCircles.of(pieces[low : low + _BATCH])
-        found = _Search(swimmer, circles, np.zeros(len(circles), dtype=np.int64), best.distance_m)
-        error = max(best.error_m, found.error_m)
-        if found.best[0] < best.distance_m:
-            best = Clearance(float(found.best[0]), low + int(found.piece[0]), float(found.time[0]), error)
+        found = _nearest(swimmer, circles, False, best.distance_m)
+        error = max(best.error_m, found.error)
+        if found.distance[0] < best.distance_m:
+            best = Clearance(float(found.distance[0]), low + int(found.piece[0]), float(found.time[0]), error)
         if swimmer.body_radius_m:
             bend, time = circles.largest_bends()
             near = body_distance(swimmer, bend)
@@ -184,104 +178,12 @@ def clearances(swimmer: Swimmer, pieces: Pieces, enough_m: float = np.inf) -> tu
         pieces: The pieces.
         enough_m: Where the distance is more than this, it is not looked for closely [m].
     """
-    circles = LimbCircles.of(pieces)
-    found = _Search(swimmer, circles, np.arange(len(circles)), enough_m)
-    return found.best, found.time
+    found = _nearest(swimmer, LimbCircles.of(pieces), True, enough_m)
+    return found.distance, found.time
 
 
-class _Search:
-    """The search for the least distance in groups of pieces.
-
-    Args:
-        swimmer: The swimmer.
-        circles: The pieces.
-        group: The group of each piece, ascending from 0. Shape (n,).
-        enough_m: Distances above this need not be found exactly [m].
-
-    Attributes:
-        best: The least distance found in each group [m].
-        piece: The piece it is on.
-        time: When, from the piece's beginning [s].
-        error_m: How much less the true least distances may be [m].
-    """
-
-    def __init__(self, swimmer: Swimmer, circles: LimbCircles, group: Rows, enough_m: float) -> None:
-        self.swimmer, self.circles, self.group, self.enough = swimmer, circles, group, enough_m
-        count = int(group[-1]) + 1 if len(group) else 0
-        self.best, self.time = np.full(count, np.inf), np.zeros(count)
-        self.piece = np.zeros(count, dtype=np.int64)
-        self.error_m = 0.0
-        self._radii = _radii(swimmer)
-        self._full = 2.0 * np.array(swimmer.halves_m[1:])
-        self._speed = (self._full * circles.speed).sum(axis=1)
-        self._pull = (self._full * circles.speed * circles.turn).sum(axis=1)
-        if count:
-            self._run()
-
-    def _run(self) -> None:
-        every = np.arange(len(self.circles))
-        begun = np.zeros(len(every))
-        first, last = self._distance(every, begun), self._distance(every, self.circles.duration)
-        # While no limb bends more than a right angle the joints are nearest to each other.
-        folded = self.circles.largest_bends()[0] > 0.5 * np.pi
-        moving = np.any(folded, axis=1) & (self._speed * self.circles.duration > 0) & ~self._constant(folded)
-        piece = every[moving]
-        start, length, low, high = begun[moving], self.circles.duration[moving], first[moving], last[moving]
-        while len(piece):
-            bound = self._bound(piece, length, low, high)
-            open_ = self._missing(piece, bound) > TOLERANCE_L * self.swimmer.length_m
-            if np.count_nonzero(open_) > _MOST_STRETCHES:
-                self.error_m = float(np.max(self._missing(piece, bound)))
-                return
-            piece, start, length, low, high = (x[open_] for x in (piece, start, length, low, high))
-            n = len(piece)
-            length = length / _PARTS
-            inner = start[:, None] + length[:, None] * np.arange(1, _PARTS)
-            between = self._distance(np.repeat(piece, _PARTS - 1), inner.ravel()).reshape(n, _PARTS - 1)
-            ends = np.concatenate([low[:, None], between, high[:, None]], axis=1)
-            start = (start[:, None] + length[:, None] * np.arange(_PARTS)).ravel()
-            low, high = ends[:, :-1].ravel(), ends[:, 1:].ravel()
-            piece, length = np.repeat(piece, _PARTS), np.repeat(length, _PARTS)
-        self.error_m = TOLERANCE_L * self.swimmer.length_m
-
-    def _constant(self, folded: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return on which pieces one limb rests and the other one's joint stays the point nearest to it. Shape (n,).
-
-        It does if all of the resting limb lies behind the plane through that joint, across the moving
-        limb's axis: both ends of the resting limb do.
-        """
-        circles = self.circles
-        begun = circles.centre + circles.cosine
-        end = (self._full[:, None] * begun)[:, ::-1]
-        end[..., 0] += 2.0 * self.swimmer.base_half_length_m
-        behind = ~folded & (circles.least_along(end) >= 0.0)
-        rests = (circles.speed == 0.0)[:, ::-1]
-        return np.asarray(np.any(behind & rests, axis=1))
-
-    def _distance(self, piece: Rows, time: Array) -> Array:
-        """Return distances at times, and keep the least. Shape (m,)."""
-        found = limb_distance(self.swimmer, self.circles.at(piece, time))
-        if len(found):
-            order = np.lexsort((found, self.group[piece]))
-            groups, first = np.unique(self.group[piece[order]], return_index=True)
-            least = order[first]
-            better = found[least] < self.best[groups]
-            groups, least = groups[better], least[better]
-            self.best[groups], self.piece[groups], self.time[groups] = found[least], piece[least], time[least]
-        return found
-
-    def _missing(self, piece: Rows, bound: Array) -> Array:
-        """Return by how much a bound undercuts what is known already, or what is enough [m]."""
-        return np.asarray(np.minimum(self.best[self.group[piece]], self.enough) - bound)
-
-    def _bound(self, piece: Rows, length: Array, low: Array, high: Array) -> Array:
-        """Return what the distance cannot go below on stretches of time between two distances [m]."""
-        move = self._speed[piece] * length
-        straight = 0.5 * (low + high - move)
-        a, b = (low + self._radii) ** 2, (high + self._radii) ** 2
-        reach = 2.0 * self.swimmer.base_half_length_m + move
-        bulge = 2.0 * move**2 + 2.0 * reach * self._pull[piece] * length**2
-        tilt = np.abs(b - a)
-        inside = 0.5 * (a + b) - 0.125 * bulge - 0.5 * tilt**2 / np.where(bulge > 0.0, bulge, 1.0)
-        square = np.where(tilt < 0.5 * bulge, inside, np.minimum(a, b))
-        return np.asarray(np.maximum(straight, np.sqrt(np.maximum(square, 0.0)) - self._radii))
+def _nearest(swimmer: Swimmer, circles: LimbCircles, apart: bool, enough_m: float) -> kernel.Nearest:
+    """Return the least distances on all pieces or, apart, on each; those above what is enough are not exact [m]."""
+    one, two = (2.0 * half for half in swimmer.halves_m[1:])
+    links, small_m = (swimmer.base_half_length_m, one, two, _radii(swimmer)), TOLERANCE_L * swimmer.length_m
+    return kernel.nearest(circles.known, circles.duration, links, apart, enough_m, small_m, _MOST_STRETCHES)

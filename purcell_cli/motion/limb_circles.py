@@ -12,8 +12,9 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.geometry.reproducible import apply, arctan2, cos, hypot, inner, sin
-from purcell_cli.geometry.rotations import Array, cross
+from purcell_cli.geometry.reproducible import arctan2, cos, hypot, inner, sin
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel import clearance as kernel
 from purcell_cli.mechanics.pieces import Pieces
 
 BEND_SLACK_RAD = 1e-9
@@ -53,12 +54,7 @@ class LimbCircles:
     @classmethod
     def of(cls, pieces: Pieces) -> LimbCircles:
         """Return the sweeps of pieces."""
-        axes = pieces.shapes[..., 0]
-        about = apply(pieces.shapes, np.reshape(pieces.rates, (-1, 2, 3)))
-        turn = np.sqrt(inner(about, about))
-        unit = about / np.where(turn > 0.0, turn, 1.0)[..., None]
-        centre = inner(unit, axes)[..., None] * unit
-        return cls(centre, axes - centre, cross(unit, axes), turn, np.asarray(pieces.durations, dtype=np.float64))
+        return cls(*kernel.circles(pieces.shapes, pieces.rates), np.asarray(pieces.durations, dtype=np.float64))
 
     def __len__(self) -> int:
         return len(self.duration)
@@ -69,23 +65,14 @@ class LimbCircles:
         return np.asarray(self.centre[piece] + cos(angle) * self.cosine[piece] + sin(angle) * self.sine[piece])
 
     @property
+    def known(self) -> kernel.Circles:
+        """The circles as the kernel takes them."""
+        return kernel.Circles(self.centre, self.cosine, self.sine, self.turn)
+
+    @property
     def speed(self) -> Array:
         """How fast the limbs' axes move; that of a limb that only rolls rests [rad/s]. Shape (n, 2)."""
         return np.asarray(self.turn * np.sqrt(inner(self.sine, self.sine)))
-
-    def least_along(self, direction: Array) -> Array:
-        """Return the least component of each limb's axis along a direction, at any instant of a piece.
-
-        Args:
-            direction: One for each piece and limb. Shape (n, 2, 3).
-
-        Returns:
-            Components. Shape (n, 2).
-        """
-        c, a, b = (inner(x, direction) for x in (self.centre, self.cosine, self.sine))
-        end = self.turn * self.duration[:, None]
-        at_ends = np.minimum(a, a * cos(end) + b * sin(end))
-        return np.asarray(c + np.where(lowest(a, b) < end, -hypot(a, b), at_ends))
 
     def largest_bends(self) -> tuple[Array, Array]:
         """Return each limb's largest bend on each piece, at any instant of it, and when.
@@ -96,11 +83,4 @@ class LimbCircles:
         Returns:
             Bends [rad] and times within the pieces [s]. Shapes (n, 2).
         """
-        end = self.turn * self.duration[:, None]
-        least = lowest(self.cosine[..., 0], self.sine[..., 0])
-        angle = np.stack([np.zeros_like(end), end, np.where(least < end, least, end)])
-        axes = self.centre + cos(angle)[..., None] * self.cosine + sin(angle)[..., None] * self.sine
-        bend = bends(axes)
-        which = np.argmax(bend, axis=0)[None]
-        angle = np.take_along_axis(angle, which, axis=0)[0]
-        return np.take_along_axis(bend, which, axis=0)[0], angle / np.where(self.turn > 0.0, self.turn, 1.0)
+        return kernel.largest_bends(self.known, self.duration)

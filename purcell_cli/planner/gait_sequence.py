@@ -16,8 +16,9 @@ import numpy as np
 from purcell_cli.errors import GaitError
 from purcell_cli.gaits import pure_stroke
 from purcell_cli.gaits.gait import MOTIONS, Gait, Stroke
-from purcell_cli.geometry.reproducible import arctan2_of, hypot_of, matmul, sin_cos_of
-from purcell_cli.geometry.rotations import Array, about_axis
+from purcell_cli.geometry.reproducible import arctan2_of
+from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.sequence import cheapest
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.candidate import Candidate
@@ -38,10 +39,7 @@ _TRIES = 40
 _BEND_SLACK = 1.0 + 1e-6
 """A stroke may bend so many times the bend limit: room for rounding."""
 _NEGLIGIBLE = 1e-13
-"""Displacements below this are none, and sines below this are zero [L, rad]."""
-_GRIDS = (9, 5)
-"""How many yaws towards the goal are tried, from none to the whole bearing, and how many more beside the best of these
-but one: some 4 degrees apart, and then 1."""
+"""Displacements below this are none [L, rad]."""
 _PAIRS = 2
 """How many of the most promising pairs of limbs' ways get a sequence of gaits."""
 _WORDS = "stored gaits one after the other"
@@ -65,7 +63,14 @@ class Motion:
 
 
 class StrokeBook:
-    """The pure strokes of one scaled swimmer: the largest displacement of each gait, and its cost."""
+    """The pure strokes of one scaled swimmer: the largest displacement of each gait, and its cost.
+
+    Attributes:
+        swimmer: The swimmer.
+        gaits: The gaits that make each motion.
+        largest: Of each gait the stroke of largest amplitude that is used, and how far it goes [L or rad].
+        numbers: What sequences of them are priced by; see `kernel.sequence.cheapest`.
+    """
 
     def __init__(self, gaits: Iterable[Gait], swimmer: Swimmer) -> None:
         self.swimmer = swimmer
@@ -79,6 +84,8 @@ class StrokeBook:
             name: (2.0 * stroke.approach.joint_travel_rad, stroke.cycle.joint_travel_rad, abs(reach))
             for name, (stroke, reach) in self.largest.items()
         }
+        counts = [len(self.gaits[m]) for m in MOTIONS]
+        self.numbers = counts, np.array([self._prices[g.name] for m in MOTIONS for g in self.gaits[m]])
 
     def _largest(self, gait: Gait) -> tuple[Stroke, float]:
         """Return the stroke of largest amplitude that is used, and how far it goes."""
@@ -191,78 +198,7 @@ def split(book: StrokeBook, displacement: Array) -> list[Motion]:
         book: The swimmer's strokes.
         displacement: Body displacement, in units of L. Shape (4, 4).
     """
-    p, r = displacement[:3, 3], displacement[:3, :3]
-    aside = hypot_of(p[1], p[2])
-    first_roll = arctan2_of(p[2], p[1]) if aside > _NEGLIGIBLE else 0.0
-
-    def cheapest(ways: Iterable[list[Motion]]) -> tuple[float, list[Motion]]:
-        priced = [(round(sum(book.cost(m) for m in way), 9), way) for way in map(_merged, ways)]
-        return min(priced, key=lambda one: one[0])
-
-    def turned(sense: float, part: float) -> tuple[float, list[Motion]]:
-        roll = math.remainder(first_roll + (0.0 if sense > 0 else math.pi), 2.0 * math.pi)
-        y = sense * aside
-        yaw = part * math.remainder(arctan2_of(y, p[0]), math.pi)  # swims backwards rather than turning round
-        s, c = sin_cos_of(yaw)
-        begun = [Motion("roll", roll), Motion("yaw", yaw)]
-        begun += [Motion("x", c * p[0] + s * y), Motion("y", c * y - s * p[0])]
-        done = matmul(about_axis(0, roll), about_axis(2, yaw))
-        return cheapest([*begun, *turns] for turns in _rotations(matmul(done.T, r)))
-
-    along = [Motion(axis, float(v)) for axis, v in zip("xyz", p, strict=True)]
-    best, few = cheapest([*along, *turns] for turns in _rotations(r)), _GRIDS[0] if aside > _NEGLIGIBLE else 1
-    for sense in (1.0, -1.0):
-        parts = np.linspace(0.0, 1.0, few).tolist()
-        found = [turned(sense, part) for part in parts]
-        near = parts[min(range(few), key=lambda k: found[k][0])]
-        if few > 1:
-            inner = np.linspace(near - 1.0 / few, near + 1.0 / few, _GRIDS[1]).tolist()
-            found += [turned(sense, part) for part in inner if 0.0 < part < 1.0]
-        best = min([best, *found], key=lambda one: one[0])
-    return best[1]
-
-
-def _rotations(rotation: Array) -> list[list[Motion]]:
-    """Return the ways to make a rotation by roll, yaw, roll, and as pitch alone where it is one."""
-    ways = [
-        [Motion(a, v) for a, v in zip(("roll", "yaw", "roll"), turned, strict=True)]
-        for turned in _roll_yaw_roll(rotation)
-    ]
-    pitch = arctan2_of(float(rotation[0, 2]), float(rotation[0, 0]))
-    if float(np.max(np.abs(about_axis(1, pitch) - rotation))) < _NEGLIGIBLE:
-        ways.append([Motion("pitch", pitch)])
-    return ways
-
-
-def _roll_yaw_roll(rotation: Array) -> list[tuple[float, float, float]]:
-    """Return the ways to make a rotation as Rx(a) Rz(b) Rx(c)."""
-    sine = hypot_of(rotation[1, 0], rotation[2, 0])
-    b = arctan2_of(sine, rotation[0, 0])
-    if sine < _NEGLIGIBLE:
-        c = (
-            arctan2_of(rotation[2, 1], rotation[1, 1])
-            if rotation[0, 0] > 0
-            else -arctan2_of(-rotation[2, 1], -rotation[1, 1])
-        )
-        return [(0.0, b, c)]
-    a, c = arctan2_of(rotation[2, 0], rotation[1, 0]), arctan2_of(rotation[0, 2], -rotation[0, 1])
-    other = (math.remainder(a + math.pi, 2 * math.pi), -b, math.remainder(c + math.pi, 2 * math.pi))
-    return [(a, b, c), other]
-
-
-def _merged(motions: list[Motion]) -> list[Motion]:
-    """Return the motions with neighbours along one axis made one."""
-    out: list[Motion] = []
-    for motion in motions:
-        if abs(motion.amount) <= _NEGLIGIBLE:
-            continue
-        if out and out[-1].along == motion.along:
-            amount = out.pop().amount + motion.amount
-            if motion.along in ("roll", "yaw"):
-                amount = math.remainder(amount, 2 * math.pi)
-            motion = Motion(motion.along, amount)
-        out.append(motion)
-    return out
+    return [Motion(MOTIONS[along], amount) for along, amount in cheapest(displacement, *book.numbers)]
 
 
 def phase_two(book: StrokeBook, displacement: Array) -> list[Block]:

@@ -165,7 +165,8 @@ def _slope(xi: Real, state: Real) -> Real:
 
 def _distance(unit: Swimmer, shapes: Real) -> Array:
     """Return how far shapes are from where A(r) is sharp, as a bend [rad]: there P has a small eigenvalue."""
-    alone = dataclasses.replace(unit, fluid="local")  # sharp where the links are straight, in any fluid
+    # It is sharp where the links are straight, in any fluid.
+    alone = unit if unit.fluid == "local" else dataclasses.replace(unit, fluid="local")
     least = np.linalg.eigvalsh(resistance(alone, shapes.astype(np.float64)))[:, 0]
     return np.asarray(np.sqrt(np.maximum(least, 0.0) / (unit.lateral_drag() * unit.bend_spread())))
 

@@ -33,8 +33,8 @@ _SAME_SHAPE_DIGITS = 9
 
 What the difference makes is known to first order: the second is below 1e-15 rad even where A(r) is sharpest."""
 _DRIFT_COUNTS, _SHARPEST = 1e-12, 100.0
-"""Differences of shape are looked at where they could turn the base by more than this [rad] in all, if it turned by
-this many times their sum: A(r) varies over bends of some 0.01 rad and more."""
+"""Differences of shape are looked at where they could turn the base by more than this [rad] in all, if each radian of a
+segment turned it by this many times its difference: A(r) varies over bends of some 0.01 rad and more."""
 _DRIFT_STEP = 1e-5
 """Turn of a limb by which displacements are differenced [rad]: errors of 1e-7 of the first order."""
 _CARES = ((np.float64, 1.0), (np.float64, 0.6), (np.longdouble, 0.6), (np.longdouble, 0.3))
@@ -74,14 +74,10 @@ class Replay:
     drift: Array
     length_m: float
 
-    @property
+    @functools.cached_property
     def shape(self) -> Array:
         """The limbs' orientations where segments begin, and at the end, in double precision. Shape (m + 1, 2, 3, 3)."""
-        out = np.empty((len(self.turned), 2, 3, 3))
-        for low in range(0, len(out), _BATCH):
-            some = slice(low, low + _BATCH)
-            out[some] = _shapes(self.begun_shape, self.turned[some])
-        return out
+        return _shapes(self.begun_shape.astype(np.float64), self.turned.astype(np.float64))
 
     @property
     def end_shape(self) -> Real:
@@ -115,7 +111,12 @@ class Replay:
         """The base's pose at the end [m]. Shape (4, 4)."""
         if len(self.drift):
             return extended(self.pose[-1])
-        return np.asarray(self.begun_pose @ product(self.moves.fine, self.which))
+        return np.asarray(self.begun_pose @ self._moved)
+
+    @functools.cached_property
+    def _moved(self) -> Real:
+        """The base's displacement from the first pose to the last. Shape (4, 4)."""
+        return product(self.moves.fine, self.which)
 
     def until(self, segment: int) -> Replay:
         """Return the replay up to where a segment begins."""
@@ -135,7 +136,7 @@ class Replay:
     @functools.cached_property
     def bound(self) -> Deviation:
         """By how much the end may be wrong: what the last extrapolation changed there, and all rounding together."""
-        fine, rough = (product(moves, self.which) for moves in (self.moves.fine, self.moves.rough))
+        fine, rough = self._moved, product(self.moves.rough, self.which)
         away, turned = rough[:3, 3] - fine[:3, 3], rough[:3, :3] - fine[:3, :3]
         rounding = self.moves.rounding[self.which]
         return Deviation(
@@ -275,9 +276,12 @@ def _drift(swimmer: Swimmer, shapes: Real, rates: Array, durations: Array, which
     Returns:
         Body twists at the segments' ends, to first order, shape (m, 6), or (0, 6) where they are too small to count.
     """
-    if _SHARPEST * float(np.sum(np.abs(off))) < _DRIFT_COUNTS:
+    swept = np.linalg.norm(rates, axis=1) * durations
+    most = _SHARPEST * swept * np.bincount(which, np.abs(off).sum(axis=(1, 2)), len(shapes))
+    least_first = np.argsort(most)
+    swung = np.sort(least_first[np.cumsum(most[least_first]) >= _DRIFT_COUNTS])
+    if not len(swung):
         return np.empty((0, 6))
-    swung = np.flatnonzero(np.bincount(which, np.abs(off).sum(axis=(1, 2)), len(shapes)))
     turns = np.zeros((6, 2, 3, 3)) + np.eye(3)
     shape = shapes[swung].astype(np.float64)
     ends = []

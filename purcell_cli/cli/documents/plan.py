@@ -216,6 +216,13 @@ class PlanDocument(TypedDict):
     blocked: Annotated[BlockedPart | None, "where a search for a way round obstacles ended; null where none failed"]
     waypoints: Annotated[list[WaypointPart], "the waypoints, in the order in which they are passed"]
     follow: Annotated[CurvePart | None, "the curve that is followed; null without one"]
+    table_error: NotRequired[
+        Annotated[
+            float,
+            "of links that feel each other: joint travel times the largest error of their table's twists at rows of "
+            "the trajectory, about what the end on the beads themselves is off at most [L, rad]",
+        ]
+    ]
     rows: Annotated[int, "rows of the trajectory"]
     trajectory: Annotated[str | None, "the trajectory's file"]
     plan_document: Annotated[str | None, "the plan document's file, written or read"]

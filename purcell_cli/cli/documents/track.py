@@ -18,10 +18,13 @@ class MeasuringPart(TypedDict):
 class TrackPart(TypedDict):
     """A plan that was swum, or its beginning."""
 
+    leg: Annotated[int, "which leg of a mission it is of, from 1"]
     joint_travel_rad: Annotated[float, "the joint travel that was swum [rad]"]
     duration_s: Annotated[float, "how long that took [s]"]
-    measured_off: Annotated[DeviationPart, "how far from the goal the swimmer was measured to be after it"]
-    off: Annotated[DeviationPart, "how far from the goal it really was"]
+    measured_off: Annotated[
+        DeviationPart, "how far from the leg's end the swimmer was measured to be after it, in what counts"
+    ]
+    off: Annotated[DeviationPart, "how far from there it really was"]
 
 
 class TrackDocument(TypedDict):
@@ -34,8 +37,9 @@ class TrackDocument(TypedDict):
     noise: Annotated[MeasuringPart, "the noise of measurements"]
     tolerance_l: Annotated[float, "position tolerance, in units of L"]
     tolerance_deg: Annotated[float, "angle tolerance [deg]"]
-    replans: Annotated[int, "how often it was planned again"]
+    replans: Annotated[int, "how often it was planned again; a mission's legs have a first plan each"]
     joint_travel_rad: Annotated[float, "joint travel of all parts [rad]"]
     off: Annotated[DeviationPart, "how far from the goal the swimmer really ended"]
+    off_curve_m: Annotated[float | None, "how far from the curve to follow the base's middle really was at most [m]"]
     parts: Annotated[list[TrackPart], "the parts that were swum, in order, with a new plan after each but the last"]
     out: Annotated[str | None, "the file of what really happened"]

@@ -10,7 +10,6 @@ from purcell_cli.cli.documents.track import MeasuringPart, TrackDocument, TrackP
 from purcell_cli.cli.reports.common import deviation_document, plain_table, swimmer_document
 from purcell_cli.feedback.measured import Measuring
 from purcell_cli.feedback.track import Tracking
-from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
 
 if TYPE_CHECKING:
@@ -33,10 +32,11 @@ def track_document(
     size = model.length_m
     parts: list[TrackPart] = [
         {
+            "leg": part.leg + 1,
             "joint_travel_rad": part.joint_travel_rad,
             "duration_s": float(part.trajectory.time_s[-1]),
-            "measured_off": deviation_document(Deviation.between(part.measured, found.goal), size),
-            "off": deviation_document(Deviation.between(part.end, found.goal), size),
+            "measured_off": deviation_document(part.aim.off(part.measured), size),
+            "off": deviation_document(part.aim.off(part.end), size),
         }
         for part in found.parts
     ]
@@ -51,6 +51,7 @@ def track_document(
         "replans": found.replans,
         "joint_travel_rad": found.joint_travel_rad,
         "off": deviation_document(found.off, size),
+        "off_curve_m": found.off_curve_m,
         "parts": parts,
         "out": out,
     }
@@ -59,18 +60,29 @@ def track_document(
 def show_track(console: Console, document: TrackDocument) -> None:
     """Show a way that was swum in parts."""
     table = plain_table("Plan, swim, measure")
-    for heading in ("part", "joint travel [rad]", "time [s]", "then off by [L]", "[deg]"):
+    many_legs = len({part["leg"] for part in document["parts"]}) > 1
+    for heading in (
+        *(["leg"] if many_legs else []),
+        "part",
+        "joint travel [rad]",
+        "time [s]",
+        "then off by [L]",
+        "[deg]",
+    ):
         table.add_column(heading, justify="right")
     for k, part in enumerate(document["parts"], 1):
         off = part["measured_off"]
         figures = f"{part['joint_travel_rad']:.4g}", f"{part['duration_s']:.4g}"
-        table.add_row(str(k), *figures, f"{off['position_over_L']:.3g}", f"{math.degrees(off['base_rad']):.3g}")
+        numbers = ([str(part["leg"])] if many_legs else []) + [str(k)]
+        table.add_row(*numbers, *figures, f"{off['position_over_L']:.3g}", f"{math.degrees(off['base_rad']):.3g}")
     console.print(table)
     off, many = document["off"], document["replans"]
     console.print(
         f"it ends {off['position_over_L']:.3g} L and {math.degrees(off['base_rad']):.3g} deg off after {many} "
         f"replan{'' if many == 1 else 's'}, joint travel {document['joint_travel_rad']:.4g} rad"
     )
+    if document["off_curve_m"] is not None:
+        console.print(f"it was {1000.0 * document['off_curve_m']:.4g} mm from the curve at most")
     console.print(document["verdict"])
     if document["out"] is not None:
         console.print(f"what really happened is in {document['out']}", soft_wrap=True)

@@ -40,10 +40,15 @@ _ENOUGH = 48
 """No further pair of ways is looked at where there are so many candidates."""
 _MANY_L = 3.0
 """Short plans are tried up to this displacement, where there is no chain [L, rad]."""
-_PART_L, _MOST_PARTS = 1.0, 40
-"""Where no chain makes a displacement, it is made in equal parts of at most this, and so many of them [L, rad]."""
+_PARTS_L, _MOST_PARTS = (1.0, 0.3, 0.12), 40
+"""Where no chain makes a displacement, it is made in equal parts of at most these, in turn, and so many [L, rad]."""
+_LONGER = 3
+"""Chains of parts have so many loops more: where ranges are one-sided, short ones that do little are rare."""
 _MANY_CHAINS = 4
 """So many chains of one pair of ways tell what the next pair's are like."""
+_THEN, _HARDLY = " then ", 1.1
+"""What stands between the loops of a chain in words, and how much dearer than the best a chain may be to be tried next
+since it begins otherwise."""
 _LESS = 0.1
 """A chain's fraction of a cycle below this is made by the others."""
 
@@ -81,9 +86,8 @@ def joint_candidates(
                 break
             chains = chains_for(few.screws, missing, rows, counts, seed, like)
             like = chains if like is None and len(chains.loops) >= _MANY_CHAINS else like
-            parts = math.ceil(float(np.max(np.abs(se3.log(missing)))) / _PART_L)
-            if not len(chains.loops) and 1 < parts <= _MOST_PARTS:
-                chains = chains_for(few.screws, se3.exp(se3.log(missing) / parts), rows, counts, seed).times(parts)
+            if not len(chains.loops):
+                chains = _in_parts(few, missing, rows, counts, seed, chains)
             found += list(_of_chains(few, chains, first, last, breadth.kept))
     found.sort(key=lambda c: round(c.estimate_rad, 9))
     least = min((c.estimate_rad for c in found), default=math.inf)
@@ -91,6 +95,36 @@ def joint_candidates(
     if breadth.short and (least < _SHORT_RAD or (not found and far < _MANY_L)):
         found += _short_plans(swimmer, start, goal, wanted, pairs, breadth, seed)
     return sorted(found, key=lambda c: (c.astray, round(c.estimate_rad, 9)))
+
+
+def _in_parts(
+    loops: Loops, missing: Array, rows: tuple[int, ...], counts: tuple[int, int, int], seed: int, none: Chains
+) -> Chains:
+    """Return chains that make a displacement in equal parts, the longest parts that some make; or none."""
+    twist, (least, most, tries) = se3.log(missing), counts
+    for part in _PARTS_L:
+        parts = math.ceil(float(np.max(np.abs(twist))) / part)
+        if 1 < parts <= _MOST_PARTS:
+            longer = (least + _LONGER, most + _LONGER, tries)
+            chains = chains_for(loops.screws, se3.exp(twist / parts), rows, longer, seed)
+            if len(chains.loops):
+                return chains.times(parts)
+    return none
+
+
+def varied(candidates: Iterable[Candidate]) -> list[Candidate]:
+    """Return candidates, the best first, then the best of those that begin with another loop, if it is hardly dearer.
+
+    Chains that begin alike end alike when they are optimised, so the second that is should be of another kind.
+    """
+    out = sorted(candidates, key=lambda c: round(c.estimate_rad, 9))
+    for k, one in enumerate(out[1:], 1):
+        if one.estimate_rad > _HARDLY * out[0].estimate_rad:
+            break
+        if one.words.split(_THEN)[0] != out[0].words.split(_THEN)[0]:
+            out.insert(1, out.pop(k))
+            break
+    return out
 
 
 def _outer(swimmer: Swimmer, start: Array, goal: Array, home: Array, wanted: Array) -> list[tuple[Way, Way, Array]]:
@@ -116,7 +150,7 @@ def _of_chains(loops: Loops, chains: Chains, first: Way, last: Way, kept: int) -
     outer = first.sequence.joint_travel_rad + last.sequence.joint_travel_rad
     for row, cycles, travel in zip(chains.loops, chains.cycles, chains.travel, strict=True):
         parts = [(int(k), float(n)) for k, n in zip(row, cycles, strict=True) if abs(n) > 1e-3]
-        words = " then ".join(f"{max(1, math.ceil(abs(n) - _LESS))} {loops.loops[k].name}" for k, n in parts)
+        words = _THEN.join(f"{max(1, math.ceil(abs(n) - _LESS))} {loops.loops[k].name}" for k, n in parts)
         if words in seen:
             continue
         seen.add(words)

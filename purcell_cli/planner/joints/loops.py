@@ -15,6 +15,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import arccos, cos, matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.joint_motion import bend_limits, plane_axis
+from purcell_cli.mechanics.joints import ANGLES
 from purcell_cli.mechanics.lift import SEARCHING, run_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import AXIS_OF, EMPTY, LIMB_OF, PrimitiveSequence, joined
@@ -42,6 +43,8 @@ _ABOUT_RAD = (0.0, 0.25 * math.pi, -0.25 * math.pi)
 """The directions about the limb's axis in which they are looked at [rad]; quarter turns exchange yaw and pitch."""
 _LONE_SHARE = 0.95
 """The part of its room that a ball joint alone takes: the repeated strokes have no angles that could bend less."""
+_PAIRED = 400
+"""Pairs are made of every so manieth loop that so many are left: all pairs of those take a tenth of a second."""
 _SEVERAL = 10
 """Loops of so many primitives are several already."""
 _STRAIGHT = 1.0 - 1e-9
@@ -123,24 +126,35 @@ def _spans(swimmer: Swimmer, home: Array, offset: Aside, pair: tuple[int, int]) 
     out = []
     for control in pair:
         limb, joint = int(LIMB_OF[control]), swimmer.joints[int(LIMB_OF[control])]
-        bent = [float(arccos(np.clip(home[limb, 0, 0], -1.0, 1.0)))]
+        at = [0.0, 0.0] if joint.ball else list(joint.read(home[limb]))
         if offset is not None and LIMB_OF[offset[0]] == limb:
-            bent.append(abs(offset[1]))
-        free = float(cos(limits[limb])) / math.prod(float(cos(angle)) for angle in bent if angle > 1e-9)
-        both = int(LIMB_OF[pair[0]] == LIMB_OF[pair[1]])
-        if not 0.0 < free < 1.0 and len(bent) > 1:
-            return None
-        reach = float(arccos(min(max(free, -1.0), 1.0))) if not both else float(arccos(math.sqrt(max(free, 0.0))))
+            at[_angle(offset[0])] += offset[1]
+        mine, other = at[_angle(control)], at[1 - _angle(control)]
+        limit = float(cos(limits[limb]))  # the bend's cosine is that of one angle times that of the other
+        if LIMB_OF[pair[0]] == LIMB_OF[pair[1]]:
+            corner = min(max(2.0 * limit - float(cos(abs(mine) - abs(other))), -1.0), 1.0)
+            reach = 0.5 * (float(arccos(corner)) + abs(mine) - abs(other))  # both farther from home by the same
+        else:
+            free = limit / float(cos(other))
+            if not 0.0 < free < 1.0 and other:
+                return None
+            reach = float(arccos(min(max(free, -1.0), 1.0)))
         reach = min(reach, _WIDEST_RAD)
-        span = np.array([-reach, reach]) if AXIS_OF[control] else np.array([-1.0, 1.0])
+        span = (
+            np.array([min(-reach - mine, 0.0), max(reach - mine, 0.0)]) if AXIS_OF[control] else np.array([-1.0, 1.0])
+        )
         if not joint.ball:
-            name = "psi" if AXIS_OF[control] == 2 else "theta"
-            at, ends = joint.home_rad()[0 if name == "psi" else 1], joint.range_rad(name)
-            span = np.clip(span, ends[0] - at, ends[1] - at)
+            ends = joint.range_rad(ANGLES[_angle(control)])
+            span = np.clip(span, min(ends[0] - mine, 0.0), max(ends[1] - mine, 0.0))
         if span[1] - span[0] < 1e-3:
             return None
         out.append(span)
     return out
+
+
+def _angle(control: int) -> int:
+    """Return which of a limb's two angles a control turns: 0 is psi, 1 theta; rolls count as theta."""
+    return 0 if AXIS_OF[control] == 2 else 1
 
 
 def _all_loops(swimmer: Swimmer, home: Array) -> tuple[list[Grid], list[Loop]]:
@@ -246,17 +260,18 @@ def _every(swimmer: Swimmer, home: bytes) -> EveryLoop:
     found, more = rectangles_on(swimmer, shape, grids), _measured(swimmer, shape, others)
     screws = Screws(found.twist, found.travel, found.approach).and_more(more)
     every = EveryLoop(found, tuple(others), screws)
-    if len(set(LIMB_OF[list(swimmer.controls)].tolist())) > 1:
+    both = len(set(LIMB_OF[list(swimmer.controls)].tolist())) > 1
+    if both and np.all(shape[:, 0, 0] > _STRAIGHT):
         return every
     pairs = _paired(every)
     return EveryLoop(found, (*others, *pairs), screws.and_more(_measured(swimmer, shape, pairs)), len(pairs))
 
 
 def _paired(every: EveryLoop) -> list[Loop]:
-    """Return pairs of the loops of one limb that are single."""
+    """Return pairs of loops that are single."""
     many = len(every.rectangles)
     single = [k for k in range(len(every.screws)) if k < many or len(every.others[k - many].cycle) < _SEVERAL]
-    some = np.array(single, dtype=np.int64)
+    some = np.array(single[:: math.ceil(max(len(single), 1) / _PAIRED)], dtype=np.int64)
     screws = every.screws.some(some)
     which, part = cancelling(screws.twist, screws.travel + screws.approach)
     out: list[Loop] = []

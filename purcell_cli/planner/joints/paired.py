@@ -1,7 +1,8 @@
-"""Pairs of loops of one limb, one forward and one backward, whose common rotation cancels.
+"""Pairs of loops, one forward and one backward, whose common rotation cancels.
 
-Every loop of one limb beside a fixed one turns the base far more than it moves it, and always about nearly the same
-axis. Two that turn it by as much leave what they do otherwise. Lengths are in units of L.
+Every loop of one limb beside a fixed one, or beside one that its range keeps bent, turns the base far more than it
+moves it, and always about nearly the same axis. Two that turn it by as much leave what they do otherwise. Lengths are
+in units of L.
 """
 
 from __future__ import annotations

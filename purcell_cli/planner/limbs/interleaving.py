@@ -40,6 +40,8 @@ def interleaved(
         _, first = np.unique(one.way, axis=0, return_index=True)
         bent = all(np.any(limb.angle) for limb in one.limbs)  # otherwise there is nothing to stand between
         chosen.append(one.way[np.sort(first)[: most if bent else 0]])
+    if not any(map(len, chosen)):
+        return list(known)
     parts = [
         _crossed(shape, [limb[k] for limb, k in zip(one.limbs, some.T, strict=True)])
         for shape, one, some in zip(shapes, known, chosen, strict=True)

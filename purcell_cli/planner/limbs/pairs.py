@@ -67,6 +67,8 @@ class OuterPhases:
 
     def best(self, wanted: Array, price: PriceNumbers, most: int) -> OuterPhases:
         """Return the ways that promise most, at the start and at the goal, the best first (see `promised`)."""
+        if len(self.first) == len(self.last) == 1:
+            return self
         return OuterPhases(self.best_first(wanted, price, most), self.best_last(wanted, price, most))
 
     def best_first(self, wanted: Array, price: PriceNumbers, most: int) -> Straightenings:
@@ -129,6 +131,8 @@ class LimbPairs:
             shapes: Shapes at the start and at the goal. Each of shape (2, 3, 3).
             wanted: Body displacement of the whole. Shape (4, 4).
         """
+        if not (self.ways.first.joint_travel_rad.any() or self.ways.last.joint_travel_rad.any()):
+            return self
         ends = []
         for ways, shape, column in zip((self.ways.first, self.ways.last), shapes, self.index.T, strict=True):
             used, place = np.unique(column, return_inverse=True)

@@ -60,18 +60,9 @@ class QuarterRolls:
         """Return a plan for what is seen as it is played between a start and a goal."""
         if not any(self.turns):
             return plan
-        blocks = tuple(dataclasses.replace(b, sequence=self._turned(b.sequence)) for b in plan.blocks)
+        axes = self._axes()
+        blocks = tuple(dataclasses.replace(b, sequence=_turned(b.sequence, *axes)) for b in plan.blocks)
         return dataclasses.replace(plan, start=start, goal=goal, blocks=blocks)
-
-    def _turned(self, sequence: ControlSequence) -> ControlSequence:
-        """Return controls about the axes of the rolled limbs' own frames."""
-        control, sign = self._axes()
-        if isinstance(sequence, PrimitiveSequence):
-            return PrimitiveSequence(control[sequence.control], sign[sequence.control] * sequence.angle)
-        moves = cast(MoveSequence, sequence)
-        rate = np.empty_like(moves.rate)
-        rate[:, control] = sign * moves.rate
-        return MoveSequence(rate, moves.duration)
 
     def _axes(self) -> tuple[NDArray[np.int64], Array]:
         """Return which control each control is in the limbs' own frames, and with which sign. Shapes (6,)."""
@@ -81,6 +72,16 @@ class QuarterRolls:
             at = int(np.argmax(np.abs(own)))
             control[3 * limb + axis], sign[3 * limb + axis] = 3 * limb + at, own[at]
         return control, sign
+
+
+def _turned(sequence: ControlSequence, control: NDArray[np.int64], sign: Array) -> ControlSequence:
+    """Return controls about the axes of the rolled limbs' own frames; see `QuarterRolls._axes`."""
+    if isinstance(sequence, PrimitiveSequence):
+        return PrimitiveSequence(control[sequence.control], sign[sequence.control] * sequence.angle)
+    moves = cast(MoveSequence, sequence)
+    rate = np.empty_like(moves.rate)
+    rate[:, control] = sign * moves.rate
+    return MoveSequence(rate, moves.duration)
 
 
 def _least(start: Array, goal: Array) -> int:

@@ -73,6 +73,8 @@ def shape_loops(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 
         clearance_m: How far the limbs' surfaces stay apart, in units of L.
     """
     squares = [_squares(swimmer, shape) for shape in shapes]
+    if not any(squares):
+        return [ShapeLoops((), np.empty(0), np.empty((0, 4, 4)))] * len(shapes)
     # Squares close, so they are played one after the other.
     pieces = Pieces.together(Pieces.of(joined(some), shape) for shape, some in zip(shapes, squares, strict=True))
     moves = piece_displacements(swimmer, pieces, ROUGH).reshape(-1, 4, 4, 4)

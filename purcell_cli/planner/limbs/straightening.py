@@ -10,6 +10,7 @@ are left out.
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 from typing import Any
 
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, about_axis
+from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import ROUGH, piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence, joined
@@ -93,6 +95,18 @@ def straightenings(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float
         shapes: The shapes to begin with. Each of shape (2, 3, 3).
         clearance_m: How far the limbs' surfaces stay apart, in units of L.
     """
+    if all(np.array_equal(shape, COLLINEAR) for shape in shapes):
+        return [_none(swimmer)] * len(shapes)
+    return _straightenings(swimmer, shapes, clearance_m)
+
+
+@functools.lru_cache(maxsize=64)
+def _none(swimmer: Swimmer) -> Straightenings:
+    """Return the one way to straighten limbs that are straight, which does nothing; made once."""
+    return _straightenings(swimmer, [COLLINEAR], 0.0)[0]
+
+
+def _straightenings(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float) -> list[Straightenings]:
     limbs = [_within(swimmer, shape, [rotations_to(shape[i].T, i + 1) for i in (0, 1)]) for shape in shapes]
     played = _played(swimmer, shapes, limbs, clearance_m)
     return [_pairs(*one, clearance_m) for one in zip(limbs, played, strict=True)]

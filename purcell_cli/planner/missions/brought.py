@@ -14,12 +14,18 @@ from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.reconfiguration import careful_bend_rad
 from purcell_cli.planner.refine.exact_arrival import approach
+from purcell_cli.planner.refine.minimum_travel import Pace, offered
 from purcell_cli.planner.refine.segments import segments_of
 from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refinement import Near, Refinement, played
 
 _PATIENCE = 8
 """Rounds without a halved residual before strokes are given up: they are few, and often at their bend limit."""
+
+_MOST_OFFERED = 150
+"""Strokes of more primitives are not offered other controls [1]."""
+_PACE = Pace(rounds=1, steps=12, longest=0)
+"""How long strokes that were offered other controls are shortened."""
 
 
 def brought(
@@ -46,6 +52,11 @@ def brought(
     careful = dataclasses.replace(swimmer, max_bend_rad=careful_bend_rad(swimmer, kept_to))
     refinement = Refinement(careful, start, kept_to, "travel", clock_s)
     near = Near(*approach(motion, refinement.bend_rad, patience=_PATIENCE))
+    if not near.close and sum(len(s.sequence) for s in motion.segments if s.free) <= _MOST_OFFERED:
+        every = [s.changed(lambda part: offered(part, 1, motion.controls)) if s.free else s for s in motion.segments]
+        near = Near(*approach(motion.of(every), refinement.bend_rad, patience=_PATIENCE))
+        if near.close:
+            near = refinement.near(refinement.shorter(near.motion, _PACE))
     found = refinement.contender(near, "") if near.close else None
     if found is None or not found.good:
         return None

@@ -11,13 +11,14 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul, norm
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
-from purcell_cli.mechanics.joint_motion import plane_axis
+from purcell_cli.mechanics.joint_motion import home_shape, plane_axis
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.mission import Waypoint
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.missions.leg_price import LegPrice
-from purcell_cli.planner.missions.on_the_way import free_but_for_place, legs_through
+from purcell_cli.planner.missions.limbs_in_place import in_place
+from purcell_cli.planner.missions.on_the_way import detours_rad, legs_through
 from purcell_cli.planner.routes.one_motion import ended
 
 LegPlanner = Callable[[Configuration, Configuration, float], Plan]
@@ -40,6 +41,8 @@ _DEAR = 1.1
 36 legs of random missions half took 0.98 of their price, and one in twelve more than 1.1."""
 _SHORT_RAD = 80.0
 """Two legs of less joint travel are not planned anew [rad]: what they take is not that of arcs that repeat."""
+_THERE = 1e-12
+"""A waypoint that is met to this where a leg would begin is passed there [m, rad]."""
 _TURNS_RAD = (0.12, -0.12)
 """By how much those headings differ [rad]."""
 
@@ -89,16 +92,35 @@ class MissionLegs:
         every = [*(one.configuration for one in stops), goal]
         k, here = 0, start
         while k < len(every):
+            if k < len(stops) and stops[k].waypoint.deviation(here).within(0.0, _THERE):
+                legs, k = [*legs, Plan(self.swimmer, here, here, ())], k + 1
+                continue
             run = self._run(here, stops, every, k)
-            through = self._through(here, stops[k:run], every[k : run + 1])
+            through, sure = self._through(here, stops[k:run], every[k : run + 1])
+            if through is not None and not sure:
+                apart: list[Plan] = []
+                for j in range(k, run + 1):
+                    apart = self._and_next(apart, ended(apart[-1]) if apart else here, stops, every, j)
+                through = min(apart, through, key=_travel_rad)
             if through is not None:
                 legs, k = legs + through, run + 1
             else:
-                legs.append(self._leg(here, every[k], stops[k].waypoint if k < len(stops) else None))
-                if k and every[k] is not None and every[k - 1] is not None:
-                    legs[-2:] = self._anew(legs[-2], legs[-1], stops[k - 1])
-                k += 1
+                legs, k = self._and_next(legs, here, stops, every, k), k + 1
             here = ended(legs[-1])
+        return legs
+
+    def _and_next(
+        self,
+        legs: list[Plan],
+        here: Configuration,
+        stops: Sequence[Stop],
+        every: Sequence[Configuration | None],
+        k: int,
+    ) -> list[Plan]:
+        """Return legs and one more, to the k-th stop or the goal, the last two planned anew where they are dear."""
+        legs = [*legs, self._leg(here, every[k], stops[k].waypoint if k < len(stops) else None)]
+        if k and len(legs) > 1 and every[k] is not None and every[k - 1] is not None:
+            legs[-2:] = self._anew(legs[-2], legs[-1], stops[k - 1])
         return legs
 
     def _leg(self, here: Configuration, there: Configuration | None, waypoint: Waypoint | None) -> Plan:
@@ -116,31 +138,34 @@ class MissionLegs:
     ) -> int:
         """Return up to which stop those from the first on are all on the way; the first where none is."""
         poses, last = [here.pose], first
-        if self.dear or not self.swimmer.ball_joints or self.limits.obstacles is not None:
+        if self.dear or self.limits.obstacles is not None:
             return first
         for k in range(first, len(every)):
             one = every[k]
-            if one is None:
-                break
+            if one is None or (k < len(stops) and stops[k].waypoint.position_m is None):
+                continue
             poses.append(one.pose)
             if k > first and _straight(poses) and self._price(poses[0], poses[-1]) >= _ON_THE_WAY * self._price(*poses):
                 last = k
-            if k < len(stops) and not free_but_for_place(stops[k].waypoint):
-                break
         return last
 
     def _through(
         self, here: Configuration, stops: Sequence[Stop], every: Sequence[Configuration | None]
-    ) -> list[Plan] | None:
-        """Return legs through stops on the way to the last configuration, if they cost no more than is promised."""
+    ) -> tuple[list[Plan] | None, bool]:
+        """Return legs through stops on the way to the last configuration, and whether they cost as little as wanted."""
         goal = every[-1]
         if not stops or goal is None:
-            return None
-        direct = self.plan_leg(here, goal, _ROOM)
-        found = legs_through(self.swimmer, direct, [one.waypoint for one in stops], self.limits)
+            return None, False
+        via = [one.waypoint for one in stops]
+        direct = self.plan_leg(here, goal, 1.0 if all(in_place(one) for one in via) else _ROOM)
+        found = legs_through(self.swimmer, direct, via, self.limits)
+        if found is None and any(_looks_anywhere(one) for one in via):
+            looking = [_looking(one.waypoint, one.configuration) for one in stops]
+            found = legs_through(self.swimmer, direct, looking, self.limits)
         promised = self._price(here.pose, *(one.pose for one in every if one is not None))
         enough = max(promised, _AS_SHORT * direct.joint_travel_rad)
-        return found if found is not None and sum(leg.joint_travel_rad for leg in found) < enough else None
+        enough += detours_rad(via, home_shape(self.swimmer, here.shape))
+        return found, found is not None and _travel_rad(found) < enough
 
     def _anew(self, first: Plan, second: Plan, stop: Stop) -> tuple[Plan, Plan]:
         """Return two legs, by way of another heading between them where that costs less and they are dear."""
@@ -166,6 +191,24 @@ class MissionLegs:
         axis = plane_axis(self.swimmer)
         about = [1, 2] if axis is None else [2 if axis == "yaw" else 1]
         return [size * np.eye(3)[k] for size in _TURNS_RAD for k in reversed(about)]
+
+
+def _looks_anywhere(waypoint: Waypoint) -> bool:
+    """Return whether a waypoint names a position and limbs, and leaves the orientation free."""
+    limbs = waypoint.limb1 is not None or waypoint.limb2 is not None
+    return limbs and waypoint.position_m is not None and waypoint.orientation is None
+
+
+def _looking(waypoint: Waypoint, chosen: Configuration | None) -> Waypoint:
+    """Return such a waypoint with the orientation that is chosen for it; others as they are."""
+    if chosen is None or not _looks_anywhere(waypoint):
+        return waypoint
+    return dataclasses.replace(waypoint, orientation=chosen.pose[:3, :3])
+
+
+def _travel_rad(legs: Sequence[Plan]) -> float:
+    """Return the joint travel of legs [rad]."""
+    return sum(leg.joint_travel_rad for leg in legs)
 
 
 def _straight(poses: Sequence[Array]) -> bool:

@@ -118,5 +118,7 @@ def phase_ends(phase: Rows, goal: Array, home: Array = COLLINEAR) -> list[tuple[
         goal: Shape at the end. Shape (2, 3, 3).
         home: Shape that phases 1 and 2 end at. Shape (2, 3, 3).
     """
-    ends = [(int(np.flatnonzero(phase == p)[-1]) + 1, home) for p in (1, 2) if np.any(phase == p) and np.any(phase > p)]
-    return [*ends, (len(phase), goal)]
+    every = phase.tolist()
+    known, n = set(every), len(every)
+    ends = [(n - every[::-1].index(p), home) for p in (1, 2) if p in known and max(known) > p]
+    return [*ends, (n, goal)]

@@ -57,6 +57,52 @@ class Values:
         return float(np.max(np.abs(self.residual)))
 
 
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Free:
+    """The free angles: primitive k turns by sign[k] times free angle index[k]; -1 is none.
+
+    Attributes:
+        index: The free angle of each primitive. Shape (k,).
+        sign: Its sign. Shape (k,).
+        weight: Joint travel per free angle. Shape (n,).
+        all: Whether every primitive has a free angle of its own, in order.
+        own: The primitives that turn by their free angle.
+        opposite: Those that turn by its negative.
+    """
+
+    index: NDArray[np.int64]
+    sign: Array
+    weight: Array
+    all: bool
+    own: NDArray[np.int64]
+    opposite: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, segments: Sequence[Segment]) -> _Free:
+        """Return the free angles of segments."""
+        if all(s.free for s in segments):
+            n = sum(len(s.sequence) for s in segments)
+            every = np.arange(n)
+            return cls(every, np.ones(n), np.ones(n), True, every, every[:0])
+        index: list[int] = []
+        sign: list[float] = []
+        weight: list[float] = []
+        for s in segments:
+            n, k = len(s.sequence), len(weight)
+            if s.free:
+                index += list(range(k, k + n))
+                sign += [1.0] * n
+                weight += [1.0] * n
+            else:
+                many = s.rectangles
+                index += [k + 2 * r + side for r in range(many) for side in (0, 1, 0, 1)] if many else [-1] * n
+                sign += [1.0, 1.0, -1.0, -1.0] * many if many else [0.0] * n
+                weight += [2.0 * s.cycles] * (2 * many)
+        signs = np.array(sign)
+        own, opposite = np.flatnonzero(signs > 0), np.flatnonzero(signs < 0)
+        return cls(np.array(index, dtype=np.int64), signs, np.array(weight), False, own, opposite)
+
+
 class Equations:
     """The equations of one motion.
 
@@ -79,55 +125,90 @@ class Equations:
         accuracy: Accuracy = EXACT,
     ) -> None:
         self.swimmer, self.accuracy, self.start, self.goal = swimmer, accuracy, start, goal
-        self.segments = tuple(segments)
-        self.displacement, self._wanted_inverse = displacement, se3.inverse(displacement)
-        counts = [len(s.sequence) for s in self.segments]
-        stops = np.cumsum([0, *counts]).tolist()
-        self._slices = [slice(a, b) for a, b in itertools.pairwise(stops)]
-        self.repeats = [
+        self.segments, self.displacement = tuple(segments), displacement
+
+    @functools.cached_property
+    def _wanted_inverse(self) -> Array:
+        return se3.inverse(self.displacement)
+
+    @functools.cached_property
+    def home(self) -> Array:
+        """The shape between the phases. Shape (2, 3, 3)."""
+        return home_shape(self.swimmer, self.start)
+
+    @property
+    def controls(self) -> tuple[int, ...]:
+        """The controls that the swimmer has."""
+        return self.swimmer.controls
+
+    @functools.cached_property
+    def _slices(self) -> list[slice]:
+        stops = itertools.accumulate((len(s.sequence) for s in self.segments), initial=0)
+        return [slice(a, b) for a, b in itertools.pairwise(stops)]
+
+    @functools.cached_property
+    def repeats(self) -> list[tuple[int, int, int]]:
+        """The parts that repeat: the first primitive, the one after the last, and how often they are played."""
+        return [
             (part.start, part.stop, s.cycles) for s, part in zip(self.segments, self._slices, strict=True) if not s.free
         ]
-        self.phase = np.repeat(np.array([s.phase for s in self.segments], dtype=np.int64), counts)
-        self.fixed = np.repeat(np.array([s.fixed for s in self.segments], dtype=np.int64), counts)
-        self._free_index()
-        self.home, self.controls = home_shape(swimmer, start), swimmer.controls
-        self.targets = phase_ends(self.phase, goal, self.home)
 
-    def _free_index(self) -> None:
-        """Number the free angles: primitive k turns by sign[k] times free angle index[k]; -1 is none."""
-        index: list[int] = []
-        sign: list[float] = []
-        weight: list[float] = []
-        for s in self.segments:
-            n, k = len(s.sequence), len(weight)
-            if s.free:
-                index += list(range(k, k + n))
-                sign += [1.0] * n
-                weight += [1.0] * n
-            else:
-                many = s.rectangles
-                index += [k + 2 * r + side for r in range(many) for side in (0, 1, 0, 1)] if many else [-1] * n
-                sign += [1.0, 1.0, -1.0, -1.0] * many if many else [0.0] * n
-                weight += [2.0 * s.cycles] * (2 * many)
-        self.weight = np.array(weight)
-        self._index, self._sign = np.array(index, dtype=np.int64), np.array(sign)
-        self._all_free = all(s.free for s in self.segments)
-        self._own, self._opposite = np.flatnonzero(self._sign > 0), np.flatnonzero(self._sign < 0)
+    @functools.cached_property
+    def phase(self) -> NDArray[np.int64]:
+        """The phase of each primitive. Shape (k,)."""
+        return self._each([s.phase for s in self.segments])
+
+    @functools.cached_property
+    def fixed(self) -> NDArray[np.int64]:
+        """1 for primitives whose bends and ranges need no watching, else 0. Shape (k,).
+
+        Where a stroke begins whose angles stay as they are may change: by other than two ball joints its first cycle,
+        which tells how far all of its cycles then bend, is watched.
+        """
+        out = self._each([int(s.fixed) for s in self.segments])
+        if not self.swimmer.ball_joints:
+            for s, part in zip(self.segments, self._slices, strict=True):
+                if s.fixed:
+                    out[part.start : part.start + s.strokes[0][2]] = 0
+        return out
+
+    def _each(self, numbers: list[int]) -> NDArray[np.int64]:
+        """Return numbers of the segments as those of their primitives."""
+        return np.repeat(np.array(numbers, dtype=np.int64), [len(s.sequence) for s in self.segments])
+
+    @functools.cached_property
+    def targets(self) -> list[tuple[int, Array]]:
+        """The primitives before which shapes are given, and those."""
+        return phase_ends(self.phase, self.goal, self.home)
+
+    @functools.cached_property
+    def _free(self) -> _Free:
+        """How the free angles are numbered."""
+        return _Free.of(self.segments)
+
+    @functools.cached_property
+    def weight(self) -> Array:
+        """Joint travel per free angle. Shape (n,)."""
+        return self._free.weight
 
     def by_free_angles(self, columns: Array) -> Array:
         """Return derivatives by the free angles, of those by every primitive's angle. Shape (m, k) to (m, n)."""
-        if self._all_free:
+        free = self._free
+        if free.all:
             return columns
-        out = np.empty((len(columns), len(self.weight)))
-        out[:, self._index[self._own]] = columns[:, self._own]
-        out[:, self._index[self._opposite]] -= columns[:, self._opposite]
+        out = np.empty((len(columns), len(free.weight)))
+        out[:, free.index[free.own]] = columns[:, free.own]
+        out[:, free.index[free.opposite]] -= columns[:, free.opposite]
         return out
 
     @property
     def angles(self) -> Array:
         """The free angles as they are [rad]. Shape (n,)."""
-        out = np.empty(len(self.weight))
-        out[self._index[self._own]] = self.sequence.angle[self._own]
+        free, angle = self._free, self.sequence.angle
+        if free.all:
+            return angle.copy()
+        out = np.empty(len(free.weight))
+        out[free.index[free.own]] = angle[free.own]
         return out
 
     @functools.cached_property
@@ -137,9 +218,10 @@ class Equations:
 
     def sequence_at(self, angle: Array) -> PrimitiveSequence:
         """Return all primitives, one cycle each, at other free angles [rad]. Shape (n,)."""
-        return self.sequence.with_angles(
-            np.where(self._index < 0, self.sequence.angle, self._sign * angle[self._index])
-        )
+        free = self._free
+        if free.all:
+            return self.sequence.with_angles(angle)
+        return self.sequence.with_angles(np.where(free.index < 0, self.sequence.angle, free.sign * angle[free.index]))
 
     @property
     def joint_travel_rad(self) -> float:
@@ -152,11 +234,20 @@ class Equations:
 
     def of(self, segments: Sequence[Segment]) -> Equations:
         """Return the same equations for another motion."""
-        return Equations(self.swimmer, segments, self.start, self.goal, self.displacement, self.accuracy)
+        return self._sharing(("_wanted_inverse", "home"), segments, self.accuracy)
 
     def at_accuracy(self, accuracy: Accuracy) -> Equations:
         """Return the same equations on the flow computed otherwise."""
-        return Equations(self.swimmer, self.segments, self.start, self.goal, self.displacement, accuracy)
+        return self._sharing(("_wanted_inverse", "home", "sequence", "_free", "phase"), self.segments, accuracy)
+
+    def _sharing(self, names: Sequence[str], segments: Sequence[Segment], accuracy: Accuracy) -> Equations:
+        """Return equations of the same query; what of these is known here need not be computed again."""
+        out = Equations(self.swimmer, segments, self.start, self.goal, self.displacement, accuracy)
+        known, new = vars(self), vars(out)
+        for name in names:
+            if name in known:
+                new[name] = known[name]
+        return out
 
     def with_angles(self, angle: Array) -> list[Segment]:
         """Return the segments with other free angles [rad]. Shape (n,)."""
@@ -214,7 +305,8 @@ class Equations:
         """
         sequence, (stops, ends) = self.sequence, self._ends
         rows = None if more is None else _at_angles(more, sequence)
-        motion = sequence.control, sequence.angle, self._index, self._sign, len(self.weight), self.repeats
+        free = self._free
+        motion = sequence.control, sequence.angle, free.index, free.sign, len(free.weight), self.repeats
         wanted = self.start, self._wanted_inverse, stops, ends
         return Descent(flow_of(self.swimmer, self.accuracy), *motion, *wanted, least, self.fixed, near, rows, most)
 
