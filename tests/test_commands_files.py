@@ -59,6 +59,33 @@ def test_what_the_templates_leave_commented_out_is_good_too(run: Run, tmp_path: 
     assert (code, out) == (0, "all.yaml: good, a scenario of 33 combinations\ngoal.yaml: good, a goal\n")
 
 
+def test_the_template_has_obstacles_of_every_kind(run: Run, tmp_path: Path) -> None:
+    """They are good as they stand, and the start is clear of them; without the mesh's file its line is told."""
+    assert run("init")[0] == 0
+    text = (tmp_path / "scenario.yaml").read_text()
+    lines = text.splitlines()
+    first = next(k for k, line in enumerate(lines) if line.startswith("# obstacles:"))
+    last = next(k for k, line in enumerate(lines) if line.startswith("expect:"))
+    lines[first:last] = [line.removeprefix("# ") for line in lines[first:last]]
+    (tmp_path / "scenario.yaml").write_text("\n".join(lines))
+    (tmp_path / "vessel.csv").write_text("x_m,y_m,z_m\n-0.6,0,0\n0.6,0,0\n")
+    code, out, _ = run("validate", "scenario.yaml")
+    assert code == 2
+    assert f"scenario.yaml:{last}: obstacles[5].mesh.file: wanted the path of a readable file" in out
+    corners = ((0, 0, 0), (100, 0, 0), (0, 100, 0), (0, 0, 100))
+    faces = "".join(
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join(f"vertex {' '.join(map(str, corners[k]))}\n" for k in face)
+        + "endloop\nendfacet\n"
+        for face in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
+    )
+    (tmp_path / "part.stl").write_text(f"solid part\n{faces}endsolid part\n")
+    assert run("validate", "scenario.yaml")[0] == 0
+    scene = load_scenario("scenario.yaml").obstacles
+    assert scene is not None
+    assert [one.kind for one in scene.obstacles] == ["sphere", "capsule", "box", "half_space", "tube", "mesh"]
+
+
 @pytest.mark.parametrize(
     ("name", "text", "kind", "message"),
     [

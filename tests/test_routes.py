@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import json
 import math
 import re
 from pathlib import Path
@@ -23,10 +24,12 @@ from purcell_cli.geometry.rotations import Array, from_euler
 from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joints import Joint
+from purcell_cli.missions import joined
+from purcell_cli.motion.mission import Mission, Waypoint
 from purcell_cli.motion.obstacle_distance import link_distances
-from purcell_cli.motion.plan import Plan
+from purcell_cli.motion.plan import Blocked, Plan
 from purcell_cli.planner.arcs.needle_steering import steer
-from purcell_cli.planner.routes.closed_off import refuse_closed_off
+from purcell_cli.planner.routes.closed_off import refuse_closed_off, too_narrow
 from purcell_cli.planner.routes.edges import clear_edges
 from purcell_cli.planner.routes.one_motion import ended, one_motion
 from purcell_cli.planner.routes.poses import Region
@@ -189,6 +192,14 @@ def test_what_blocks_the_way_is_told() -> None:
     assert told[3] == "obstacle 2 (half_space)"
 
 
+def test_a_mission_tells_which_leg_is_blocked() -> None:
+    start, goal, none = collinear((0, 0, 0)), collinear((1, 0, 0)), Blocked((0.0, 0.0, 0.0), 1.0, 2, "a wall")
+    mission = Mission(start, goal, (Waypoint(position_m=np.array([0.5, 0, 0])),))
+    legs = [Plan(PAPER, start, goal, ()), Plan(PAPER, start, goal, (), blocked=none)]
+    assert joined(PAPER, mission, [0], legs).blocked == dataclasses.replace(none, leg=1)
+    assert joined(PAPER, mission, [0], legs[:1] * 2).blocked is None
+
+
 def test_legs_make_one_motion_that_ends_at_the_goal() -> None:
     """Legs of which the first ends a little off: as they are they miss the goal, as one motion they do not."""
     stops = [collinear((0.0, 0, 0)), collinear((0.03, 0, 0)), collinear((0.06, 0.002, 0))]
@@ -250,6 +261,26 @@ def test_hinges_go_round_what_stands_in_their_plane(axis: str) -> None:
     assert found.limits.obstacle is not None
     assert 0.0 <= found.limits.obstacle.distance_m <= densely(found, scene) + 1e-9
     assert np.max(np.abs(found.trajectory.pose[:, {"yaw": 2, "pitch": 1}[axis], 3])) < 1e-11
+
+
+def test_a_tube_too_narrow_for_any_stroke_is_said_at_once_and_typed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A tube of 4 mm: the swimmer, 2 mm thick to both sides, has room, but no stroke. No pose is drawn to say so."""
+    monkeypatch.setattr(Roadmap, "grow", lambda *_: pytest.fail("a search"))
+    text = "start: {}\ngoal: {base: {position_m: [1, 0, 0]}}\n"
+    text += "obstacles: [{tube: {centreline: [[-1, 0, 0], [2, 0, 0]], radius_m: 0.004}}]\n"
+    (tmp_path / "a.yaml").write_text(f"name: a\n{text}", encoding="utf-8")
+    command = runner(capsys)
+    code, out, errors = command(
+        "plan", str(tmp_path / "a.yaml"), "--json", "--out", str(tmp_path / "a.csv"), "--effort", "quick"
+    )
+    blocked = json.loads(out)["blocked"]
+    assert (code, json.loads(out)["verdict"]) == (1, "not found within limits")
+    assert blocked["words"] in errors
+    assert "no proof" in blocked["words"]
+    assert (blocked["position_m"], blocked["left_m"], blocked["obstacle"], blocked["leg"]) == ([0, 0, 0], 1.0, 0, 0)
+    assert not too_narrow(Scene((Tube(((-1, 0, 0), (2, 0, 0)), (0.02, 0.02)),)), 0.015, np.eye(4), np.eye(4))
 
 
 @pytest.mark.parametrize("way", ["closed", "touch"])

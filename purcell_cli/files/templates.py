@@ -67,6 +67,13 @@ swimmer: swimmer.yaml
 #   - limb1: {euler_deg: [10, 0, 0]}
 # order: given                       # or free: the planner chooses the order of the waypoints
 # follow: {path: curve.csv, tolerance_m: 0.07}   # instead: a curve for the base's middle; columns x_m,y_m,z_m
+# obstacles:                         # no part of any link may touch one, at any instant
+#   - {sphere: {centre_m: [0.5, 0.5, 0.0], radius_m: 0.1}}
+#   - {capsule: {from_m: [0.5, -0.5, 0.0], to_m: [0.5, -0.5, 0.5], radius_m: 0.05}}
+#   - {box: {centre_m: [-0.6, 0.0, 0.0], size_m: [0.1, 0.5, 0.5], orientation: {euler_deg: [20, 0, 0]}}}
+#   - {half_space: {point_m: [0, 0, -0.6], normal: [0, 0, 1]}}   # the swimmer stays where the normal points to
+#   - {tube: {centreline: vessel.csv, radius_m: 0.55}}   # it stays inside; columns x_m,y_m,z_m and, if wanted, radius_m
+#   - {mesh: {file: part.stl, scale: 0.001}}   # a closed surface; scale makes its coordinates metres
 expect:
   verdict: reached                   # or: not reached, not found within limits, error
   position_tolerance: 1.0e-9         # in units of L

@@ -21,7 +21,7 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Blocked, Plan, Structure
 from purcell_cli.planner.progress import Progress
-from purcell_cli.planner.routes.closed_off import refuse_closed_off
+from purcell_cli.planner.routes.closed_off import refuse_closed_off, too_narrow
 from purcell_cli.planner.routes.one_motion import ended, one_motion
 from purcell_cli.planner.routes.poses import Region
 from purcell_cli.planner.routes.roadmap import GOAL, START, Roadmap
@@ -55,6 +55,8 @@ _GAIN = 0.985
 """A way is looked for again where one is priced at less than this part of the one that is known."""
 _LEGS_A_ROUND = 2
 """Legs that are planned at most for each round in which a way is made shorter."""
+_DEARER = 1.08
+"""Where a leg takes so many times its price, another path may be the cheapest."""
 _ARRIVES = 1e-8
 """A leg that misses its end by less than this arrives; the next leg begins where it ends [L, rad]."""
 
@@ -112,6 +114,15 @@ def around(
     region = dataclasses.replace(region, walls=len(scene.obstacles) - len(limits.obstacles.obstacles))
     rng = np.random.default_rng(seed)
     roadmap, starts = Roadmap(region, start.pose, goal.pose), STARTS[effort]
+    least = region.swings[-1]
+    room_m = least.radius * swimmer.length_m + limits.clearance_m
+    if too_narrow(limits.obstacles, room_m, start.pose, goal.pose):
+        blocked = roadmap.blocked()
+        words = (
+            f"the tubes have a place narrower than the {2.0 * room_m:.3g} m that the smallest strokes looked for need, "
+            f"of limbs bent by {least.bend_rad:.3g} rad, which is no proof that none would do; {blocked.words}"
+        )
+        return dataclasses.replace(blocked, words=words)
     for k in range(starts):
         if roadmap.good:
             break
@@ -204,9 +215,11 @@ class _Search:
                         break
                     self._known[pair] = legs
                     travel = sum(leg.joint_travel_rad for leg in legs)
-                    self._priced += self.roadmap.edge(*pair).price
-                    self._made += travel
+                    priced = self.roadmap.edge(*pair).price
+                    self._priced, self._made = self._priced + priced, self._made + travel
                     self.roadmap.reprice(pair, travel)
+                    if travel > _DEARER * priced:
+                        break
             else:
                 last_bend = self.roadmap.edge(*pairs[-1]).bend_rad
                 made = self._played([plan for pair in pairs for plan in self._known[pair]], last_bend)

@@ -54,6 +54,11 @@ def refuse_closed_off(
         raise ParameterError("goal: a place that is not closed off from the start is wanted, found no way between them")
 
 
+def too_narrow(scene: Scene, radius_m: float, start: Array, goal: Array) -> bool:
+    """Return whether no way so wide to both sides leads through the tubes from one pose to another. Shapes (4, 4)."""
+    return bool(scene.tubes) and not _joined_in_tubes(scene, radius_m, np.stack([start[:3, 3], goal[:3, 3]]))
+
+
 def _joined_in_tubes(scene: Scene, radius: float, ends: Array) -> bool:
     """Return whether a ball may get through the tubes from one point to another."""
     begins, sides, rooms = [], [], []
