@@ -8,6 +8,9 @@ from collections.abc import Mapping
 
 from purcell_cli.planner.refine.minimum_travel import Pace
 
+LAST = Pace(rounds=12, steps=60, price=300.0)
+"""How long the best motions of a thorough search are optimised in the end."""
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Breadth:
@@ -49,8 +52,7 @@ class Stage:
         candidates: How many of them are refined; more where none of these arrives within limits.
         rivals: How many more are refined where they are short and seem hardly longer than the best plan.
         pace: How long the strokes of each are optimised together; None for not at all.
-        finalists: How many of the shortest are optimised further.
-        last: How long those are.
+        rungs: How many of the shortest are optimised further, and how long, again and again.
         longest_rad: Motions of more joint travel are not optimised [rad].
         most_apart: Cycles of a repeated stroke may change one by one, up to so many primitives in a motion.
         random_plans: How many random plans are tried too, where phase 2 takes little joint travel.
@@ -62,8 +64,7 @@ class Stage:
     candidates: int = 1
     rivals: int = 0
     pace: Pace | None = None
-    finalists: int = 0
-    last: Pace = Pace(rounds=12, steps=60, price=300.0)
+    rungs: tuple[tuple[int, Pace], ...] = ()
     longest_rad: float = math.inf
     most_apart: int = 0
     random_plans: int = 0
@@ -73,7 +74,7 @@ class Stage:
     @property
     def trials(self) -> int:
         """How many motions it refines, unless candidates fail."""
-        return self.candidates + self.finalists + self.random_plans
+        return self.candidates + sum(count for count, _ in self.rungs) + self.random_plans
 
 
 _QUICK = Stage(Breadth(chains=1, rounds=4, shorter=0, pace=Pace(1, 6)))
@@ -93,13 +94,13 @@ _THOROUGH = Stage(
         pace=Pace(3, 30),
     ),
     candidates=8,
-    pace=Pace(rounds=3, steps=40, price=300.0),
-    finalists=3,
+    pace=Pace(rounds=2, steps=30, price=300.0, work=1500),
+    rungs=((3, Pace(rounds=3, steps=40, price=300.0, work=3000)), (1, LAST)),
     most_apart=60,
-    random_plans=32,
+    random_plans=16,
     interrupt_keeps_best=True,
 )
-"""The second stage of a thorough search: more candidates of each kind, each optimised for longer."""
+"""The second stage of a thorough search: more candidates of each kind, the shorter ones optimised for longer."""
 _WIDE = Stage(
     Breadth(
         arcs_from=0.0,

@@ -28,6 +28,8 @@ _FAR_LESS = 0.5
 """A candidate estimated at less than this part of the best plan's joint travel is tried though it may not arrive."""
 _ARRIVED = 1e-3
 """Random plans that miss the goal by less than this are optimised [L, rad]."""
+_REFINED = 4
+"""So many of the shortest random plans are refined further."""
 _PROMISING = 1.2
 """Random plans of less than so many times the joint travel of the best plan are refined further."""
 
@@ -93,11 +95,14 @@ class Exploration:
                 shorter.append((self.consider(self.refinement.shorter(apart, stage.pace), words), words))
             if not stage.interrupt_keeps_best:
                 self.consider(near, candidate.words)
-        shorter.sort(key=lambda one: round(one[0].joint_travel_rad, 9))
-        for motion, words in shorter[: stage.finalists]:
-            self.consider(self.refinement.shorter(motion, stage.last), words)
-            done += 1
-            self._tell(stage, done)
+        for count, pace in stage.rungs:
+            shorter.sort(key=lambda one: round(one[0].joint_travel_rad, 9))
+            further = shorter[:count]
+            shorter = []
+            for motion, words in further:
+                shorter.append((self.consider(self.refinement.shorter(motion, pace), words), words))
+                done += 1
+                self._tell(stage, done)
         self._random_plans(stage)
 
     def _rivals(self, stage: Stage, candidate: Candidate, done: int) -> bool:
@@ -147,14 +152,18 @@ class Exploration:
         outer = [s for s in best.motion.segments if s.phase != 2]
         inner = best.motion.joint_travel_rad - sum(s.joint_travel_rad for s in outer)
         bend, clearance = self.refinement.bend_rad, self.refinement.clearance
+        found: list[Equations] = []
         for k, plan in enumerate(random_plans(stage.random_plans if inner < _RANDOM_PLAN_RAD else 0)):
             parts = [s for s in outer if s.phase == 1] + [plan] + [s for s in outer if s.phase == 3]
             near, off = brought(self.query.of(parts), bend)
             if off < _ARRIVED:
-                first = tightened(near, bend, pace, clearance)
-                if first.joint_travel_rad < _PROMISING * self.incumbent.joint_travel_rad:
-                    self.consider(self.refinement.shorter(first, pace), "a random short plan, refined")
-            self._tell(stage, stage.candidates + stage.finalists + k + 1)
+                found.append(tightened(near, bend, pace, clearance))
+            self._tell(stage, stage.trials - stage.random_plans + k + 1)
+        found.sort(key=lambda motion: round(motion.joint_travel_rad, 9))
+        for motion in found[:_REFINED]:
+            if motion.joint_travel_rad < _PROMISING * self.incumbent.joint_travel_rad:
+                longer = stage.rungs[0][1] if stage.rungs else pace
+                self.consider(self.refinement.shorter(motion, longer), "a random short plan, refined")
 
     def _tell(self, stage: Stage, done: int) -> None:
         self.progress(done, stage.trials, f"joint travel {self.incumbent.joint_travel_rad:.2f} rad")

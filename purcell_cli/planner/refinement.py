@@ -22,7 +22,7 @@ from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach
 from purcell_cli.planner.refine.minimum_travel import Pace, minimise_travel, offered
 from purcell_cli.planner.refine.shooting import Equations, Values
 
-_MENDED, _FEW = 0.02, 60
+_MENDED, _FEW = 0.02, 100
 """Motions that miss by less than this [L, rad], of no more free primitives than so many, are offered idle controls."""
 _CLOSER = 1e-6
 """What such motions may miss by then: where links come near one line the last steps are far from linear [L, rad]."""

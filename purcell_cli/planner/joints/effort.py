@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 
-from purcell_cli.planner.effort import LEG, Stage
+from purcell_cli.planner.effort import LAST, LEG, Stage
 from purcell_cli.planner.refine.minimum_travel import Pace
 
 
@@ -53,7 +53,7 @@ _THOROUGH = JointStage(
     Stage(
         candidates=16,
         pace=Pace(rounds=3, steps=40, price=300.0),
-        finalists=3,
+        rungs=((3, LAST),),
         most_apart=60,
         interrupt_keeps_best=True,
     ),

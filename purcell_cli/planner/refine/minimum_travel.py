@@ -34,6 +34,8 @@ _NEAR = 0.3
 """A search may begin at a point whose violations sum to less than this: linear programs bring it back [L, rad]."""
 _ASTRAY = 0.02
 """A point that begins or ends with larger violations than this, after Newton steps, is given up [L, rad]."""
+_FEWEST = 6
+"""Linear programs in a round however long a motion is."""
 _REACHES = FIRST_REACH, LARGEST_REACH, LEAST_REACH
 """The trust region's first radius, its largest and its least [rad]."""
 _UNEVEN = (0.02, 0.002, 0.0)
@@ -51,6 +53,7 @@ class Pace:
         split: Into how many parts each primitive is cut for new controls to enter.
         price: Cost of a violation [rad per L or rad].
         longest: Motions of more free primitives than this are offered no more controls.
+        work: The most linear programs in a round times free primitives: long motions take fewer and dearer ones.
     """
 
     rounds: int
@@ -58,6 +61,7 @@ class Pace:
     split: int = 1
     price: float = 500.0
     longest: int = 100
+    work: float = math.inf
 
 
 def _searched(
@@ -117,7 +121,9 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
     found, rng = equations.at_accuracy(ROUGH), np.random.default_rng(0)
     for _ in range(pace.rounds):
         parts = found.segments
-        if sum(len(s.sequence) for s in parts if s.free) <= pace.longest:
+        many = sum(len(s.sequence) for s in parts if s.free)
+        steps = int(min(pace.steps, max(pace.work // max(many, 1), _FEWEST)))
+        if many <= pace.longest:
             parts = tuple(
                 s.renamed(NAME, offered(s.sequence, pace.split, found.controls)) if s.free else s for s in parts
             )
@@ -125,7 +131,7 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
         search = _searched(tried, max_bend_rad, clearance, pace.price)
         for uneven in _UNEVEN:
             astray = _ASTRAY if uneven else math.inf
-            angle, begun, violation = search(_uneven(tried.angles, uneven, rng), pace.steps, _NEAR, astray)
+            angle, begun, violation = search(_uneven(tried.angles, uneven, rng), steps, _NEAR, astray)
             if begun < math.inf:
                 break
         if violation > _ASTRAY:
