@@ -203,6 +203,16 @@ def test_bad_input_is_refused(
 def test_a_noise_that_is_none_is_refused() -> None:
     with pytest.raises(ParameterError, match="position_l of at least 0"):
         Measuring(position_l=-1.0)
+    for often in ("0", "1.5", "101"):
+        with pytest.raises(ParameterError, match="at_rest as a whole number from 1 to 100"):
+            Measuring.of_text(f"position_l=1e-3,at_rest={often}")
+
+
+def test_a_swimmer_that_is_measured_more_often_hides_less() -> None:
+    once, often = (Measuring.of_text(f"position_l=1e-3,base_deg=0.1,at_rest={n}") for n in (1, 16))
+    assert_close(once.hidden(1e-3, 0.0), [3.5e-3, math.radians(0.25)], 1e-12)
+    assert_close(often.hidden(1e-3, 0.0), [1.625e-3, math.radians(0.0625)], 1e-12)
+    assert Measuring().at_rest == 4
 
 
 def test_the_filter_finds_the_drag_that_moved_the_swimmer() -> None:

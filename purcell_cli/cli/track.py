@@ -37,7 +37,8 @@ def track(
         typer.Option(
             "--noise",
             metavar="NAME=SIZE,...",
-            help="Standard deviations of measurements: position_l of the base's position [L], base_deg.",
+            help="Standard deviations of measurements: position_l of the base's position [L], base_deg. "
+            "at_rest: how often it is measured where it rests (4).",
         ),
     ] = "",
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the noise.")] = 0,

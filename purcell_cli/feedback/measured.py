@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.sizes import refuse_sizes, sizes_of
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
@@ -15,11 +16,12 @@ from purcell_cli.mechanics.configuration import Configuration
 
 _MOST = {"position_l": 1.0, "base_deg": 45.0}
 """The most noise of each kind: beyond, nothing is measured."""
-AT_REST = 4
-"""So often a swimmer that rests is measured; the mean counts, whose deviation is half as large."""
-_HIDDEN = 2.5 / AT_REST**0.5
-"""An arrival is believed where that mean is so many of one measurement's deviations beyond the tolerance: its three
-components are off by more together once in ten times."""
+_AT_REST, _MOST_AT_REST = 4, 100
+"""So often a swimmer that rests is measured where nothing else is said, and so often at the most: the mean of four has
+half the deviation."""
+_HIDDEN = 2.5
+"""An arrival is believed where the mean is so many of its own deviations beyond the tolerance: its three components are
+off by more together once in ten times."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -32,26 +34,33 @@ class Measuring:
         position_l: Of the position, in units of L.
         base_deg: Of the orientation [deg].
         seed: Seed of the numbers.
+        at_rest: How often a swimmer that rests is measured, from 1 to 100; the mean counts.
 
     Raises:
-        ParameterError: A size that is negative or too large, or a seed that is none.
+        ParameterError: A size that is negative or too large, or a seed or a count that is none.
     """
 
     position_l: float = 0.0
     base_deg: float = 0.0
     seed: int = 0
+    at_rest: int = _AT_REST
 
     def __post_init__(self) -> None:
         refuse_sizes({name: getattr(self, name) for name in _MOST}, _MOST, self.seed)
+        if self.at_rest != int(self.at_rest) or not 1 <= self.at_rest <= _MOST_AT_REST:
+            wanted = f"at_rest as a whole number from 1 to {_MOST_AT_REST}"
+            raise ParameterError(f"noise: {wanted} is wanted, found {self.at_rest!r}")
 
     @classmethod
     def of_text(cls, text: str, seed: int = 0) -> Measuring:
-        """Return the noise of a text such as "position_l=1e-3,base_deg=0.1"; empty for none.
+        """Return the noise of a text such as "position_l=1e-3,base_deg=0.1,at_rest=1"; empty for none.
 
         Raises:
             ParameterError: A text that says something else, or says it twice.
         """
-        return cls(**sizes_of(text, _MOST), seed=seed)
+        sizes = sizes_of(text, {**_MOST, "at_rest": _MOST_AT_REST})
+        often = sizes.pop("at_rest", float(_AT_REST))
+        return cls(**sizes, seed=seed, at_rest=int(often) if often.is_integer() else often)  # type: ignore[arg-type]
 
     def of(self, configuration: Configuration, length_m: float, normal: Array) -> Configuration:
         """Return what is measured of a configuration.
@@ -70,7 +79,8 @@ class Measuring:
 
     def hidden(self, tolerance_l: float, tolerance_rad: float) -> tuple[float, float]:
         """Return tolerances [L, rad] with what the noise may hide added."""
-        return tolerance_l + _HIDDEN * self.position_l, tolerance_rad + _HIDDEN * math.radians(self.base_deg)
+        many = _HIDDEN / math.sqrt(self.at_rest)
+        return tolerance_l + many * self.position_l, tolerance_rad + many * math.radians(self.base_deg)
 
 
 EXACTLY = Measuring()

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from purcell_cli.errors import ParameterError
-from purcell_cli.feedback.measured import AT_REST, EXACTLY, Measuring
+from purcell_cli.feedback.measured import EXACTLY, Measuring
 from purcell_cli.feedback.replan import done_by, way_of
 from purcell_cli.feedback.simulate import refuse_other_joints, simulate
 from purcell_cli.feedback.tracker import TOLERANCE_L, TOLERANCE_RAD, Aim, Tracker
@@ -165,7 +165,8 @@ def track(
         return measuring.of(at, body.length_m, normal_numbers(noise, (2, 3)))
 
     def measured_at_rest(at: Configuration) -> Configuration:
-        return measuring.of(at, body.length_m, np.add.reduce(normal_numbers(noise, (AT_REST, 2, 3))) / AT_REST)
+        many = measuring.at_rest
+        return measuring.of(at, body.length_m, np.add.reduce(normal_numbers(noise, (many, 2, 3))) / many)
 
     def so_far(arrived: bool) -> Tracking:
         return Tracking(start, goal, truth, tuple(parts), arrived, follow).judged()

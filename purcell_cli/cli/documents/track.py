@@ -13,6 +13,7 @@ class MeasuringPart(TypedDict):
     position_l: Annotated[float, "of the base's position, in units of L"]
     base_deg: Annotated[float, "of the base's orientation [deg]"]
     seed: Annotated[int, "seed of the numbers"]
+    at_rest: Annotated[int, "how often a swimmer that rests is measured; the mean counts"]
 
 
 class TrackPart(TypedDict):
