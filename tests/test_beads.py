@@ -25,6 +25,7 @@ from helpers import (
 from reference import beads as by_numpy
 
 from purcell_cli import load_scenario, plan, stored_scenarios, user_cache
+from purcell_cli.cli.reports.plan import plan_document
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis, as_euler, from_quaternion
@@ -260,9 +261,12 @@ def test_the_table_is_the_beads_to_many_digits(monkeypatch: pytest.MonkeyPatch) 
     """A table of fewer polynomials is the foil."""
     assert connection_error(1.0) < 3e-12
     assert connection_error(1.3) < 2e-10
-    assert connection_error(1.6) < 2e-7
-    monkeypatch.setattr(bead_table, "FINE", bead_table.Grid(many_bends=8))
-    assert connection_error(1.0) > 1e-9
+    assert connection_error(1.6) < 5e-8
+    axes = bent_shapes(np.random.default_rng(3), 1.0, 30)[..., 0]
+    monkeypatch.setattr(bead_table, "FINE", bead_table.Grid(many_bends=7))
+    off = connection_error(1.0)
+    assert off > 1e-9
+    assert_close(bead_table.table_error(STOUT, axes) / off, 1.0, 1e-4)
 
 
 def test_bends_beyond_the_table_are_refused() -> None:
@@ -312,6 +316,7 @@ def test_plans_arrive_exactly_on_the_beads_themselves(name: str) -> None:
     scenario = load_scenario(stored_scenarios()[name])
     found = plan(scenario.start, scenario.goal, swimmer=STOUT)
     assert found.verdict == "reached"
+    assert 0.0 < plan_document(found, None)["table_error"] < 1e-9
     if name == "limb-rolls":  # the other's rows are many
         table = as_table(found.trajectory)
         checked = verify([table], scenario.start, scenario.goal, STOUT, 1e-7, 1e-7, resistances=solved_anew)

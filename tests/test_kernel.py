@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 import shutil
 import subprocess
@@ -13,21 +14,23 @@ import pytest
 from convex_programs import random_program
 from helpers import NIGHTLY, random_sequence, random_shapes, random_swimmer
 from reference import base_velocity, lift, lift_derivatives
+from reference.program import penalised
 from scipy.optimize import linprog
 
 from purcell_cli.kernel import chains, distances, library, linear, poses, shooting, sources
+from purcell_cli.kernel.beads import looked_up
 from purcell_cli.kernel.certificate import extrapolated
 from purcell_cli.kernel.clearance import circles, largest_bends, nearest
 from purcell_cli.kernel.descent import Descent
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
 from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_the_digits
 from purcell_cli.kernel.pairs import pair_prices
-from purcell_cli.kernel.program import penalised
 from purcell_cli.kernel.screw_chains import solved
 from purcell_cli.kernel.sequence import cheapest
 from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.kernel.steering import steered
-from purcell_cli.mechanics.base_velocity import kernel_numbers
+from purcell_cli.mechanics.base_velocity import kernel_numbers, with_table
+from purcell_cli.mechanics.bead_table import Grid, made_table
 from purcell_cli.mechanics.collocation import Accuracy, flow_of
 from purcell_cli.mechanics.lift import EXACT, SEARCHING
 from purcell_cli.mechanics.moves import MoveSequence
@@ -38,6 +41,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 SWIMMER = Swimmer().scaled()
 FOLDER = library.HERE
 MODULES = (
+    "beads",
     "certificate",
     "chains",
     "clearance",
@@ -48,7 +52,6 @@ MODULES = (
     "linear",
     "pairs",
     "poses",
-    "program",
     "screw_chains",
     "sequence",
     "shapes",
@@ -56,6 +59,12 @@ MODULES = (
     "steering",
 )
 """The modules of the kernel that call it."""
+
+
+def use(monkeypatch: pytest.MonkeyPatch, kernel: object) -> None:
+    """Have another kernel called."""
+    for module in (*(f"purcell_cli.kernel.{name}" for name in MODULES), "reference.program"):
+        monkeypatch.setattr(f"{module}.KERNEL", kernel)
 
 
 def agree(found: np.ndarray, wanted: np.ndarray, tolerance: float = 1e-13) -> None:
@@ -278,6 +287,26 @@ def chained(rng: np.random.Generator) -> chains.Settled:
     return chains.settled(kinds, rolls, "travel", which, ones[:, :2], *flags, unknown, there, 0.1 * ones, ones, ones, 4)
 
 
+def on_beads(primitives: PrimitiveSequence, shapes: np.ndarray, turns: np.ndarray) -> list[np.ndarray]:
+    """Return flows, their derivatives and work among links that feel each other, by a coarse table."""
+    swimmer = Swimmer(slenderness=0.2, fluid="beads")
+    flow = Flow(with_table(swimmer, coarse_table(swimmer)), flow_of(SWIMMER, EXACT).rule)
+    pieces = shapes, np.linspace(-1.0, 1.0, 180).reshape(30, 6), np.linspace(0.0, 1.0, 30)
+    return [
+        looked_up(flow.swimmer, shapes[..., 0]),
+        flow.pieces(*pieces),
+        flow.work(*pieces),
+        *flow.with_derivatives(primitives.shapes(shapes[0]), primitives.control, primitives.angle),
+        *flow.with_derivatives(shapes_along(shapes[0], None, turns), None, turns),
+    ]
+
+
+@functools.cache
+def coarse_table(swimmer: Swimmer) -> np.ndarray:
+    """Return a table of few samples."""
+    return made_table(swimmer, grid=Grid(many_bends=5, many_angles=5))
+
+
 def everything(seed: int) -> bytes:
     """Return what all functions of the kernel in use find for random input."""
     rng = np.random.default_rng(seed)
@@ -342,13 +371,14 @@ def everything(seed: int) -> bytes:
         *penalised(*program(rng, 40, 6, 10)),
         random_program(seed).solved(),
         random_program(seed, curved=True).solved(),
+        *on_beads(primitives, shapes, turns),
     ]
     return b"".join(np.ascontiguousarray(part).tobytes() for part in found)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "flags", [["-O0"], pytest.param(["-O3"], marks=NIGHTLY), ["-O3", "-march=native"]], ids=" ".join
+    "flags", [["-O0", "-DPURCELL_NARROW"], pytest.param(["-O3"], marks=NIGHTLY), ["-O3", "-march=native"]], ids=" ".join
 )
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "zig"])
 def test_every_compiler_makes_the_same_bits(
@@ -358,8 +388,7 @@ def test_every_compiler_makes_the_same_bits(
         pytest.skip(f"no {compiler} here")
     wanted = [everything(seed) for seed in range(10)]
     other = library.load(built(tmp_path, compilers()[compiler], *flags))
-    for module in MODULES:
-        monkeypatch.setattr(f"purcell_cli.kernel.{module}.KERNEL", other)
+    use(monkeypatch, other)
     assert [everything(seed) for seed in range(10)] == wanted
 
 
@@ -370,8 +399,7 @@ def test_fused_sums_would_make_other_bits(tmp_path: Path, monkeypatch: pytest.Mo
         pytest.skip("no compiler or no processor that fuses sums here")
     wanted = everything(0)
     fused = library.load(built(tmp_path, ["gcc"], "-O2", "-mfma", "-ffp-contract=fast"))
-    for module in MODULES:
-        monkeypatch.setattr(f"purcell_cli.kernel.{module}.KERNEL", fused)
+    use(monkeypatch, fused)
     assert everything(0) != wanted
 
 
@@ -387,8 +415,7 @@ def test_an_arm64_processor_makes_the_same_bits(tmp_path: Path, monkeypatch: pyt
 
     def found(*flags: str, seeds: range) -> list[bytes]:
         there = emulated.EmulatedKernel(built(tmp_path, compiler, *flags))
-        for module in MODULES:
-            monkeypatch.setattr(f"purcell_cli.kernel.{module}.KERNEL", there)
+        use(monkeypatch, there)
         return [everything(seed) for seed in seeds]
 
     assert found("-O3", seeds=range(5)) == wanted

@@ -1,9 +1,10 @@
 /* The sums over a table of links that feel each other, where nearly all of its time goes: over rows of numbers side by side.
  *
- * A processor with wider registers makes more of them at once; each number is the same sum in the same order. */
+ * A processor with wider registers makes more of them at once; each number is the same sum in the same order. A build with
+ * PURCELL_NARROW never uses them. */
 #include "kernel.h"
 
-#if defined(__x86_64__) && defined(__GNUC__)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(PURCELL_NARROW)
 #include <cpuid.h>
 
 #define WIDE __attribute__((target("avx2")))

@@ -262,7 +262,8 @@ SIZE purcell_mesh(const struct swimmer *s, const struct rule *rule, const double
     const SIZE panels = (SIZE)(c.sweep * duration / PANEL_RAD) + 1;
     const double length = duration / (double)panels, arc = c.sweep * length;
     const int stays = swung < UNMOVED * c.sweep * c.sweep; /* a limb that turns about its own axis changes nothing */
-    const int nodes = stays ? 1 : rule->stages <= ROUGH_STAGES ? 5 + (int)(4.0 * arc) : 8 + (int)(4.0 * arc);
+    const int wanted_nodes = stays ? 1 : (int)rule->stages + (int)(4.0 * arc); /* err no more than the rule does */
+    const int nodes = wanted_nodes < PANEL_NODES ? wanted_nodes : PANEL_NODES;
     c.step.field = &field;
     for (SIZE k = 0; k < panels && c.steps >= 0; k++) {
         purcell_fill_field(s, c.begun, c.step.rates, (double)k * length, length, nodes, known, &field);

@@ -16,11 +16,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.geometry.linear_systems import solve
 from purcell_cli.geometry.reproducible import arccos, cos, matmul, sin, sin_cos_of
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.kernel.beads import BLOCK, NUMBERS, looked_up
 from purcell_cli.kernel.library import DIGEST
-from purcell_cli.mechanics.beads import LOWER, grand_resistance
+from purcell_cli.mechanics.beads import LOWER, grand_resistance, solved_anew
 from purcell_cli.mechanics.fluid import BEADS
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.mechanics.wall import refuse_wall
@@ -219,3 +220,25 @@ def tabulated(swimmer: Swimmer, axes: Array) -> Array:
             f"limbs of links that feel each other bent by at most {REACH_RAD:g} rad are wanted, found {far:.4g} rad"
         )
     return looked_up(np.concatenate([np.zeros(NUMBERS - 3), bead_table(swimmer)]), axes)
+
+
+def table_error(swimmer: Swimmer, axes: Array) -> float:
+    """Return the largest error of the table's twists for unit joint rates, of those of the beads at some shapes.
+
+    Args:
+        swimmer: The swimmer.
+        axes: The limbs' axes in base coordinates. Shape (n, 2, 3).
+
+    Returns:
+        In units of L, and rad, per rad of joint travel.
+
+    Raises:
+        ParameterError: See `tabulated`.
+    """
+    unit = swimmer.scaled()
+    twists = []
+    for entries in (tabulated(unit, axes), solved_anew(unit, axes)):
+        full = np.empty((len(axes), 12, 12))
+        full[:, LOWER[0], LOWER[1]] = full[:, LOWER[1], LOWER[0]] = entries
+        twists.append(solve(full[:, :6, :6], full[:, :6, 6:]))
+    return float(np.max(np.abs(twists[0] - twists[1]), initial=0.0))

@@ -27,8 +27,8 @@ ACCURACY = 0.02
 """By what part of what a motion misses the miss may be wrong: twice the most that was found of the stored scenarios."""
 _LEAST_REACH_RAD = 0.3
 """The table reaches this far at the least, so that small bends are not resolved in vain [rad]."""
-_MANY_BENDS, _MANY_ANGLES = 7, 5
-"""Samples of each bend and of the angle: 140 for limbs alike, a second's work at a slenderness of 0.01."""
+_MANY_BENDS, _MANY_ANGLES = 5, 5
+"""Samples of each bend and of the angle: 75 for limbs alike, half a second's work at a slenderness of 0.01."""
 
 
 def end_on_beads(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block]) -> Configuration:

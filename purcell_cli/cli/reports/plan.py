@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 from purcell_cli.cli.documents.common import as_part
 from purcell_cli.cli.documents.plan import (
+    BlockedPart,
     CurvePart,
     EncounterPart,
     LimitsPart,
@@ -102,7 +103,7 @@ def plan_document(
         for phase, name in PHASES.items()
     ]
     found = solution.certificate
-    return {
+    document: PlanDocument = {
         "schema": _SCHEMAS[command],
         "verdict": solution.verdict,
         "swimmer": swimmer_document(swimmer),
@@ -121,12 +122,29 @@ def plan_document(
         "clearance_m": solution.limits.clearance.distance_m,
         "largest_bend_rad": solution.limits.largest_bend_rad[1],
         "limits": _limits(solution.limits, swimmer),
+        "blocked": None if plan.blocked is None else as_part(plan.blocked, BlockedPart),
         "waypoints": _waypoints(solution),
         "follow": _curve(solution),
         "rows": len(solution.trajectory),
         "trajectory": file,
         "plan_document": saved,
     }
+    if swimmer.fluid == "beads":
+        document["table_error"] = _table_error(solution)
+    return document
+
+
+_LOOKED_AT = 16
+"""At so many rows of a trajectory a table is held against the beads: a tenth of a second's work at 0.01."""
+
+
+def _table_error(solution: Solution) -> float:
+    """Return what the end on the beads themselves may be off for the table, by its error at rows of the motion."""
+    from purcell_cli.mechanics.bead_table import table_error
+
+    shapes = solution.trajectory.shape
+    rows = np.unique(np.linspace(0, len(shapes) - 1, min(_LOOKED_AT, len(shapes))).astype(np.int64))
+    return solution.plan.joint_travel_rad * table_error(solution.plan.swimmer, shapes[rows, :, :, 0])
 
 
 _SCHEMAS: Mapping[str, Literal["purcell/plan/1", "purcell/run/1", "purcell/replan/1"]] = MappingProxyType(
@@ -212,6 +230,7 @@ def show_plan(console: Console, document: PlanDocument) -> None:
         f"energy {document['energy_j']:.4g} J"
     )
     _checked(console, document["certificate"])
+    _show_table(console, document)
     _show_limits(console, document)
     if "rest" in document:
         _show_rest(console, document["rest"])
@@ -220,6 +239,13 @@ def show_plan(console: Console, document: PlanDocument) -> None:
         console.print(f"{document['rows']} rows in {document['trajectory']}", soft_wrap=True)
     if document["plan_document"] and document["schema"] != "purcell/run/1":
         console.print(f"plan in {document['plan_document']}", soft_wrap=True)
+
+
+def _show_table(console: Console, document: PlanDocument) -> None:
+    """Show what the table of links that feel each other is off, where one is used."""
+    if "table_error" in document:
+        off = document["table_error"]
+        console.print(f"drag of links that feel each other from a table: about {off:.0e} L and rad off at the end")
 
 
 def _show_rest(console: Console, rest: RestPart) -> None:

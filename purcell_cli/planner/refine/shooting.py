@@ -186,7 +186,7 @@ class Equations:
         """How the free angles are numbered."""
         return _Free.of(self.segments)
 
-    @property
+    @functools.cached_property
     def weight(self) -> Array:
         """Joint travel per free angle. Shape (n,)."""
         return self._free.weight
