@@ -13,8 +13,11 @@ from scipy.spatial.transform import Rotation
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.trajectory import Trajectory
 
-_STEPS_RAD = (0.06, 0.03, 0.015)
-"""The longest steps, in the angle that limbs turn by together: each has a 64th of the error of the one before [rad]."""
+_STEPS_RAD = (0.06, 0.03, 0.015, 0.0075)
+"""The longest steps, in the angle that limbs turn by together: each has a tenth to a 64th of the error of the one
+before [rad]."""
+_ROWS = 5000
+"""So many rows are integrated at once."""
 _NEAR_RAD, _FINER = 0.3, 0.05
 """Limbs that bend by less than this in all make steps shorter, down to this part: there the roll that a limb's turn
 makes of the base changes within a few times the slenderness [rad]."""
@@ -103,10 +106,18 @@ def displacement(swimmer: Swimmer, rows: Trajectory, step_rad: float) -> np.ndar
     bend = np.sum(np.arccos(np.clip(rows.shape[:-1, :, 0, 0], -1.0, 1.0)), axis=1)
     longest = step_rad * np.clip(np.minimum(bend, np.append(bend[1:], bend[-1])) / _NEAR_RAD, _FINER, 1.0)
     count = np.maximum(np.ceil(speed * lasts / longest), 1).astype(int)
+    shapes, out = _shapes(rows.shape[0], rates, lasts), np.eye(4)
+    for k in range(0, len(count), _ROWS):
+        some = slice(k, k + _ROWS)
+        out = out @ _part(swimmer, shapes[some], rates[some], lasts[some], count[some])
+    return out
+
+
+def _part(swimmer: Swimmer, shapes: np.ndarray, rates: np.ndarray, lasts: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Return the displacement of some rows, by their first shapes, rates, times and numbers of steps. Shape (4, 4)."""
     row = np.repeat(np.arange(len(count)), count)
     first = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
     length = (lasts / count)[row]
-    shapes = _shapes(rows.shape[0], rates, lasts)
     a = []
     for node in _NODES:
         turns = rates[row].reshape(-1, 2, 3) * ((first + node) * length)[:, None, None]

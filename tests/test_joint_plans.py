@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import types
+from typing import cast
 
 import numpy as np
 import pytest
 from helpers import NIGHTLY, assert_close, mostly_slow
 from joint_queries import COMBINATIONS, EVERY, Query, joint_faults, plane_fault, random_query
+from reintegrated import displacement
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.geometry import se3
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joints import Joint, limb_at
-from purcell_cli.mechanics.lift import SEARCHING
+from purcell_cli.mechanics.lift import SEARCHING, displacements
+from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.options import Controls, Effort, PlanOptions
+from purcell_cli.motion.trajectory import Trajectory
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.planner.arcs.primitive_counts import LEAST_BEND_RAD
 from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting, hinge_rows
@@ -136,3 +142,20 @@ def test_small_bends_for_which_no_chain_is_found_are_refused_with_the_key(
         return
     with pytest.raises(ParameterError, match=r"^max_bend_rad: .*found none within 0\.1 rad .*from 0\.3 on"):
         plan(*asked, swimmer=swimmer)
+
+
+def test_the_integration_that_judges_plans_is_of_sixth_order_and_finds_another_drag() -> None:
+    """It agrees with the flow; another drag ratio (the foil) ends elsewhere."""
+    query = random_query("universal joints", 1)
+    begun = query.start.shape
+    sequence = PrimitiveSequence.of([(1, 0.4), (7, -0.3), (6, 0.5), (1, -0.2)])
+    shapes = sequence.shapes(begun)
+    time_s = np.append(0.0, np.cumsum(sequence.duration))
+    rates = np.concatenate([sequence.rates(shapes[:-1]), np.zeros((1, 6))])
+    rows = cast(Trajectory, types.SimpleNamespace(time_s=time_s, shape=shapes, rate_rad_s=rates))
+    wanted = se3.prefix_products(displacements(query.swimmer, sequence, begun))[-1]
+    off = [float(np.max(np.abs(displacement(query.swimmer, rows, step) - wanted))) for step in (0.2, 0.1, 0.02)]
+    assert off[0] > 20.0 * off[1]
+    assert off[2] < 1e-12
+    other = dataclasses.replace(query.swimmer, drag_ratio=1.9)
+    assert np.max(np.abs(displacement(other, rows, 0.02) - wanted)) > 1e-4
