@@ -1,14 +1,14 @@
 """Plans random queries over all combinations of joints, and says how many arrive and what they take.
 
-    python benchmarks/joints.py --count 1000 --out joints.jsonl
-    python benchmarks/joints.py --from 200 --count 100 --seconds 270 --out joints.jsonl
-    python benchmarks/joints.py --count 0 --out joints.jsonl --write
+    python -m benchmarks.joints --count 1000 --out joints.jsonl
+    python -m benchmarks.joints --from 200 --count 100 --seconds 270 --out joints.jsonl
+    python -m benchmarks.joints --count 0 --out joints.jsonl --write
 
 Each plan is integrated once more, and no joint may turn about an axis that it has not or leave its range, looked at
 every 0.01 rad: both by code that shares nothing with the planner.
 
-`--out` gains a line a query, so that a run may be done in pieces: the
-table is of all of its lines. `--write` puts it into docs/how-to/joints.md.
+`--out` gains a line a query, so that a run may be done in pieces: the table is of all of its lines. `--write` puts it
+into docs/how-to/joints.md.
 """
 
 from __future__ import annotations
@@ -26,13 +26,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))  # whe
 from joint_queries import EVERY, joint_faults, plane_fault, random_query
 from reintegrated import missed
 
+from benchmarks import pages
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.solution import plan
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "how-to" / "joints.md"
-MARKS = ("<!-- figures -->", "<!-- end of figures -->")
 _ERROR, _PLANE = 1e-9, 1e-12
 """What a plan may miss, and how far parallel hinges may take the base out of its plane [L, rad]."""
 
@@ -113,9 +112,7 @@ def main() -> int:
     text = "\n".join(table(rows))
     print(text)
     if asked.write:
-        before, _, rest = PAGE.read_text(encoding="utf-8").partition(MARKS[0])
-        after = rest.partition(MARKS[1])[2]
-        PAGE.write_text(f"{before}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{after}", encoding="utf-8")
+        pages.put("how-to/joints.md", "figures", text)
     return 1 if any(row["faults"] for row in rows) else 0
 
 
