@@ -132,9 +132,9 @@ def missed(wanted: Array, found: Array) -> float:
     return float(np.max(np.abs(se3.log(se3.normalised(se3.inverse(wanted) @ found)))))
 
 
-def flown(swimmer: Swimmer, blocks: Sequence[Block]) -> Array:
-    """Return what strokes do on the exact flow, from the collinear shape. Shape (4, 4)."""
-    return functools.reduce(np.matmul, block_displacements(swimmer, blocks, COLLINEAR), np.eye(4))
+def flown(swimmer: Swimmer, blocks: Sequence[Block], start: Array = COLLINEAR) -> Array:
+    """Return what strokes do on the exact flow, from a shape. Shape (4, 4)."""
+    return functools.reduce(np.matmul, block_displacements(swimmer, blocks, start), np.eye(4))
 
 
 def largest_bends(sequence: PrimitiveSequence, start: Array = COLLINEAR) -> Array:

@@ -150,6 +150,7 @@ PLAN_KEYS = {
     "clearance_m": None,
     "largest_bend_rad": None,
     "limits": LIMIT_KEYS,
+    "blocked": None,
     "waypoints": None,
     "follow": None,
     "rows": None,

@@ -312,7 +312,7 @@ REFUSED = {
         "drag:" + "".join(f"\n  {link}: {{along_n_s_per_m: 0.3, across_n_s_per_m: 0.3}}" for link in drags.LINKS),
         2,
         "drag",
-        "differ by more than 0.001",
+        "differ by more than 1e-06",
         "1, 1, 1",
     ),
     "a torque for a force": ("drag:\n  base: {turn_n_m_s: 8.6}", 2, "drag.base.turn_n_m_s", "N m s", "8.6"),

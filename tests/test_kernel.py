@@ -496,6 +496,10 @@ GOOD = {
 }
 CONES = np.eye(3), np.eye(3)[::-1] - 0.5, np.array([0.3, 0.2, 0.1]), np.array([0.0, 0.1, 2.0])
 LINKS = 1.0, 2.0, 2.0, 0.1
+def _moved(found: moves.MoveEquations) -> tuple[object, ...]:
+    return *found, *moves.bends(found, np.ones((2, 2)), 9.0)
+
+
 CALLS = {
     FLOW.pieces: ("shapes", "rates", "durations"),
     FLOW.work: ("shapes", "rates", "durations"),
@@ -505,7 +509,7 @@ CALLS = {
     (lambda start, controls, angles, pose, ends: FLOW.equations(start, controls, angles, [], pose, [2], ends)): (
         *("start", "controls", "angles", "pose", "ends"),
     ),
-    (lambda start, turns, pose, ends: moves.equations(FLOW, start, turns, [], pose, [2], ends)): (
+    (lambda start, turns, pose, ends: _moved(moves.equations(FLOW, start, turns, [], pose, [2], ends))): (
         *("start", "turns", "pose", "ends"),
     ),
     (lambda controls, angles, turned: shooting.bend_rows(controls, angles, turned, np.ones((2, 2)), [0, 0], 9.0)): (

@@ -24,6 +24,7 @@ from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.planner.refine.minimum_energy import Dissipation, EnergyProgram
 from purcell_cli.planner.refine.minimum_time import minimised, settled
 from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
+from purcell_cli.planner.refine.trust_region import FIRST_REACH
 
 UNIT = Swimmer().scaled()
 TOTAL_S = 10.0
@@ -106,7 +107,7 @@ def test_a_small_stroke_of_least_energy_is_the_ellipse_of_the_eigenvalue_problem
     for size in (0.1, 0.05):
         played, way = problem.stroke(half_axes, size)
         begun = problem.disturbed(played)
-        best, off = settled(minimised(begun, EnergyProgram(begun, TOTAL_S), 60)[0])
+        best, off = settled(minimised(begun, EnergyProgram(begun, TOTAL_S), 60, FIRST_REACH).motion)
         least = 4.0 * pi / (most * TOTAL_S)  # per way
         excess.append(energy(best) / way / least - 1.0)
         offset_share.append(problem.offset_share(best, metric, half_axes))

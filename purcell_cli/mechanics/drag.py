@@ -105,7 +105,7 @@ _LARGEST_RATIO = 1e3
 _MOST_ALONG = 1.5
 """How many times the drag across that along the axis is at most: a flat disc's, broadside over edgewise (16 to 32/3
 times viscosity and radius), the most that a body of revolution has. A rod's two numbers exchanged make 2."""
-_ALIKE = 1e-3
+_ALIKE = 1e-6
 """Links of which each drags along and across the same to this part do not push, whatever joints do."""
 _UNLIKE = 1e3
 """How many times one link's lateral drag per length may be another's: a unit that was mistaken makes more of it."""

@@ -72,7 +72,7 @@ class Search:
         return self.restored(there, max(reach, 0.25)) if here.merit - there.merit < 0.5 * promised else there
 
     def run(self, begun: Point, steps: int) -> Point:
-        return descended(begun, self.step, self.landed, steps, lambda _: 1e-5)
+        return descended(begun, self.step, self.landed, steps, lambda _: 1e-5)[0]
 
 
 def approached(equations: Equations, max_bend_rad: float, reach: float, patience: int) -> tuple[Array, Values, float]:

@@ -20,6 +20,7 @@ from purcell_cli.mechanics.lift import SEARCHING, run_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import AXIS_OF, EMPTY, LIMB_OF, PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.motion.limits import BEND_MARGIN_RAD
 from purcell_cli.planner.joints.loop import Aside, Loop, paired, rectangle, rolled
 from purcell_cli.planner.joints.paired import cancelling
@@ -263,7 +264,7 @@ def _every(swimmer: Swimmer, home: bytes) -> EveryLoop:
     both = len(set(LIMB_OF[list(swimmer.controls)].tolist())) > 1
     if both and np.all(shape[:, 0, 0] > _STRAIGHT):
         return every
-    pairs = _paired(every)
+    pairs = _bent_little(swimmer, shape, _paired(every))
     return EveryLoop(found, (*others, *pairs), screws.and_more(_measured(swimmer, shape, pairs)), len(pairs))
 
 
@@ -279,6 +280,16 @@ def _paired(every: EveryLoop) -> list[Loop]:
         first, second = every.some(some[[i, j]]).loops
         out.append(paired((first, second.sized(math.sqrt(abs(share)))), (True, share > 0.0)))
     return out
+
+
+def _bent_little(swimmer: Swimmer, home: Array, loops: Sequence[Loop]) -> list[Loop]:
+    """Return the loops that keep the bend limit throughout: a smaller rolled loop may bend a limb farther."""
+    limits = bend_limits(swimmer, home)
+    every = [Pieces.of(loop.approach + loop.cycle, home) for loop in loops]
+    bends = LimbCircles.of(Pieces.together(every)).largest_bends()[0] if every else np.empty((0, 2))
+    ends = np.cumsum([len(pieces.durations) for pieces in every])
+    kept = [np.all(bends[end - len(p.durations) : end] <= limits) for p, end in zip(every, ends, strict=True)]
+    return [loop for loop, keeps in zip(loops, kept, strict=True) if keeps]
 
 
 def loops_of(swimmer: Swimmer, home: Array) -> EveryLoop:

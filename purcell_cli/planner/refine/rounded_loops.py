@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from purcell_cli.geometry.reproducible import arctan2, inner, norm
+from purcell_cli.geometry.reproducible import arctan2, cos, inner, norm
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
@@ -57,7 +57,7 @@ def _rounded(block: Block, shape: Array, swimmer: Swimmer, axes: Array | None) -
     normal = about[0] * np.array([0.0, 1.0, 1.0])
     normal = normal / norm(normal)
     same = inner(about, normal)
-    if np.min(np.abs(same)) < math.cos(_PLANAR_RAD):
+    if np.min(np.abs(same)) < cos(_PLANAR_RAD):
         return []
     sense = np.sign(same)
 
