@@ -78,21 +78,21 @@ def missed(swimmer: Swimmer, rows: Trajectory, wanted: np.ndarray) -> float:
 
     Args:
         swimmer: The swimmer.
-        rows: The rows, of which the first row's shape and the controls count.
+        rows: The rows, of which the shapes and the controls count.
         wanted: The displacement [m]. Shape (4, 4).
     """
-    least = math.inf
+    least, gap_of_shapes = math.inf, shape_gap(rows)
     for step in _STEPS_RAD:
         gap = displacement(swimmer, rows, step) - wanted
         away = float(np.linalg.norm(gap[:3, 3])) / swimmer.length_m
         least = min(least, max(away, float(np.linalg.norm(gap[:3, :3])) / math.sqrt(2.0)))
         if least < _GOOD:
             break
-    return least
+    return max(least, gap_of_shapes)
 
 
 def displacement(swimmer: Swimmer, rows: Trajectory, step_rad: float) -> np.ndarray:
-    """Return the base's displacement that the rows' controls make, from the first row's shape [m]. Shape (4, 4).
+    """Return the base's displacement that the rows' controls make, from each row's shape [m]. Shape (4, 4).
 
     A Magnus integrator of sixth order (Blanes, Casas and Ros 2000, BIT 40, 434) takes equal steps within each row.
 
@@ -106,7 +106,7 @@ def displacement(swimmer: Swimmer, rows: Trajectory, step_rad: float) -> np.ndar
     bend = np.sum(np.arccos(np.clip(rows.shape[:-1, :, 0, 0], -1.0, 1.0)), axis=1)
     longest = step_rad * np.clip(np.minimum(bend, np.append(bend[1:], bend[-1])) / _NEAR_RAD, _FINER, 1.0)
     count = np.maximum(np.ceil(speed * lasts / longest), 1).astype(int)
-    shapes, out = _shapes(rows.shape[0], rates, lasts), np.eye(4)
+    shapes, out = rows.shape[:-1], np.eye(4)
     for k in range(0, len(count), _ROWS):
         some = slice(k, k + _ROWS)
         out = out @ _part(swimmer, shapes[some], rates[some], lasts[some], count[some])
@@ -142,13 +142,8 @@ def _part(swimmer: Swimmer, shapes: np.ndarray, rates: np.ndarray, lasts: np.nda
     return out
 
 
-def _shapes(start: np.ndarray, rates: np.ndarray, lasts: np.ndarray) -> np.ndarray:
-    """Return the limbs' orientations at the beginning of each row. Shape (n, 2, 3, 3)."""
-    turned = [Rotation.from_rotvec(rates[:, 3 * k : 3 * k + 3] * lasts[:, None]).as_matrix() for k in (0, 1)]
-    out = np.empty((len(rates), 2, 3, 3))
-    for k in (0, 1):
-        now = start[k]
-        for i, turn in enumerate(turned[k]):
-            out[i, k] = now
-            now = now @ turn
-    return out
+def shape_gap(rows: Trajectory) -> float:
+    """Return by how much a row's controls miss the shape of the next row, at the most."""
+    turns = rows.rate_rad_s[:-1].reshape(-1, 2, 3) * np.diff(rows.time_s)[:, None, None]
+    ends = [rows.shape[:-1, k] @ Rotation.from_rotvec(turns[:, k]).as_matrix() for k in (0, 1)]
+    return float(np.max(np.abs(np.stack(ends, axis=1) - rows.shape[1:]), initial=0.0))
