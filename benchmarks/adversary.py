@@ -6,7 +6,8 @@ Plans: random swimmers for which plans are promised (docs/explanation/cannot.md)
 called reached is written, read back and replayed in extended precision, by the integrator that the planner does not
 have; a plan that is not reached is counted by its verdict.
 Trajectories: a number of a good file is changed, and verify must find it. Signals:
-a command is interrupted, terminated or killed at a random moment, and neither a half file nor a process may be left.
+commands that write are interrupted, terminated or killed at random moments, or find a full disk or a closed pipe, and
+neither a half file nor a process may be left.
 Names: outputs with names that are hard for shells, patterns and markup.
 
 Exit code 1 if anything is called what it is not, or is lost. `--seed` begins elsewhere, `--only plans` leaves the other
@@ -17,7 +18,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import signal
 import subprocess
 import sys
 import tempfile
@@ -38,11 +38,12 @@ from purcell_cli.planner.arcs.primitive_counts import promised
 from purcell_cli.verification.replay import replay
 from purcell_cli.verification.verify import verify
 
+sys.path.insert(0, str(Path(__file__).resolve().parent))  # where commands are interrupted
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))  # where random swimmers are
+from interrupted import PURCELL, interrupted
 from joint_queries import COMBINATIONS, Query, displacement_of, joint_faults, shape_of
 from random_swimmers import between, jointed, of_its_own, room
 
-PURCELL = (sys.executable, "-P", "-m", "purcell_cli")
 _OF_ITS_OWN = 3
 """Of so many swimmers one has drags and links of its own."""
 _JOINTED = 4
@@ -153,27 +154,6 @@ def tampering(count: int, seed: int) -> Iterator[str]:
         yield "found" if found else f"WRONG: changed file {seed + k} is passed"
 
 
-def signalled(seed: int) -> str:
-    """Return what a command leaves that gets a signal at a random moment."""
-    rng = np.random.default_rng(seed)
-    by = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)[int(rng.integers(3))]
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        (folder / "swim.csv").write_text("before")
-        command = [*PURCELL, "plan", "along-x", "--dt", "2e-4", "--out", "swim.csv"]
-        with subprocess.Popen(  # noqa: S603  # this very program
-            command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
-        ) as process:
-            time.sleep(float(rng.uniform(0.0, 3.0)))
-            process.send_signal(by)
-            process.wait(60)
-        left = {path.name for path in folder.iterdir()}
-        whole = (folder / "swim.csv").read_text().count("\n") != 1 or (folder / "swim.csv").read_text() == "before"
-    if by == signal.SIGKILL:  # nothing can be tidied up then
-        return f"{by.name}: the old file or the new one" if whole else f"WRONG: {by.name} left half a file"
-    return f"{by.name}: nothing left" if left == {"swim.csv"} and whole else f"WRONG: {by.name} left {sorted(left)}"
-
-
 def named(name: str) -> str:
     """Return whether a file of a name is written, drawn and checked under just that name."""
     with tempfile.TemporaryDirectory() as folder:
@@ -200,7 +180,7 @@ def main() -> int:
         attacks = {
             "plans": (planned(seed, Path(folder)) for seed in seeds),
             "tampered trajectories": tampering(2 * few, asked.seed),
-            "signals": (signalled(seed) for seed in range(asked.seed, asked.seed + few)),
+            "signals": interrupted(few, asked.seed, Path(folder)),
             "names": (named(name) for name in NAMES),
         }
         for attack, found in attacks.items():

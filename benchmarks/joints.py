@@ -26,6 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))  # whe
 from joint_queries import EVERY, joint_faults, plane_fault, random_query
 from reintegrated import missed
 
+from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.solution import plan
@@ -41,7 +42,11 @@ def outcome(seed: int) -> dict[str, Any]:
     name = list(EVERY)[seed % len(EVERY)]
     query = random_query(name, seed)
     begun = time.process_time()
-    solution = plan(query.start, query.goal, swimmer=query.swimmer)
+    try:
+        solution = plan(query.start, query.goal, swimmer=query.swimmer)
+    except ParameterError as error:
+        told = {"seed": seed, "joints": name, "error": 0.0, "joint_travel_rad": 0.0}
+        return {**told, "seconds": time.process_time() - begun, "faults": [f"refused: {error}"]}
     seconds = time.process_time() - begun
     off = solution.certificate.deviation
     error = max(off.position_m / query.swimmer.length_m, off.base_rad, off.limb1_rad, off.limb2_rad)

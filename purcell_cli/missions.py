@@ -9,6 +9,7 @@ import numpy as np
 
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.bead_table import bead_table
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.joint_motion import home_shape, plane_axis, refuse_displacement
@@ -61,13 +62,19 @@ def plan_mission(
         if plane_axis(body) is not None:
             for pose in mission.follow.poses(mission.start):
                 refuse_displacement(body, mission.start, Configuration(pose, mission.start.shape), "follow")
+        refuse_long(LegPrice(body), [np.eye(4), _ahead(mission.follow.curve.length_m)], body, options)
         return followed(mission, mission.follow, body, options, gaits, progress)
     refuse_waypoints(mission, body, options)
     if body.fluid == "beads":
         bead_table(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
-    touring = Touring(body, LegPrice(body))
+    touring = Touring(body, LegPrice(body), Limits.of(options))
     order = passing_order(mission, touring)
     chosen = configurations(mission, order, touring)
+    for k, one in zip(order, chosen, strict=True):
+        if one is not None:
+            touring.limits.refuse(body, f"via[{k}]", one)
+    poses = [mission.start.pose, *(one.pose for one in chosen if one is not None), mission.goal.pose]
+    refuse_long(touring.price, poses, body, options)
     planned_legs = [0]
 
     def leg(start: Configuration, goal: Configuration, bent: float) -> Plan:
@@ -124,6 +131,23 @@ def followed(
     return carried_out(whole, options)
 
 
+def refuse_long(price: LegPrice, poses: Sequence[Array], swimmer: Swimmer, options: PlanOptions) -> None:
+    """Refuse a way along poses of the base [m], each of shape (4, 4), that takes too many rows or too much memory.
+
+    Raises:
+        ParameterError: It does, as far as the price of its legs tells.
+    """
+    travel_rad = float(np.sum(price(np.array(poses[:-1]), np.array(poses[1:]))))
+    if (found := Limits.of(options).too_large(swimmer, 0, travel_rad)) is not None:
+        raise found
+
+
+def _ahead(length_m: float) -> Array:
+    pose = np.eye(4)
+    pose[0, 3] = length_m
+    return pose
+
+
 def refuse_waypoints(mission: Mission, swimmer: Swimmer, options: PlanOptions) -> None:
     """Refuse waypoints at which limits cannot be kept, whatever is chosen for what they leave free.
 
@@ -133,11 +157,11 @@ def refuse_waypoints(mission: Mission, swimmer: Swimmer, options: PlanOptions) -
     limits, home = Limits.of(options), home_shape(swimmer, mission.start.shape)
     for k, one in enumerate(mission.via):
         filled = one.filled(Configuration(mission.start.pose, home))
-        refuse_large(swimmer, f"via.{k}", filled)
-        refuse_displacement(swimmer, mission.start, filled, f"via.{k}")
+        refuse_large(swimmer, f"via[{k}]", filled)
+        refuse_displacement(swimmer, mission.start, filled, f"via[{k}]")
         known = one.position_m is not None and one.orientation is not None
         (limits if known else dataclasses.replace(limits, workspace=None, obstacles=None)).refuse(
-            swimmer, f"via.{k}", filled
+            swimmer, f"via[{k}]", filled
         )
 
 
@@ -185,6 +209,7 @@ def joined(swimmer: Swimmer, mission: Mission, order: Sequence[int], legs: Seque
         for leg in legs
     )
     last = legs[-1]
+    blocked = [dataclasses.replace(leg.blocked, leg=k) for k, leg in enumerate(legs) if leg.blocked is not None]
     return Plan(
         swimmer,
         mission.start,
@@ -194,6 +219,7 @@ def joined(swimmer: Swimmer, mission: Mission, order: Sequence[int], legs: Seque
         left_out=last.left_out,
         passages=tuple(passages),
         follow=mission.follow,
+        blocked=blocked[0] if blocked else None,
     )
 
 

@@ -21,11 +21,11 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements, energies, starting_shapes
 from purcell_cli.motion.limits import Limits, LimitsReport
 from purcell_cli.motion.limits_check import check_legs
-from purcell_cli.motion.memory import refuse_huge
+from purcell_cli.motion.memory import refuse_huge, too_many_rows
 from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
 from purcell_cli.motion.pace import paced
-from purcell_cli.motion.plan import Plan
-from purcell_cli.motion.trajectory import Trajectory, check_spacing, sample, schedule
+from purcell_cli.motion.plan import Blocked, Plan
+from purcell_cli.motion.trajectory import Trajectory, sample, schedule
 from purcell_cli.motion.verdict import PlanVerdict, Verdict
 from purcell_cli.planner.arcs.primitive_counts import advice
 from purcell_cli.planner.candidate import primitives_of
@@ -271,7 +271,7 @@ def _reconfigured(
     """Return a plan: the one that knows no obstacles where it is clear of them, else one round them if any is found."""
     if limits.obstacles is None:
         return reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress)
-    from purcell_cli.planner.routes.around import SHORTER, around
+    from purcell_cli.planner.routes.around import around
 
     direct = reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress, ())
     if not direct.blocks or (direct.limits is not None and direct.limits.kept):
@@ -284,8 +284,8 @@ def _reconfigured(
         except ParameterError:  # such small bends take too many primitives
             return Plan(careful, begin, end, ())
 
-    found = around(swimmer, start, goal, limits, leg, seed, SHORTER[effort], progress)
-    return dataclasses.replace(direct, blocked=found) if isinstance(found, str) else found
+    found = around(swimmer, start, goal, limits, leg, seed, effort, progress)
+    return dataclasses.replace(direct, blocked=found) if isinstance(found, Blocked) else found
 
 
 def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
@@ -300,10 +300,11 @@ def carried_out(plan: Plan, options: PlanOptions = PlanOptions()) -> Solution:
     """
     start, (swimmer, blocks) = plan.start, paced(plan.swimmer, plan.start.shape, plan.blocks)
     wanted, known = Limits.of(options, plan.follow), plan.limits if blocks == plan.blocks else None
-    check_spacing(swimmer, blocks, options.dt_s)
     legs = dataclasses.replace(plan, blocks=blocks).legs
+    duration_s = sum(b.duration for b in blocks) / swimmer.joint_rate_rad_s
+    if (found := too_many_rows(duration_s, options.dt_s)) is not None:
+        raise found
     try:
-        duration_s = sum(b.duration for b in blocks) / swimmer.joint_rate_rad_s
         refuse_huge(primitives_of(blocks), duration_s / options.dt_s, options.max_memory_gb)
     except ParameterError as error:
         raise ParameterError(f"{error}{advice(swimmer, stored_gaits())}") from None

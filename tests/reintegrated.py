@@ -13,8 +13,11 @@ from scipy.spatial.transform import Rotation
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.trajectory import Trajectory
 
-_STEPS_RAD = (0.06, 0.03)
-"""The longest steps, in the angle that limbs turn by together: errors of some 1e-12 and 2e-14 a rad [rad]."""
+_STEPS_RAD = (0.06, 0.03, 0.015)
+"""The longest steps, in the angle that limbs turn by together: each has a 64th of the error of the one before [rad]."""
+_NEAR_RAD, _FINER = 0.3, 0.05
+"""Limbs that bend by less than this in all make steps shorter, down to this part: there the roll that a limb's turn
+makes of the base changes within a few times the slenderness [rad]."""
 _GOOD = 5e-10
 """What misses the goal by less than this is not integrated by shorter steps [L, rad]."""
 _NODES = 0.5 + math.sqrt(15.0) / 10.0 * np.array([-1.0, 0.0, 1.0])
@@ -97,7 +100,9 @@ def displacement(swimmer: Swimmer, rows: Trajectory, step_rad: float) -> np.ndar
     """
     lasts, rates = np.diff(rows.time_s), rows.rate_rad_s[:-1]
     speed = np.sum(np.linalg.norm(rates.reshape(-1, 2, 3), axis=2), axis=1)
-    count = np.maximum(np.ceil(speed * lasts / step_rad), 1).astype(int)
+    bend = np.sum(np.arccos(np.clip(rows.shape[:-1, :, 0, 0], -1.0, 1.0)), axis=1)
+    longest = step_rad * np.clip(np.minimum(bend, np.append(bend[1:], bend[-1])) / _NEAR_RAD, _FINER, 1.0)
+    count = np.maximum(np.ceil(speed * lasts / longest), 1).astype(int)
     row = np.repeat(np.arange(len(count)), count)
     first = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
     length = (lasts / count)[row]

@@ -7,19 +7,29 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers import Run, runner
 
-from purcell_cli import Configuration, PlanOptions, Swimmer, plan
+from purcell_cli import Configuration, PlanOptions, Swimmer, plan, read_csv, write_csv
 from purcell_cli.errors import ParameterError
 from purcell_cli.files.builtin import stored_gaits
+from purcell_cli.missions import plan_mission
 from purcell_cli.motion import memory
 from purcell_cli.motion.coordinates import refuse_large
-from purcell_cli.motion.memory import refuse_huge
+from purcell_cli.motion.curve import Curve
+from purcell_cli.motion.memory import MOST_ROWS, refuse_huge
+from purcell_cli.motion.mission import Follow, Mission, Waypoint
 from purcell_cli.planner.arcs.primitive_counts import PROMISED, PrimitiveCounts, promised
 from purcell_cli.planner.refine.simultaneous import quickened
 from purcell_cli.planner.refinement import Refinement
 from purcell_cli.solution import carried_out
 
 QUICK = PlanOptions(effort="quick")
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Run:
+    """Return a function that runs a command: exit code, stdout, stderr."""
+    return runner(capsys)
 
 
 @pytest.mark.parametrize(("primitives", "rows", "refused"), [(10, 1e3, False), (10, 1e7, True), (4_000_000, 0.0, True)])
@@ -80,6 +90,50 @@ def test_a_query_that_takes_too_many_primitives_is_refused_before_anything_is_re
     monkeypatch.setattr(Refinement, "near", near)
     ahead = Configuration.from_angles((0.01, 0.0, 0.0))
     assert plan(Configuration(), ahead, swimmer=weak, options=QUICK).verdict == "reached"
+
+
+def test_rows_that_are_too_many_are_refused_before_anything_is_refined(monkeypatch: pytest.MonkeyPatch) -> None:
+    goal = Configuration.from_angles((2.0, 0.0, 0.0))
+    seconds = plan(Configuration(), goal, options=QUICK).duration_s
+    monkeypatch.setattr(Refinement, "near", lambda *_: pytest.fail("a motion is refined"))
+    for asked, wanted in (
+        (
+            PlanOptions(dt_s=0.3 * seconds / MOST_ROWS),
+            r"^dt: a time above [\d.e-]+ s is wanted \(at most 3e\+06 rows\)",
+        ),
+        (PlanOptions(dt_s=1.2 * seconds / MOST_ROWS, max_memory_gb=0.5), r"^max-memory: .* and [\d.e+]+ rows \(fewer"),
+    ):
+        with pytest.raises(ParameterError, match=wanted):
+            plan(Configuration(), goal, options=asked)
+    there = Configuration.from_angles((1.0, 0.0, 0.0))
+    for mission in (
+        Mission(Configuration(), goal, via=(Waypoint(position_m=np.array([1.0, 0.1, 0.0])),)),
+        Mission(Configuration(), there, follow=Follow(Curve(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])), 0.1)),
+    ):
+        with pytest.raises(ParameterError, match=r"^dt: a time above [\d.e-]+ s is wanted"):
+            plan_mission(mission, options=PlanOptions(dt_s=1e-6))
+
+
+def test_a_file_whose_rows_do_not_fit_into_the_memory_is_refused_unread(tmp_path: Path) -> None:
+    path = tmp_path / "rows.csv"
+    write_csv(plan(Configuration(), Configuration.from_angles((0.01, 0.0, 0.0)), options=QUICK).trajectory, path)
+    size_gb = 1e-9 * path.stat().st_size
+    assert len(read_csv(path, 2.3 * size_gb).time_s) > 10
+    path.write_bytes(b"nothing" * (path.stat().st_size // 7))
+    with pytest.raises(ParameterError, match=r"^max-memory: a budget of at least .* GB for all rows of .*rows\.csv is"):
+        read_csv(path, 2.0 * size_gb)
+
+
+@pytest.mark.parametrize("command", ["view", "plot", "export", "simulate"])
+def test_commands_that_read_whole_files_take_a_budget(
+    command: str, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("rows.csv").write_text("nothing")
+    more = {"export": ["--to", "servo"], "simulate": ["--swimmer", "paper"]}.get(command, [])
+    code, _, err = run(command, "rows.csv", *more, "--max-memory", "1e-12")
+    assert (code, err.partition(" of at least")[0]) == (2, f"purcell {command}: --max-memory: a budget")
+    assert [path.name for path in Path().iterdir()] == ["rows.csv"]
 
 
 def test_what_a_length_takes_is_what_a_far_plan_takes() -> None:

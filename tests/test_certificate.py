@@ -169,6 +169,22 @@ def test_what_a_little_difference_of_shape_makes_is_counted(monkeypatch: pytest.
     assert apart(without.end_pose, each.end_pose, THIN.length_m) > 1e-9
 
 
+def test_differences_of_shape_are_counted_where_they_turn_the_base() -> None:
+    """Each radian of a segment counts its difference: rows as fine as a file may have differ by rounding alone."""
+    shapes = np.tile(np.eye(3), (3, 2, 1, 1))
+    rates = np.tile([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (3, 1))
+    which = np.repeat(np.arange(3), 1000)
+    off = np.full((3000, 2, 3), 1e-19)
+    off[which == 1] = 1e-12
+    fine, coarse = np.full(3, 1e-3), np.ones(3)
+    counted = replaying._drift(THIN, shapes, rates, coarse, which, off)
+    assert np.any(counted[which == 1])
+    assert not np.any(counted[which != 1])
+    off[:] = 1e-18
+    assert replaying._drift(THIN, shapes, rates, fine, which, off).shape == (0, 6)
+    assert replaying._drift(THIN, shapes, rates, coarse, which, 100.0 * off).shape == (3000, 6)
+
+
 def test_a_replay_goes_on_from_another() -> None:
     times, rates = controls(5)
     start = Configuration.from_angles((0.1, 0.0, 0.0), (30.0, 0.0, 0.0), (10.0, 0.0, 0.0))

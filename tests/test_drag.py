@@ -38,6 +38,7 @@ from purcell_cli.errors import InputError, ParameterError
 from purcell_cli.files.swimmer_file import SWIMMER, swimmer_written
 from purcell_cli.gaits.pure_stroke import fault, realise
 from purcell_cli.geometry.rotations import about_axis
+from purcell_cli.mechanics import drag as drags
 from purcell_cli.mechanics.base_velocity import base_motion
 from purcell_cli.mechanics.connection import COLLINEAR, base_twist, connection, resistance, shape_from_angles
 from purcell_cli.mechanics.drag import FINITE_RODS, sphere
@@ -47,6 +48,7 @@ from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import LIMITS
 from purcell_cli.motion.clearance import apart_bend_rad, body_distance, least_clearance
 from purcell_cli.motion.limb_circles import bends
+from purcell_cli.motion.options import Effort, PlanOptions
 from purcell_cli.verification.replay import replay
 
 UNEVEN = Swimmer(links=LinkSizes(limb2=LinkSize(0.08, 0.02)), drag="cylinder")
@@ -54,6 +56,9 @@ BODY = Swimmer(drag="spheroid", body_radius_m=0.04)
 NUMBERS = Swimmer(
     drag=LinkDrags(LinkDrag(0.13, 0.26, 8.6e-4, 9.6e-6), LinkDrag(0.2, 0.3, 1.2e-3), LinkDrag(across_n_s_per_m=0.6))
 )
+
+DISCS = Swimmer(drag=LinkDrags(*(LinkDrag(0.36, 0.3) for _ in range(3))))
+"""Links that drag more along their axes than across them."""
 
 
 # --- Single links ----------------------------------------------------------------------------------------------------
@@ -217,6 +222,26 @@ def test_a_folding_limb_comes_nearest_to_the_body_where_it_bends_most() -> None:
 
 # --- Gaits and plans -------------------------------------------------------------------------------------------------
 
+
+def test_links_that_drag_more_along_than_across_swim_the_other_way() -> None:
+    """As exactly as others; a rod's numbers (the foil) swim ahead."""
+    sequence = random_sequence(np.random.default_rng(1), 5)
+    found = in_lengths(DISCS, flow(DISCS, sequence))
+    assert missed(found, in_lengths(DISCS, dop853_flow(DISCS, sequence))) < 1e-11
+    gait = stored_gaits()["x-cruise"]
+    ahead = []
+    for swimmer in (DISCS, Swimmer()):
+        stroke = realise(gait, swimmer, 0.6)
+        assert fault(stroke, gait.moves, swimmer) == ""
+        ahead.append(float(stroke.displacement(swimmer)[0, 3]))
+    assert ahead[0] < -1e-3
+    assert ahead[1] > 1e-3
+    goal = Configuration.from_angles((0.03, 0.01, -0.02), (10.0, 5.0, -8.0))
+    solution = plan(Configuration(), goal, swimmer=DISCS, options=PlanOptions(effort=Effort.QUICK))
+    assert solution.verdict == "reached"
+    assert solution.certificate.deviation.within(1e-9 * DISCS.length_m, 1e-9)
+
+
 MILD = Swimmer(links=LinkSizes(limb2=LinkSize(0.08, 0.02)))
 
 
@@ -269,19 +294,26 @@ REFUSED = {
     "no drag": ("drag:\n  base: {along_n_s_per_m: 0}", 2, "drag.base.along_n_s_per_m", "above 0", "the number 0"),
     "a negative one": ("drag:\n  limb1:\n    turn_n_m_s: -1", 3, "drag.limb1.turn_n_m_s", "above 0", "-1"),
     "infinity": ("drag:\n  limb1:\n    turn_n_m_s: .inf", 3, "drag.limb1.turn_n_m_s", "finite", ".inf"),
-    "along above across": (
-        "drag:\n  limb2:\n    across_n_s_per_m: 0.2\n    along_n_s_per_m: 0.3",
+    "along far above across": (
+        "drag:\n  limb2:\n    across_n_s_per_m: 0.2\n    along_n_s_per_m: 0.4",
         4,
         "drag.limb2.along_n_s_per_m",
-        "less than the drag across, 0.2 N s/m",
-        "found 0.3",
+        "the drag across, 0.2 N s/m, to 1.5 times it",
+        "found 0.4",
     ),
-    "across below cox's along": (
-        "drag:\n  limb2: {across_n_s_per_m: 0.1}",
+    "across far below cox's along": (
+        "drag:\n  limb2: {across_n_s_per_m: 0.05}",
         2,
         "drag.limb2.along_n_s_per_m",
-        "less than",
+        "1.5 times it (a flat disc's; are along and across exchanged?)",
         "",
+    ),
+    "along as across": (
+        "drag:" + "".join(f"\n  {link}: {{along_n_s_per_m: 0.3, across_n_s_per_m: 0.3}}" for link in drags.LINKS),
+        2,
+        "drag",
+        "differ by more than 0.001",
+        "1, 1, 1",
     ),
     "a torque for a force": ("drag:\n  base: {turn_n_m_s: 8.6}", 2, "drag.base.turn_n_m_s", "N m s", "8.6"),
     "a spin of no rod": ("drag:\n  base: {spin_n_m_s: 1e-20}", 2, "drag.base.spin_n_m_s", "N m s", "1e-20"),

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers import Run, assert_close, is_close, runner
+from scipy.spatial.transform import Rotation
 
 from purcell_cli import Configuration, PlanOptions, Swimmer, load_plan, plan, write_plan
 from purcell_cli.errors import InputError, ParameterError
@@ -424,6 +425,18 @@ def test_only_joints_that_move_the_base_in_every_direction_are_strong() -> None:
     straight = COLLINEAR.tobytes()
     assert weak_directions(Swimmer(joints=(YAW, PITCH)).scaled(), straight) == ()
     assert "surge" in weak_directions(Swimmer(joints=(UNIVERSAL, FIXED)).scaled(), straight)
+
+
+def test_a_ball_joint_is_strong_wherever_the_limb_beside_it_is_fixed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One shape of the ball joint alone (the foil) is weak by chance beside limbs that are fixed to some side."""
+    swimmer = Swimmer(joints=(Joint(), FIXED)).scaled()
+    over, thin = (
+        np.stack([np.eye(3), Rotation.from_euler("XY", [180, bend], degrees=True).as_matrix()]) for bend in (45, 15)
+    )
+    assert weak_directions(swimmer, over.tobytes()) == ()
+    assert weak_directions(swimmer, thin.tobytes()) != ()
+    monkeypatch.setattr("purcell_cli.lie_brackets.joint_reach._BENT_RAD", ((0.6, 0.4),))
+    assert "sway" in weak_directions.__wrapped__(swimmer, over.tobytes())
 
 
 def test_plans_for_ball_joints_written_as_such_are_the_papers() -> None:

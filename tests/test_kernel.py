@@ -14,6 +14,7 @@ import pytest
 from convex_programs import random_program
 from helpers import NIGHTLY, random_sequence, random_shapes, random_swimmer
 from reference import base_velocity, lift, lift_derivatives
+from reference.program import penalised
 from scipy.optimize import linprog
 
 from purcell_cli.kernel import chains, distances, library, linear, poses, shooting, sources
@@ -24,7 +25,6 @@ from purcell_cli.kernel.descent import Descent
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
 from purcell_cli.kernel.flow import Flow, Rule, connection, played, with_twice_the_digits
 from purcell_cli.kernel.pairs import pair_prices
-from purcell_cli.kernel.program import penalised
 from purcell_cli.kernel.screw_chains import solved
 from purcell_cli.kernel.sequence import cheapest
 from purcell_cli.kernel.shapes import shapes_along
@@ -52,7 +52,6 @@ MODULES = (
     "linear",
     "pairs",
     "poses",
-    "program",
     "screw_chains",
     "sequence",
     "shapes",
@@ -60,6 +59,12 @@ MODULES = (
     "steering",
 )
 """The modules of the kernel that call it."""
+
+
+def use(monkeypatch: pytest.MonkeyPatch, kernel: object) -> None:
+    """Have another kernel called."""
+    for module in (*(f"purcell_cli.kernel.{name}" for name in MODULES), "reference.program"):
+        monkeypatch.setattr(f"{module}.KERNEL", kernel)
 
 
 def agree(found: np.ndarray, wanted: np.ndarray, tolerance: float = 1e-13) -> None:
@@ -383,8 +388,7 @@ def test_every_compiler_makes_the_same_bits(
         pytest.skip(f"no {compiler} here")
     wanted = [everything(seed) for seed in range(10)]
     other = library.load(built(tmp_path, compilers()[compiler], *flags))
-    for module in MODULES:
-        monkeypatch.setattr(f"purcell_cli.kernel.{module}.KERNEL", other)
+    use(monkeypatch, other)
     assert [everything(seed) for seed in range(10)] == wanted
 
 
@@ -395,8 +399,7 @@ def test_fused_sums_would_make_other_bits(tmp_path: Path, monkeypatch: pytest.Mo
         pytest.skip("no compiler or no processor that fuses sums here")
     wanted = everything(0)
     fused = library.load(built(tmp_path, ["gcc"], "-O2", "-mfma", "-ffp-contract=fast"))
-    for module in MODULES:
-        monkeypatch.setattr(f"purcell_cli.kernel.{module}.KERNEL", fused)
+    use(monkeypatch, fused)
     assert everything(0) != wanted
 
 
@@ -412,8 +415,7 @@ def test_an_arm64_processor_makes_the_same_bits(tmp_path: Path, monkeypatch: pyt
 
     def found(*flags: str, seeds: range) -> list[bytes]:
         there = emulated.EmulatedKernel(built(tmp_path, compiler, *flags))
-        for module in MODULES:
-            monkeypatch.setattr(f"purcell_cli.kernel.{module}.KERNEL", there)
+        use(monkeypatch, there)
         return [everything(seed) for seed in seeds]
 
     assert found("-O3", seeds=range(5)) == wanted

@@ -27,6 +27,8 @@ from purcell_cli import (
     plan_mission,
     write_plan,
 )
+from purcell_cli.environment.scene import Scene
+from purcell_cli.environment.solids import HalfSpace, Sphere
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis
@@ -34,6 +36,7 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joints import Joint
 from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.limb_circles import bends
+from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.trajectory import schedule
 from purcell_cli.planner.missions.leg_price import LegPrice
 from purcell_cli.planner.missions.on_the_way import blocks_before
@@ -251,16 +254,32 @@ def test_a_waypoint_names_something() -> None:
 def test_what_leaves_the_plane_of_parallel_hinges_is_refused_by_its_name() -> None:
     swimmer = Swimmer(joints=(Joint("hinge", "yaw"), Joint("hinge", "yaw")))
     goal = Configuration.from_angles((0.4, 0.0, 0.0))
-    with pytest.raises(ParameterError, match=r"via\.0: base: a pose in the start's x-y plane.*z off by 0\.1 m"):
+    with pytest.raises(ParameterError, match=r"via\[0\]: base: a pose in the start's x-y plane.*z off by 0\.1 m"):
         plan_mission(Mission(Configuration(), goal, (at(0.2, 0.0, 0.1),)), swimmer=swimmer)
     rising = Follow(Curve(np.array([[0.0, 0.0, 0.0], [0.2, 0.0, 0.1], [0.4, 0.0, 0.0]])), 0.1)
     with pytest.raises(ParameterError, match=r"follow: base: a pose in the start's x-y plane"):
         plan_mission(Mission(Configuration(), goal, follow=rising), swimmer=swimmer)
 
 
+def test_headings_at_a_waypoint_keep_clear_of_obstacles() -> None:
+    """To look along the way touches the wall; among obstacles on all sides the waypoint is refused by its name."""
+    wall = HalfSpace(np.array([0.24, 0.0, 0.0]), np.array([-1.0, 0.0, 0.0]))
+    limits = Limits(obstacles=Scene((wall,)))
+    via, goal = (at(0.2, 0.0, 0.0),), Configuration.from_angles((0.0, 0.0, 0.0), (180, 0, 0))
+    touching, clear = (
+        Touring(Swimmer(), LegPrice(Swimmer()), one).poses(np.eye(4), via, goal.pose)[0] for one in (Limits(), limits)
+    )
+    limits.refuse(Swimmer(), "via[0]", Configuration(clear))
+    with pytest.raises(ParameterError, match="clear of obstacles"):
+        limits.refuse(Swimmer(), "via[0]", Configuration(touching))
+    inside = PlanOptions(effort="quick", obstacles=Scene((Sphere(np.array([0.6, 0.02, 0.0]), 0.1),)))
+    with pytest.raises(ParameterError, match=r"via\[0\]: all links clear of obstacles are wanted"):
+        plan_mission(Mission(Configuration(), goal, (at(0.6, 0.0, 0.0),)), options=inside)
+
+
 def test_a_waypoint_whose_limbs_overlap_is_refused() -> None:
     folded = Waypoint(limb1=about_axis(2, 3.0), limb2=about_axis(2, -3.0))
-    with pytest.raises(ParameterError, match=r"via\.0: a clearance"):
+    with pytest.raises(ParameterError, match=r"via\[0\]: a clearance"):
         plan_mission(Mission(Configuration(), Configuration(), (folded,)))
 
 

@@ -180,7 +180,7 @@ def test_what_blocks_the_way_is_told() -> None:
     roadmap.grow(np.random.default_rng(0), 12)
     assert roadmap.path() is None
     told = re.fullmatch(
-        r"the nearest attempt comes to \((.*)\) m, (.*) L from the goal; (.*) is in.*", roadmap.blocked()
+        r"the nearest attempt comes to \((.*)\) m, (.*) L from the goal; (.*) is in.*", roadmap.blocked().words
     )
     assert told is not None
     place = np.array([float(x) for x in told[1].split(",")])

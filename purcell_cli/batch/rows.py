@@ -34,7 +34,7 @@ class Result(Numbers):
     """What came of a scenario, before it is judged."""
 
     verdict: Annotated[RowVerdict, "how it ended"]
-    error: Annotated[str | None, "why it has no plan"]
+    error: Annotated[str | None, "why it has no plan, or what blocks its way round obstacles"]
     wall_time_s: Annotated[float, "how long it took [s]"]
 
 
@@ -47,7 +47,7 @@ class _Judged(TypedDict):
     verdict: Annotated[RowVerdict, "how it ended"]
     passed: Annotated[bool, "whether it is what it must be"]
     reasons: Annotated[list[str], "why not, a sentence each"]
-    error: Annotated[str | None, "why it has no plan"]
+    error: Annotated[str | None, "why it has no plan, or what blocks its way round obstacles"]
 
 
 class Row(_Judged, Numbers):

@@ -100,7 +100,9 @@ def solve(scenario: Scenario, settings: Settings) -> Solved:
     except Exception as error:  # a fault of one scenario must not stop the others
         return without_plan(CRASHED, shortened(f"{type(error).__name__}: {error}", 1000), time.perf_counter() - begun)
     lasted = time.perf_counter() - begun
-    return Solved({"verdict": solution.verdict, "error": None, **numbers, "wall_time_s": lasted}, files)
+    blocked = solution.plan.blocked
+    why = None if blocked is None else f"no way round obstacles: {blocked.words}"
+    return Solved({"verdict": solution.verdict, "error": why, **numbers, "wall_time_s": lasted}, files)
 
 
 def _files(solution: Solution, settings: Settings) -> dict[str, bytes]:

@@ -11,7 +11,7 @@ import sys
 from typing import Annotated, Any, NoReturn
 
 import typer
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperArgument, TyperCommand, TyperGroup
 
 from purcell_cli import __version__
 from purcell_cli.cli import (
@@ -36,8 +36,12 @@ from purcell_cli.cli.usage_errors import usage_hint, usage_message, with_flag
 from purcell_cli.cli.warnings import warnings_on_stderr
 
 
+def _no_type(ctx: Any) -> None:
+    """Show no type."""
+
+
 class _Bare:
-    """A command whose help shows units, and no type after an option that takes no value."""
+    """A command whose help shows units, and no type of an argument or of an option that takes no value."""
 
     def get_params(self, context: Any) -> list[Any]:
         """Return the options and arguments."""
@@ -45,6 +49,8 @@ class _Bare:
         for param in params:
             if getattr(param, "is_flag", False):
                 param.metavar = ""
+            if isinstance(param, TyperArgument):  # "<list[Path]>" says nothing to who types a command
+                param.display_type_rich = _no_type  # type: ignore[method-assign]
         return [plainly(param) for param in params]
 
     def format_help(self, context: Any, formatter: Any) -> None:

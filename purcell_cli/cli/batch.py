@@ -56,9 +56,7 @@ def batch(
         str | None,
         typer.Option("--filter", metavar="TEXT", help="Only scenarios with this in their name; or a pattern with *."),
     ] = None,
-    trajectories: Annotated[
-        bool, typer.Option("--trajectories/--no-trajectories", help="Whether to write a NAME.csv for each.")
-    ] = True,
+    no_trajectories: Annotated[bool, typer.Option("--no-trajectories", help="Write no NAME.csv for each.")] = False,
     junit: Annotated[Path | None, typer.Option("--junit", metavar="FILE", help="Write a JUnit report.")] = None,
     parquet: Annotated[bool, typer.Option("--parquet", help="Write summary.parquet too.")] = False,
     baseline: Annotated[
@@ -86,7 +84,7 @@ def batch(
     from purcell_cli.batch.runner import Options, run_batch
     from purcell_cli.batch.solve_one import Settings
 
-    settings = Settings(options, trajectories, None if gaits is None else _own_gaits(gaits), out.resolve())
+    settings = Settings(options, not no_trajectories, None if gaits is None else _own_gaits(gaits), out.resolve())
     most = fraction(max_regress)
     earlier = None if baseline is None else load_baseline(baseline, most)
     cases = find_cases(paths, name_filter, out)

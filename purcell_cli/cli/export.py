@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from purcell_cli.cli.options import MaxMemory, checked_memory
 from purcell_cli.cli.terminal import Json, SwimmerFile, busy, fitting_swimmer, show
+from purcell_cli.motion.memory import DEFAULT_GB
 
 if TYPE_CHECKING:
     from typing import IO
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
 
 _TARGETS = ("servo", "mcap", "rerun", "urdf")
 """Their names, for the help; `exports.targets` knows them."""
+_MEMORY_A_BYTE = 3.2
+"""Memory that an export takes for each byte of its trajectory's file: 3.1 to mcap, which takes most."""
 
 
 def register(app: typer.Typer) -> None:
@@ -56,6 +60,7 @@ def export(
         float | None, typer.Option("--rate", metavar="HZ", help="Ticks in a second, for servo; default: 50.")
     ] = None,
     swimmer: SwimmerFile = None,
+    max_memory: MaxMemory = DEFAULT_GB,
     json: Json = False,
 ) -> None:
     """Write a trajectory for servos, ROS 2 or Rerun, or the swimmer as a robot description."""
@@ -75,7 +80,7 @@ def export(
     file = out or Path(f"{trajectory.stem}-servo.csv" if to == "servo" else f"{trajectory.stem}.{chosen.endings[0]}")
     writable(file, "--out", chosen.endings)
     given = None if servo_map is None else load_servo_map(servo_map)
-    table = read_csv(trajectory)
+    table = read_csv(trajectory, checked_memory(max_memory), _MEMORY_A_BYTE)
     body = fitting_swimmer(swimmer, table, trajectory)
     hinges = ServoMap.of_swimmer(body) if given is None else given
     with busy("exporting"), whole_file(file) as stream:

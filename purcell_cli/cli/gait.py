@@ -8,11 +8,12 @@ from typing import Annotated
 
 import typer
 
-from purcell_cli.cli.options import DT_DEFAULT_S, Dt, Format, trajectory_file
+from purcell_cli.cli.options import DT_DEFAULT_S, Dt, Format, MaxMemory, checked_memory, trajectory_file
 from purcell_cli.cli.terminal import GaitFolder, Json, SwimmerFile, ready
 from purcell_cli.cli.terminal import busy as _busy
 from purcell_cli.cli.terminal import show as _show
 from purcell_cli.cli.terminal import swimmer_of as _swimmer
+from purcell_cli.motion.memory import DEFAULT_GB
 
 
 def register(app: typer.Typer) -> None:
@@ -39,6 +40,7 @@ def gait(
     swimmer: SwimmerFile = None,
     gaits: GaitFolder = None,
     dt: Dt = DT_DEFAULT_S,
+    max_memory: MaxMemory = DEFAULT_GB,
     show_all: Annotated[bool, typer.Option("--list", help="Show all stored gaits, one line each.")] = False,
     atlas: Annotated[bool, typer.Option("--all", help="Show what one cycle of every stored gait does.")] = False,
     sweep: Annotated[
@@ -99,5 +101,6 @@ def gait(
     form, file = trajectory_file(out, form, chosen.name)
     with _busy("swimming"):
         document = report.gait_document(chosen, stroke, body, cycles, str(file))
-        write_trajectory(sample_stroke(body, Configuration(), stroke, cycles, dt), file, form, body)
+        rows = sample_stroke(body, Configuration(), stroke, cycles, dt, checked_memory(max_memory))
+        write_trajectory(rows, file, form, body)
     _show(document, json, report.show_gait)

@@ -63,6 +63,20 @@ def _taken(option: Option) -> Any:
 
 
 Dt = Annotated[float, _shown(OPTIONS["dt_s"])]
+MaxMemory = Annotated[
+    float,
+    typer.Option(
+        "--max-memory",
+        metavar="GB",
+        help="The memory that rows may take; default: 4, or half of what is free if that is less [GB].",
+        show_default=False,
+    ),
+]
+
+
+def checked_memory(given: float) -> float:
+    """Return what --max-memory gives [GB]; what is no budget is refused."""
+    return float(OPTIONS["max_memory_gb"].checked(given, "--max-memory"))
 
 
 def takes_plan_options(command: Callable[..., R]) -> Callable[..., R]:

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from purcell_cli.cli.options import MaxMemory, checked_memory
 from purcell_cli.cli.terminal import GaitFolder, Json, SwimmerFile, bar, busy, fitting_swimmer, ready, show, swimmer_of
+from purcell_cli.motion.memory import DEFAULT_GB
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -59,6 +61,7 @@ def plot(
     ] = None,
     swimmer: SwimmerFile = None,
     gaits: GaitFolder = None,
+    max_memory: MaxMemory = DEFAULT_GB,
     json: Json = False,
 ) -> None:
     """Draw a trajectory against time or among what is around it, or a gait over the curvature of its shapes."""
@@ -82,7 +85,7 @@ def plot(
     with busy("drawing"):
         if is_file:
             title = shortened(path.name).replace("$", r"\$")  # two of them would begin and end a formula
-            table = read_csv(path)
+            table = read_csv(path, checked_memory(max_memory))
             if scenario is None:
                 figure = time_figure(table, title)
             else:
@@ -164,6 +167,7 @@ def view(
         str | None,
         typer.Option("--scenario", metavar="FILE", help=_AROUND),
     ] = None,
+    max_memory: MaxMemory = DEFAULT_GB,
     json: Json = False,
 ) -> None:
     """Make one page of HTML that plays a trajectory in any browser, without a network; or a film of it."""
@@ -184,13 +188,14 @@ def view(
             )
     if film is not None and beside is not None:
         raise ParameterError(f"--beside: no other trajectory is wanted for a film, found {beside}")
-    table = read_csv(trajectory)
+    memory_gb = checked_memory(max_memory) / (1 if beside is None else 2)
+    table = read_csv(trajectory, memory_gb)
     body = fitting_swimmer(swimmer, table, trajectory)
     if film is not None:
         show(_film(table, body, film, (trajectory, file), surroundings_of(scenario)), json, _show_film)
         return
     with busy("drawing"):
-        other = None if beside is None else read_csv(beside)
+        other = None if beside is None else read_csv(beside, memory_gb)
         title = shortened(trajectory.name, _LONGEST_TITLE)
         written = write_page(table, body, title, file, other, surroundings_of(scenario))
     document: ViewDocument = {

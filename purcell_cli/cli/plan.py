@@ -101,8 +101,9 @@ def plan(
         )
         for name, why in solution.plan.left_out.items():
             print(f"gait {name} is left out: {why}", file=sys.stderr)
-        if solution.plan.blocked:
-            print(f"no way round obstacles: {solution.plan.blocked}", file=sys.stderr)
+        if (blocked := solution.plan.blocked) is not None:
+            of = f" on leg {blocked.leg + 1}" if solution.plan.passages else ""
+            print(f"no way round obstacles{of}: {blocked.words}", file=sys.stderr)
         warn_if_far(query)
         document = plan_document(solution, str(file), None if plan_out is None else str(plan_out))
         with contextlib.ExitStack() as both:

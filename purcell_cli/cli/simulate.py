@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from purcell_cli.cli.options import Format
+from purcell_cli.cli.options import Format, MaxMemory
 from purcell_cli.cli.terminal import Json, busy, ready, show, swimmer_of
+from purcell_cli.motion.memory import DEFAULT_GB
 
 if TYPE_CHECKING:
     from purcell_cli.mechanics.swimmer import Swimmer
@@ -50,10 +51,11 @@ def simulate(
         Path | None, typer.Option("--out", metavar="FILE", help="Write what really happened, as a trajectory.")
     ] = None,
     form: Format = None,
+    max_memory: MaxMemory = DEFAULT_GB,
     json: Json = False,
 ) -> None:
     """Play a trajectory's controls on another swimmer: where it ends, and which stroke lost most."""
-    from purcell_cli.cli.options import trajectory_file
+    from purcell_cli.cli.options import checked_memory, trajectory_file
     from purcell_cli.cli.reports.simulate import show_simulate, simulate_document
     from purcell_cli.feedback.noise import Noise
     from purcell_cli.feedback.simulate import refuse_other_joints
@@ -62,7 +64,10 @@ def simulate(
 
     disturbance = Noise.of(noise, seed)
     named = None if out is None else trajectory_file(out, form, "")
-    truth, (table, body) = ready(swimmer_of(swimmer), walled=True), _planned(trajectory, model)
+    truth, (table, body) = (
+        ready(swimmer_of(swimmer), walled=True),
+        _planned(trajectory, model, checked_memory(max_memory)),
+    )
     if body is not None:
         refuse_other_joints(body, truth)
     with busy("integrating"):
@@ -73,7 +78,7 @@ def simulate(
     show(simulate_document(found, str(trajectory), body, written), json, show_simulate)
 
 
-def _planned(trajectory: Path, model: Path | None) -> tuple[Table, Swimmer | None]:
+def _planned(trajectory: Path, model: Path | None, memory_gb: float) -> tuple[Table, Swimmer | None]:
     """Return the trajectory, and whose it is, where that is known."""
     from purcell_cli.files.plan_file import is_plan, load_plan
     from purcell_cli.files.trajectory_reader import read_csv
@@ -81,7 +86,8 @@ def _planned(trajectory: Path, model: Path | None) -> tuple[Table, Swimmer | Non
     from purcell_cli.solution import carried_out
 
     if not is_plan(trajectory):
-        return read_csv(trajectory), None if model is None else swimmer_of(model)
+        return read_csv(trajectory, memory_gb), None if model is None else swimmer_of(model)
     saved = load_plan(trajectory)
     plan = saved.plan if model is None else dataclasses.replace(saved.plan, swimmer=swimmer_of(model))
-    return as_table(carried_out(plan, saved.options).trajectory), plan.swimmer
+    options = dataclasses.replace(saved.options, max_memory_gb=memory_gb)
+    return as_table(carried_out(plan, options).trajectory), plan.swimmer

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from purcell_cli.cli.options import query_of
-from purcell_cli.cli.terminal import DONE, NOT_REACHED, Json, SwimmerFile, ready, swimmer_of
-from purcell_cli.cli.terminal import busy as _busy
+from purcell_cli.cli.terminal import DONE, NOT_REACHED, Json, SwimmerFile, bar, ready, swimmer_of
 from purcell_cli.cli.terminal import show as _show
 
 if TYPE_CHECKING:
     from purcell_cli.files.scenario_file import Scenario
+
+_PATIENCE_S, _MB = 2.0, 1_000_000
+"""How long the check lasts before a bar is shown [s], which counts these parts of the file [bytes]."""
 
 
 def register(app: typer.Typer) -> None:
@@ -74,9 +76,10 @@ def verify(
     wanted = Wanted(apart_m, query.workspace, query.obstacles, query.follow, query.via, query.order)
     ready(query.swimmer)
     resistances = solved_anew if full else tabulated
-    with _busy("re-integrating"):
+    with bar("re-integrating", _PATIENCE_S) as told:
+        rows = read_parts(trajectory, lambda done, size: told(done // _MB, size // _MB, "MB"))
         bounds = tolerance, tolerance, wanted
-        found = check(read_parts(trajectory), query.start, query.goal, query.swimmer, *bounds, resistances)
+        found = check(rows, query.start, query.goal, query.swimmer, *bounds, resistances)
     _show(verify_document(found, query.swimmer), json, show_verify)
     return DONE if found.holds else NOT_REACHED
 

@@ -33,10 +33,10 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.moves import ControlSequence, MoveSequence
 from purcell_cli.mechanics.primitives import PRIMITIVE_NAMES, PrimitiveSequence
 from purcell_cli.motion.blocks import Block
+from purcell_cli.motion.memory import MOST_ROWS
 from purcell_cli.motion.mission import Passage
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.plan import Plan
-from purcell_cli.motion.trajectory import MOST_ROWS
 
 SCHEMA = "purcell/plan-document/1"
 """The name of the form that plan documents have."""

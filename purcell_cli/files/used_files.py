@@ -154,8 +154,8 @@ def _alike(folder: Path, name: str, other: str) -> bool:
             first.unlink(missing_ok=True)
 
 
-def note_large_input(path: Path, wanted: str, most_bytes: int) -> None:
-    """Note a file that a command is about to read row by row, and refuse it where it cannot be read.
+def note_large_input(path: Path, wanted: str, most_bytes: int) -> int:
+    """Note a file that a command is about to read row by row, and return its size in bytes; refuse what cannot be read.
 
     Args:
         path: The file.
@@ -173,3 +173,4 @@ def note_large_input(path: Path, wanted: str, most_bytes: int) -> None:
     if size > most_bytes:
         raise InputError(f"{path}: wanted at most {most_bytes >> 30} GiB, found more")
     note_input(path)
+    return size

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 from purcell_cli.gaits.gait import Stroke
 from purcell_cli.mechanics.configuration import Configuration
@@ -10,6 +11,7 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.clock import clock_step, on_the_clock
+from purcell_cli.motion.memory import refuse_huge, too_many_rows
 from purcell_cli.motion.pace import paced
 from purcell_cli.motion.trajectory import Trajectory, sample
 
@@ -27,7 +29,12 @@ def paced_stroke(swimmer: Swimmer, stroke: Stroke, cycles: int) -> tuple[Swimmer
 
 
 def sample_stroke(
-    swimmer: Swimmer, start: Configuration, stroke: Stroke, cycles: int, dt_s: float = 0.05
+    swimmer: Swimmer,
+    start: Configuration,
+    stroke: Stroke,
+    cycles: int,
+    dt_s: float = 0.05,
+    max_memory_gb: float = math.inf,
 ) -> Trajectory:
     """Return the trajectory of a stroke played a number of times from a collinear configuration.
 
@@ -37,8 +44,16 @@ def sample_stroke(
         stroke: The stroke.
         cycles: How often it is played.
         dt_s: Longest time between rows [s].
+        max_memory_gb: The memory that it may take; see `budget_gb` [GB].
+
+    Raises:
+        ParameterError: It takes too many rows, or more memory.
     """
     pace, parts = paced_stroke(swimmer, stroke, cycles)
-    step = clock_step(sum(b.duration for b in parts) / pace.joint_rate_rad_s)
+    duration_s = sum(b.duration for b in parts) / pace.joint_rate_rad_s
+    if (found := too_many_rows(duration_s, dt_s)) is not None:
+        raise found
+    refuse_huge(sum(b.cycles * len(b.sequence) for b in parts), duration_s / dt_s, max_memory_gb)
+    step = clock_step(duration_s)
     blocks = [dataclasses.replace(b, sequence=on_the_clock(b.sequence, pace, step)) for b in parts]
     return sample(pace, start, blocks, dt_s)

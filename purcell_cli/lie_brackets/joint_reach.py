@@ -18,14 +18,16 @@ _HOPELESS = 1e-3
 
 A yaw and a pitch hinge have 0.025 and plans of hundreds of rad; one universal joint alone has 1e-4, and 0.1 L would
 take thousands of rad."""
-_HOPELESS_BALL = 0.02
+_HOPELESS_BALL = 0.03
 """The same for a ball joint beside a fixed limb, whose loops a roll must close [L, rad per rad^depth].
 
-Beside a limb at 30 degrees it has 0.065 and 0.1 L takes 1,000 rad; at 15 degrees it has 0.015 and no plan was found."""
+Beside a limb at 30 degrees it has 0.065 or more and 0.1 L takes 1,000 rad; at 15 degrees the paper's swimmer has 0.015
+to 0.027, and no plan was found."""
 _DEPTHS = {1: 6, 2: 6, 3: 5, 4: 4, 5: 3, 6: 3}
 """The deepest brackets that are looked at, by the number of controls."""
-_BENT_RAD = (0.6, 0.4)
-"""The psi and theta of the shape looked at: without symmetry, so that nothing vanishes by chance [rad]."""
+_BENT_RAD = ((0.6, 0.4), (0.4, -0.6), (-0.6, 0.4), (0.4, 0.6))
+"""The psi and theta of the shapes looked at until nothing is weak: without symmetry, but beside a limb that is fixed to
+some side, brackets may vanish at one of them by chance [rad]."""
 _SHARE = 0.05
 """A direction with more than this share in what is weak is named."""
 
@@ -38,16 +40,28 @@ def weak_directions(swimmer: Swimmer, fixed: bytes) -> tuple[str, ...]:
         swimmer: The swimmer, scaled to L = 1.
         fixed: The limbs' orientations that fixed limbs keep, as bytes of an array of shape (2, 3, 3).
     """
-    count = len(swimmer.controls)
-    if not count:
+    if not swimmer.controls:
         return DIRECTIONS
-    shape = np.frombuffer(fixed).reshape(2, 3, 3).copy()
+    shape = np.frombuffer(fixed).reshape(2, 3, 3)
+    least: tuple[str, ...] = DIRECTIONS
+    for bent in _BENT_RAD:
+        weak = _weak_at(swimmer, shape, bent)
+        if len(weak) < len(least):
+            least = weak
+        if not least:
+            break
+    return least
+
+
+def _weak_at(swimmer: Swimmer, fixed: Array, bent: tuple[float, float]) -> tuple[str, ...]:
+    """Return the directions in which joints hardly move the base where those that turn are at a psi and theta [rad]."""
+    shape = fixed.copy()
     for limb, joint in enumerate(swimmer.joints):
         if joint.kind != "fixed":
-            given = zip(ANGLES, _BENT_RAD, strict=True)
-            bent = [angle if joint.ball or name in joint.angles else 0.0 for name, angle in given]
-            shape[limb] = limb_at(bent[0], bent[1])
-    found = controllability(_unlimited(swimmer), shape, _DEPTHS[count])
+            given = zip(ANGLES, bent, strict=True)
+            psi, theta = [angle if joint.ball or name in joint.angles else 0.0 for name, angle in given]
+            shape[limb] = limb_at(psi, theta)
+    found = controllability(_unlimited(swimmer), shape, _DEPTHS[len(swimmer.controls)])
     rows = np.array(found.rows)
     twists = np.array([b.twist for b in found.brackets] or np.zeros((1, 6)))[:, rows]
     padded = np.concatenate([twists, np.zeros((len(rows), len(rows)))])

@@ -102,6 +102,11 @@ LAWS = (COX, *FINITE_RODS)
 
 _LARGEST_RATIO = 1e3
 """The largest ratio of lateral over longitudinal drag."""
+_MOST_ALONG = 1.5
+"""How many times the drag across that along the axis is at most: a flat disc's, broadside over edgewise (16 to 32/3
+times viscosity and radius), the most that a body of revolution has. A rod's two numbers exchanged make 2."""
+_ALIKE = 1e-3
+"""Links of which each drags along and across the same to this part do not push, whatever joints do."""
 _UNLIKE = 1e3
 """How many times one link's lateral drag per length may be another's: a unit that was mistaken makes more of it."""
 _SHAPES = {"turn": (1e-2, 1e2), "spin": (1e-12, 1e2)}
@@ -226,19 +231,22 @@ class LinkSizes:
 def refuse_odd(rods: Sequence[RodDrag], halves_m: Sequence[float]) -> None:
     """Refuse drags, by numbers, that no link can have, or not beside the others.
 
+    A link that is rather a disc than a rod drags more along its axis than across it, and pushes the other way.
+
     Args:
         rods: The links' drags.
         halves_m: Their half lengths [m].
 
     Raises:
-        ParameterError: A link drags more along its axis than across it, turning and drifting do not go together, or
-            links are too unlike.
+        ParameterError: A link drags more along its axis, beside what it does across it, than a disc; no link's drags
+            along and across differ; turning and drifting do not go together, or links are too unlike.
     """
     for link, rod, half in zip(LINKS, rods, halves_m, strict=True):
-        if not 1.0 < rod.ratio <= _LARGEST_RATIO:
+        if not rod.across / _LARGEST_RATIO <= rod.along <= _MOST_ALONG * rod.across:
             raise ParameterError(
-                f"drag.{link}.along_n_s_per_m: less than the drag across, {rod.across:g} N s/m (a link that glides no "
-                f"better than it drifts does not push), and a thousandth of it or more is wanted, found {rod.along:g}"
+                f"drag.{link}.along_n_s_per_m: a thousandth of the drag across, {rod.across:g} N s/m, to "
+                f"{_MOST_ALONG:g} times it (a flat disc's; are along and across exchanged?) is wanted, "
+                f"found {rod.along:g}"
             )
         for name, (low, high) in _SHAPES.items():
             value, scale = getattr(rod, name), rod.across * half * half
@@ -247,6 +255,11 @@ def refuse_odd(rods: Sequence[RodDrag], halves_m: Sequence[float]) -> None:
                     f"drag.{link}.{name}_n_m_s: {low * scale:.3g} to {high * scale:.3g} N m s, for a link of this "
                     f"length and drag across, is wanted, found {value:g}"
                 )
+    if all(abs(rod.ratio - 1.0) < _ALIKE for rod in rods):
+        raise ParameterError(
+            f"drag: a link whose drags along and across differ by more than {_ALIKE:g} of them (others do not push) is "
+            f"wanted, found ratios of across to along of {', '.join(f'{rod.ratio:g}' for rod in rods)}"
+        )
     each = [rod.across / half for rod, half in zip(rods, halves_m, strict=True)]
     if max(each) > _UNLIKE * min(each):
         raise ParameterError(

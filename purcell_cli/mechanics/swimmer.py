@@ -198,23 +198,7 @@ class Swimmer:
 
         Its base moves along the same path in units of L; plans are made for it.
         """
-        size = self.length_m
-        out: dict[str, Any] = {
-            "base_half_length_m": self.base_half_length_m / size,
-            "limb_half_length_m": self.limb_half_length_m / size,
-            "wall": None if self.wall is None else self.wall.scaled(size),
-            "viscosity_pa_s": log(1.0 / self.slenderness) / (4.0 * math.pi),
-            "joint_rate_rad_s": 1.0,
-            "joints": (self.joints[0].at_rate(None), self.joints[1].at_rate(None)),
-            "joint_acceleration_rad_s2": None,
-        }
-        sizes = (getattr(self.links, link) for link in LINKS)
-        links = LinkSizes(
-            *(LinkSize(None if s.half_length_m is None else s.half_length_m / size, s.slenderness) for s in sizes)
-        )
-        k = self.lateral_drag()
-        drag = self.drag if isinstance(self.drag, str) else self.drag.scaled(k * size, k * size * size * size)
-        return dataclasses.replace(self, **out, links=links, drag=drag, body_radius_m=self.body_radius_m / size)
+        return _scaled(self)
 
     @property
     def ball_joints(self) -> bool:
@@ -337,3 +321,25 @@ def _roll_sharpness(swimmer: Swimmer) -> float:
     spin = swimmer.rod(1).spin + swimmer.rod(2).spin + swimmer.rod(0).spin
     spin += sphere(swimmer.body_radius_m, swimmer.viscosity_pa_s)[1]
     return math.sqrt(spin / (swimmer.lateral_drag() * swimmer.bend_spread()))
+
+
+@functools.lru_cache(maxsize=64)
+def _scaled(swimmer: Swimmer) -> Swimmer:
+    """Return `Swimmer.scaled`, made once for a swimmer."""
+    size = swimmer.length_m
+    out: dict[str, Any] = {
+        "base_half_length_m": swimmer.base_half_length_m / size,
+        "limb_half_length_m": swimmer.limb_half_length_m / size,
+        "wall": None if swimmer.wall is None else swimmer.wall.scaled(size),
+        "viscosity_pa_s": log(1.0 / swimmer.slenderness) / (4.0 * math.pi),
+        "joint_rate_rad_s": 1.0,
+        "joints": (swimmer.joints[0].at_rate(None), swimmer.joints[1].at_rate(None)),
+        "joint_acceleration_rad_s2": None,
+    }
+    sizes = (getattr(swimmer.links, link) for link in LINKS)
+    links = LinkSizes(
+        *(LinkSize(None if s.half_length_m is None else s.half_length_m / size, s.slenderness) for s in sizes)
+    )
+    k = swimmer.lateral_drag()
+    drag = swimmer.drag if isinstance(swimmer.drag, str) else swimmer.drag.scaled(k * size, k * size * size * size)
+    return dataclasses.replace(swimmer, **out, links=links, drag=drag, body_radius_m=swimmer.body_radius_m / size)

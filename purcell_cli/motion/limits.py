@@ -9,6 +9,7 @@ the goal.
 from __future__ import annotations
 
 import dataclasses
+import math
 
 from purcell_cli.environment.scene import Scene
 from purcell_cli.errors import ParameterError
@@ -18,7 +19,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import LIMBS, Clearance, body_distance, limb_distance
 from purcell_cli.motion.clearance import TOLERANCE_L as CLEARANCE_SLACK_L
 from purcell_cli.motion.limb_circles import bends
-from purcell_cli.motion.memory import DEFAULT_GB
+from purcell_cli.motion.memory import DEFAULT_GB, budget_gb, too_huge, too_many_rows
 from purcell_cli.motion.mission import Follow
 from purcell_cli.motion.obstacle_distance import Encounter, refuse_touching
 from purcell_cli.motion.off_curve import OffCurve
@@ -31,6 +32,9 @@ BEND_MARGIN_RAD = 2e-4
 
 A stroke that comes as near the limit as that is at it."""
 
+_LEFT = 0.5
+"""At least this part of a motion's joint travel is taken to be left by refinement, which seldom saves a third."""
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Limits:
@@ -42,6 +46,7 @@ class Limits:
         obstacles: What no link may touch, if there is anything; the clearance counts for it too.
         follow: The curve that the base's middle stays near, if there is one.
         max_memory_gb: The memory that the motion may take; see `memory.budget_gb` [GB].
+        dt_s: The longest time between rows of the trajectory, of which there may not be too many [s].
 
     Raises:
         ParameterError: A clearance that is negative or not finite.
@@ -52,6 +57,7 @@ class Limits:
     obstacles: Scene | None = None
     follow: Follow | None = None
     max_memory_gb: float = DEFAULT_GB
+    dt_s: float = dataclasses.field(default=math.inf, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "clearance_m", OPTIONS["clearance_m"].checked(self.clearance_m, "clearance_m"))
@@ -59,7 +65,24 @@ class Limits:
     @classmethod
     def of(cls, options: PlanOptions, follow: Follow | None = None) -> Limits:
         """Return the limits that options ask for, and a curve to follow."""
-        return cls(options.clearance_m, options.workspace, options.obstacles, follow, options.max_memory_gb)
+        most = options.max_memory_gb, options.dt_s
+        return cls(options.clearance_m, options.workspace, options.obstacles, follow, *most)
+
+    def too_large(self, swimmer: Swimmer, primitives: int, travel_rad: float) -> ParameterError | None:
+        """Return why a motion that is not refined yet is too large: where even half of its rows are too many.
+
+        Args:
+            swimmer: The swimmer.
+            primitives: How many primitives or moves are played.
+            travel_rad: The joint travel, or an estimate of it [rad].
+        """
+        found_gb, seconds = budget_gb(self.max_memory_gb), travel_rad / swimmer.joint_rate_rad_s
+
+        def of(seconds: float) -> ParameterError | None:
+            rows = too_many_rows(seconds, self.dt_s) or too_huge(primitives, seconds / self.dt_s, found_gb)
+            return too_huge(primitives, 0.0, found_gb) or rows
+
+        return of(_LEFT * seconds) and of(seconds)
 
     def refuse(self, swimmer: Swimmer, name: str, configuration: Configuration) -> None:
         """Refuse a start or goal at which the limbs are too near each other, or a link is outside the workspace.

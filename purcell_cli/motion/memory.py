@@ -11,6 +11,8 @@ from purcell_cli.errors import ParameterError
 _ROW_BYTES, _PRIMITIVE_BYTES, _REST_BYTES = 400, 800, 200 << 20
 """Memory that a row of a trajectory and a primitive take, and the program besides; measured of motions of up to 2.7
 million rows and 550,000 primitives, and rounded up."""
+MOST_ROWS = 3e6
+"""How many rows a trajectory may have."""
 DEFAULT_GB = 4.0
 """The budget where none is given [GB]; half of what is free, if that is less."""
 
@@ -36,16 +38,34 @@ def budget_gb(most_gb: float) -> float:
     return most_gb if free is None else min(most_gb, 0.5e-9 * free)
 
 
-def most_primitives(found_gb: float) -> int:
-    """Return how many primitives or moves a budget has room for, with a row for each and no other rows."""
-    return int((1e9 * found_gb - _REST_BYTES) / (_PRIMITIVE_BYTES + _ROW_BYTES))
+def too_many_rows(duration_s: float, dt_s: float) -> ParameterError | None:
+    """Return the refusal of a time between rows [s] that is not positive, or asks for more than `MOST_ROWS` rows.
+
+    Args:
+        duration_s: How long the motion lasts [s].
+        dt_s: The longest time between its rows [s].
+    """
+    if dt_s > 0.0 and duration_s / dt_s <= MOST_ROWS:
+        return None
+    return ParameterError(
+        f"dt: a time above {duration_s / MOST_ROWS:.2g} s is wanted (at most {MOST_ROWS:.0e} rows), found {dt_s!r}"
+    )
 
 
-def too_huge(primitives: int, rows: float, found_gb: float) -> ParameterError:
-    """Return the refusal of a motion that takes more memory than a budget [GB]."""
+def too_huge(primitives: int, rows: float, found_gb: float) -> ParameterError | None:
+    """Return the refusal of a motion that takes more memory than there is for it.
+
+    Args:
+        primitives: How many primitives or moves are played.
+        rows: How many rows its trajectory has, besides one for each of them.
+        found_gb: The memory that it may take [GB].
+    """
+    wanted_gb = _wanted_gb(primitives, rows)
+    if wanted_gb <= found_gb:
+        return None
     more = f" and {rows:.2g} rows (fewer with a larger --dt)" if rows >= 1.0 else ""
     return ParameterError(
-        f"max-memory: a budget of at least {_wanted_gb(primitives, rows):.2g} GB for {primitives} primitives{more} "
+        f"max-memory: a budget of at least {wanted_gb:.2g} GB for {primitives} primitives{more} "
         f"is wanted, found {found_gb:.2g} GB"
     )
 
@@ -61,9 +81,8 @@ def refuse_huge(primitives: int, rows: float, most_gb: float) -> None:
     Raises:
         ParameterError: The motion takes more.
     """
-    found_gb = budget_gb(most_gb)
-    if _wanted_gb(primitives, rows) > found_gb:
-        raise too_huge(primitives, rows, found_gb)
+    if (found := too_huge(primitives, rows, budget_gb(most_gb))) is not None:
+        raise found
 
 
 def _wanted_gb(primitives: int, rows: float) -> float:

@@ -28,6 +28,25 @@ class Structure:
     why_not: str = ""
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Blocked:
+    """How near to the goal a search for a way round obstacles came that found none, and what is in the way.
+
+    Attributes:
+        position_m: Where the base's middle is at the pose nearest to the goal that ways lead to [m].
+        left_m: How far that is from the goal [m].
+        obstacle: What is first in the way from there, by its index from 0; None for a wall of the workspace.
+        words: All that, in words.
+        leg: Which leg of a mission it is, from 0 on.
+    """
+
+    position_m: tuple[float, float, float]
+    left_m: float
+    obstacle: int | None
+    words: str
+    leg: int = 0
+
+
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Plan:
     """A plan: the motion from a start to a goal configuration.
@@ -42,7 +61,7 @@ class Plan:
         left_out: Gaits of the user's own that could not be planned with, and why.
         passages: The waypoints that it passes, in order; each begins a leg, with phases of its own.
         follow: The curve that it follows, if there is one.
-        blocked: How near the search came and what stands in the way, in words, where it found no way round obstacles.
+        blocked: How near the search came and what is in the way, where it found no way round obstacles.
     """
 
     swimmer: Swimmer
@@ -54,7 +73,7 @@ class Plan:
     left_out: Mapping[str, str] = dataclasses.field(default_factory=dict)
     passages: tuple[Passage, ...] = ()
     follow: Follow | None = None
-    blocked: str = ""
+    blocked: Blocked | None = None
 
     def __repr__(self) -> str:
         return (

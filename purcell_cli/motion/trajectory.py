@@ -13,7 +13,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.reproducible import inner, matmul
 from purcell_cli.geometry.rotations import Array, as_euler, as_quaternion, orthonormalised
 from purcell_cli.kernel.flow import played, with_twice_the_digits
@@ -24,10 +23,8 @@ from purcell_cli.mechanics.primitives import EMPTY
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, BlockPieces
 from purcell_cli.motion.clock import clock_step
+from purcell_cli.motion.memory import too_many_rows
 from purcell_cli.motion.trajectory_table import Table
-
-MOST_ROWS = 3e6
-"""How many rows a trajectory may have."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -187,8 +184,9 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
     Raises:
         ParameterError: A time between rows that is not positive, or that asks for too many rows.
     """
-    check_spacing(swimmer, blocks, dt_s)
     rate = swimmer.joint_rate_rad_s
+    if (found := too_many_rows(sum(b.duration for b in blocks) / rate, dt_s)) is not None:
+        raise found
     pieces = BlockPieces.of(blocks, start.shape)
     rows = _Rows.of(pieces, rate, dt_s, clock_step(sum(b.duration for b in blocks) / rate))
     q = pieces.sequence
@@ -215,19 +213,6 @@ def sample(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block], dt_s
     poses[-1, :3] = here[..., 0]
     limbs[-1], controls[-1] = pieces.shapes[-1], 0.0
     return Trajectory(time, phase, gait, names, poses, limbs, controls)
-
-
-def check_spacing(swimmer: Swimmer, blocks: Sequence[Block], dt_s: float) -> None:
-    """Refuse a longest time between rows that asks for more than `MOST_ROWS` rows.
-
-    Raises:
-        ParameterError: A time that is not positive, or that asks for too many rows.
-    """
-    duration = sum(b.duration for b in blocks) / swimmer.joint_rate_rad_s
-    if not dt_s > 0 or duration / dt_s > MOST_ROWS:
-        raise ParameterError(
-            f"dt: a time above {duration / MOST_ROWS:.2g} s is wanted (at most {MOST_ROWS:.0e} rows), found {dt_s!r}"
-        )
 
 
 def as_table(trajectory: Trajectory) -> Table:

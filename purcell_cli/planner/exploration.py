@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
+from purcell_cli.errors import ParameterError
 from purcell_cli.motion.plan import Structure
 from purcell_cli.planner.candidate import Candidate, joint_travel_rad, primitives_of
 from purcell_cli.planner.effort import Stage
@@ -32,6 +32,10 @@ _PROMISING = 1.2
 """Random plans of less than so many times the joint travel of the best plan are refined further."""
 
 
+def _any_size(_primitives: int, _travel_rad: float) -> None:
+    """Refuse nothing."""
+
+
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Exploration:
     """What the stages of one search share.
@@ -42,8 +46,8 @@ class Exploration:
         incumbent: The best plan so far.
         record: The structures of the motions so far.
         progress: Is told how far the search is.
-        most_primitives: Candidates of more primitives are left out.
-        left_out: How many primitives those have.
+        refused: Says why a motion of so many primitives, or moves, and so much joint travel [rad] is too large.
+        left_out: The primitives and the joint travel of candidates that are, and were left out.
     """
 
     query: Equations
@@ -51,8 +55,8 @@ class Exploration:
     incumbent: Incumbent = dataclasses.field(default_factory=Incumbent)
     record: StructureRecord = dataclasses.field(default_factory=StructureRecord)
     progress: Progress = silent
-    most_primitives: float = math.inf
-    left_out: list[int] = dataclasses.field(default_factory=list)
+    refused: Callable[[int, float], ParameterError | None] = _any_size
+    left_out: list[tuple[int, float]] = dataclasses.field(default_factory=list)
 
     def take(self, other: Exploration) -> None:
         """Let the best plan of a search for another objective contend."""
@@ -71,10 +75,11 @@ class Exploration:
             blocks = candidate.make()
             if not blocks:
                 continue
-            if (count := primitives_of(blocks)) > self.most_primitives:
-                self.left_out.append(count)
+            size = primitives_of(blocks), joint_travel_rad(blocks)
+            if self.refused(*size) is not None:
+                self.left_out.append(size)
                 continue
-            self.record.made(candidate, joint_travel_rad(blocks))
+            self.record.made(candidate, size[1])
             near = self.refinement.near(self.query.of(segments_of(blocks))).motion
             done += 1
             if stage.interrupt_keeps_best:
@@ -115,6 +120,8 @@ class Exploration:
             fault = ""
             if not (self.incumbent.good and self.incumbent.beats(self.refinement.cost(near.motion))):
                 contender = self.refinement.contender(near, words)
+                if not contender.arrives and (other := self.refinement.richer(near)).close:
+                    contender = min(contender, self.refinement.contender(other, words), key=lambda one: one.rank)
                 self.incumbent.consider(contender)
                 fault = contender.fault
             self.record.near(words, near.motion.joint_travel_rad, fault)

@@ -12,6 +12,7 @@ is taken into account.
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
@@ -26,7 +27,6 @@ from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import apart_bend_rad
 from purcell_cli.motion.limits import Limits
-from purcell_cli.motion.memory import budget_gb, most_primitives, too_huge
 from purcell_cli.motion.options import Objective
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.arcs.primitive_counts import LEAST_BEND_RAD, advice
@@ -109,23 +109,23 @@ def reconfigure(
         found = least(minimize, found)
     best = found.search.incumbent.best
     if best is None:
-        _refuse_hopeless(swimmer, gaits, found.search.left_out, kept_to.max_memory_gb)
+        _refuse_hopeless(swimmer, gaits, found.search)
     blocks = () if best is None else played(best.motion)
     structures = found.search.structures(found.candidates)
     return Plan(swimmer, start, goal, blocks, structures, None if best is None else best.report)
 
 
-def _refuse_hopeless(swimmer: Swimmer, gaits: Mapping[str, Gait], left_out: list[int], most_gb: float) -> None:
+def _refuse_hopeless(swimmer: Swimmer, gaits: Mapping[str, Gait], search: Exploration) -> None:
     """Refuse what has no candidate, where it is known what would help.
 
     Args:
         swimmer: The swimmer.
         gaits: The stored gaits.
-        left_out: How many primitives the candidates have that were left out.
-        most_gb: The memory that a motion may take; see `budget_gb` [GB].
+        search: The search that found none.
     """
-    if left_out:
-        raise ParameterError(f"{too_huge(min(left_out), 0.0, budget_gb(most_gb))}{advice(swimmer, gaits)}")
+    reason = search.refused(*min(search.left_out)) if search.left_out else None
+    if reason is not None:
+        raise ParameterError(f"{reason}{advice(swimmer, gaits)}")
     if not swimmer.ball_joints and swimmer.max_bend_rad < LEAST_BEND_RAD:
         raise ParameterError(
             f"max_bend_rad: strokes of these joints that reach the goal are wanted, found none within "
@@ -184,8 +184,8 @@ def _searched(
     # Linear programs make much of rounding errors, so candidates are looked for without them, wherever the start is.
     sought = se3.normalised(np.round(wanted, _DIGITS))
     problem = Problem(unit, start.shape, goal.shape, sought, gaits, generated_for(minimize), clearance)
-    most = most_primitives(budget_gb(kept_to.max_memory_gb))
-    search = Exploration(query, Refinement(careful, start, kept_to, minimize), progress=progress, most_primitives=most)
+    refined = Refinement(careful, start, kept_to, minimize)
+    search = Exploration(query, refined, progress=progress, refused=functools.partial(kept_to.too_large, careful))
     found: list[Candidate] = []
     if begun is not None:
         found = begun.candidates  # what travels least often spends least of anything else
@@ -218,13 +218,13 @@ def _generators(
     if problem.swimmer.ball_joints:
         stages = EFFORTS[effort]
         return stages, lambda k, known: ranked(problem, [*known, *generate(problem, stages[k].breadth)])
-    from purcell_cli.planner.joints.candidates import joint_candidates
+    from purcell_cli.planner.joints.candidates import joint_candidates, varied
     from purcell_cli.planner.joints.effort import JOINT_EFFORTS
 
     wide = JOINT_EFFORTS[effort]
 
     def by_joints(k: int, known: list[Candidate]) -> list[Candidate]:
         new = joint_candidates(problem.swimmer, problem.start, problem.goal, wanted, wide[k].breadth)
-        return sorted([*known, *new], key=lambda c: round(c.estimate_rad, 9))
+        return varied([*known, *new])
 
     return tuple(one.stage for one in wide), by_joints

@@ -19,9 +19,13 @@ from purcell_cli.motion.limits_check import check
 from purcell_cli.planner.incumbent import Contender
 from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach, arrive, bent_less
-from purcell_cli.planner.refine.minimum_travel import Pace, minimise_travel
+from purcell_cli.planner.refine.minimum_travel import Pace, minimise_travel, offered
 from purcell_cli.planner.refine.shooting import Equations, Values
 
+_MENDED, _FEW = 0.02, 60
+"""Motions that miss by less than this [L, rad], of no more free primitives than so many, are offered idle controls."""
+_CLOSER = 1e-6
+"""What such motions may miss by then: where links come near one line the last steps are far from linear [L, rad]."""
 _SLIGHT, _SHARPLY = 1e-4, (False, False, True, True)
 """Bends beyond their limit by less than this [rad] are mended by one more step at a time; the last of them count by the
 angle, the first by its cosine."""
@@ -76,8 +80,21 @@ class Refinement:
         return self.limits.clearance_m / self.swimmer.length_m
 
     def near(self, motion: Equations) -> Near:
-        """Return a motion brought nearly to the goal."""
-        return Near(*approach(motion, self.bend_rad))
+        """Return a motion brought nearly to the goal, with idle controls offered where its own do not get there."""
+        near = Near(*approach(motion, self.bend_rad))
+        return near if near.close else min(near, self.richer(near), key=lambda one: one.off)
+
+    def richer(self, near: Near) -> Near:
+        """Return a motion brought nearly to the goal with every control that there is offered at its switches.
+
+        A motion of few angles, some bent to their limit, may have none left to arrive by. What misses by much, or has
+        many angles, stays as it is.
+        """
+        motion = near.motion
+        if near.off > _MENDED or sum(len(s.sequence) for s in motion.segments if s.free) > _FEW:
+            return near
+        offering = [s.changed(lambda part: offered(part, 1, motion.controls)) if s.free else s for s in motion.segments]
+        return Near(*approach(motion.of(offering), self.bend_rad, enough=_CLOSER))
 
     def shorter(self, motion: Equations, pace: Pace) -> Equations:
         """Return a motion of less joint travel that still arrives, almost exactly."""

@@ -165,7 +165,8 @@ def _slope(xi: Real, state: Real) -> Real:
 
 def _distance(unit: Swimmer, shapes: Real) -> Array:
     """Return how far shapes are from where A(r) is sharp, as a bend [rad]: there P has a small eigenvalue."""
-    alone = dataclasses.replace(unit, fluid="local")  # sharp where the links are straight, in any fluid
+    # It is sharp where the links are straight, in any fluid.
+    alone = unit if unit.fluid == "local" else dataclasses.replace(unit, fluid="local")
     least = np.linalg.eigvalsh(resistance(alone, shapes.astype(np.float64)))[:, 0]
     return np.asarray(np.sqrt(np.maximum(least, 0.0) / (unit.lateral_drag() * unit.bend_spread())))
 
@@ -239,6 +240,12 @@ class Displacements:
     fine: Real
     rough: Real
     rounding: Array
+
+    def put(self, some: Rows, others: Displacements) -> Displacements:
+        """Return the displacements with some of them replaced by as many others."""
+        fine, rough, rounding = self.fine.copy(), self.rough.copy(), self.rounding.copy()
+        fine[some], rough[some], rounding[some] = others.fine, others.rough, others.rounding
+        return Displacements(fine, rough, rounding)
 
     def measured(self, other: Displacements) -> Displacements:
         """Return the same, with rounding as another integration, in as many digits and with other pieces, shows it."""

@@ -33,8 +33,8 @@ _SAME_SHAPE_DIGITS = 9
 
 What the difference makes is known to first order: the second is below 1e-15 rad even where A(r) is sharpest."""
 _DRIFT_COUNTS, _SHARPEST = 1e-12, 100.0
-"""Differences of shape are looked at where they could turn the base by more than this [rad] in all, if it turned by
-this many times their sum: A(r) varies over bends of some 0.01 rad and more."""
+"""Differences of shape are looked at where they could turn the base by more than this [rad] in all, if each radian of a
+segment turned it by this many times its difference: A(r) varies over bends of some 0.01 rad and more."""
 _DRIFT_STEP = 1e-5
 """Turn of a limb by which displacements are differenced [rad]: errors of 1e-7 of the first order."""
 _CARES = ((np.float64, 1.0), (np.float64, 0.6), (np.longdouble, 0.6), (np.longdouble, 0.3))
@@ -42,6 +42,9 @@ _CARES = ((np.float64, 1.0), (np.float64, 0.6), (np.longdouble, 0.6), (np.longdo
 bound is small. Extended precision takes some sixty times as long. Two in one precision measure rounding."""
 _SMALL = 0.1
 """A bound below this part of the tolerance is small."""
+_LEFT = 0.07
+"""Extended precision is for the segments that rounding turns most: what the others add is below this part of the
+tolerance, which leaves the others nearly a third of what is small."""
 _BATCH = 1 << 14
 """Segments that are put together at once: bounds the memory of a long motion."""
 
@@ -71,14 +74,10 @@ class Replay:
     drift: Array
     length_m: float
 
-    @property
+    @functools.cached_property
     def shape(self) -> Array:
         """The limbs' orientations where segments begin, and at the end, in double precision. Shape (m + 1, 2, 3, 3)."""
-        out = np.empty((len(self.turned), 2, 3, 3))
-        for low in range(0, len(out), _BATCH):
-            some = slice(low, low + _BATCH)
-            out[some] = _shapes(self.begun_shape, self.turned[some])
-        return out
+        return _shapes(self.begun_shape.astype(np.float64), self.turned.astype(np.float64))
 
     @property
     def end_shape(self) -> Real:
@@ -112,7 +111,12 @@ class Replay:
         """The base's pose at the end [m]. Shape (4, 4)."""
         if len(self.drift):
             return extended(self.pose[-1])
-        return np.asarray(self.begun_pose @ product(self.moves.fine, self.which))
+        return np.asarray(self.begun_pose @ self._moved)
+
+    @functools.cached_property
+    def _moved(self) -> Real:
+        """The base's displacement from the first pose to the last. Shape (4, 4)."""
+        return product(self.moves.fine, self.which)
 
     def until(self, segment: int) -> Replay:
         """Return the replay up to where a segment begins."""
@@ -132,16 +136,29 @@ class Replay:
     @functools.cached_property
     def bound(self) -> Deviation:
         """By how much the end may be wrong: what the last extrapolation changed there, and all rounding together."""
-        fine, rough = (product(moves, self.which) for moves in (self.moves.fine, self.moves.rough))
+        fine, rough = self._moved, product(self.moves.rough, self.which)
         away, turned = rough[:3, 3] - fine[:3, 3], rough[:3, :3] - fine[:3, :3]
         rounding = self.moves.rounding[self.which]
-        arm = np.linalg.norm(self.pose[1:, :3, 3] - self.pose[-1, :3, 3], axis=1) + self.length_m
         return Deviation(
-            float(np.sqrt(np.sum(away * away)) + np.sum(rounding * arm)),
+            float(np.sqrt(np.sum(away * away)) + np.sum(rounding * self._arm)),
             float(np.sqrt(0.5 * np.sum(turned * turned)) + np.sum(rounding)),
             0.0,
             0.0,
         )
+
+    @property
+    def _arm(self) -> Array:
+        """How far the end is from where each segment ends, and L [m]: what a turn there moves it by. Shape (m,)."""
+        return np.asarray(np.linalg.norm(self.pose[1:, :3, 3] - self.pose[-1, :3, 3], axis=1) + self.length_m)
+
+    def rounded_most(self, left_m: float, left_rad: float) -> Rows:
+        """Return which displacements rounding turns most, so many that the others move the end by no more than this."""
+        out: set[int] = set()
+        for weight, most in ((self._arm, left_m), (np.ones(len(self.which)), left_rad)):
+            each = np.bincount(self.which, weight, len(self.moves.rounding)) * self.moves.rounding
+            order = np.argsort(each, kind="stable")
+            out.update(order[np.count_nonzero(np.cumsum(each[order]) <= most) :].tolist())
+        return np.array(sorted(out), dtype=np.int64)
 
 
 def replay(
@@ -182,13 +199,20 @@ def replay(
     begun, rates, durations = _shapes(shape, turned[first]), rates[first], durations[first]
     drift = _drift(swimmer, begun, rates, durations, which, _turn_between(turned[first][which], turned[:-1]))
     tried: dict[type[np.floating[Any]], Displacements] = {}
+    some: Rows = np.arange(len(first), dtype=np.int64)
+    moves: Displacements | None = None
     for precision, finer in _CARES:
-        moves = segment_displacements(swimmer, begun.astype(precision), rates, durations, finer, resistances)
-        before, tried[precision] = tried.get(precision), moves
-        moves = moves if before is None else moves.measured(before)
+        part = segment_displacements(
+            swimmer, begun[some].astype(precision), rates[some], durations[some], finer, resistances
+        )
+        before, tried[precision] = tried.get(precision), part
+        part = part if before is None else part.measured(before)
+        moves = part if moves is None else moves.put(some, part)
         found = Replay(row, pose, shape, turned, moves, which, drift, swimmer.length_m)
         if found.bound.within(_SMALL * tolerance_l * swimmer.length_m, _SMALL * tolerance_rad):
-            return found
+            break
+        if before is not None and precision == np.float64:
+            some = found.rounded_most(_LEFT * tolerance_l * swimmer.length_m, _LEFT * tolerance_rad)
     return found
 
 
@@ -252,9 +276,12 @@ def _drift(swimmer: Swimmer, shapes: Real, rates: Array, durations: Array, which
     Returns:
         Body twists at the segments' ends, to first order, shape (m, 6), or (0, 6) where they are too small to count.
     """
-    if _SHARPEST * float(np.sum(np.abs(off))) < _DRIFT_COUNTS:
+    swept = np.linalg.norm(rates, axis=1) * durations
+    most = _SHARPEST * swept * np.bincount(which, np.abs(off).sum(axis=(1, 2)), len(shapes))
+    least_first = np.argsort(most)
+    swung = np.sort(least_first[np.cumsum(most[least_first]) >= _DRIFT_COUNTS])
+    if not len(swung):
         return np.empty((0, 6))
-    swung = np.flatnonzero(np.bincount(which, np.abs(off).sum(axis=(1, 2)), len(shapes)))
     turns = np.zeros((6, 2, 3, 3)) + np.eye(3)
     shape = shapes[swung].astype(np.float64)
     ends = []

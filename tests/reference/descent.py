@@ -7,11 +7,11 @@ import dataclasses
 import numpy as np
 
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.kernel.program import penalised
 from purcell_cli.planner.refine.active_set import bounded_step, loose
 from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, least_cosines, least_distances
 from purcell_cli.planner.refine.shooting import Equations, Values
 from purcell_cli.planner.refine.trust_region import descended
+from reference.program import penalised
 
 
 @dataclasses.dataclass(frozen=True)

@@ -72,6 +72,18 @@ class EncounterPart(TypedDict):
     phase: Annotated[int, "in which phase"]
 
 
+class BlockedPart(TypedDict):
+    """How near a search for a way round obstacles came that found none, and what is in the way."""
+
+    position_m: Annotated[
+        list[float], "where the base's middle is at the pose nearest to the goal that ways lead to [m]"
+    ]
+    left_m: Annotated[float, "how far that is from the goal, or from the leg's end [m]"]
+    obstacle: Annotated[int | None, "what is first in the way, its index from 0; null for a wall of the workspace"]
+    leg: Annotated[int, "which leg of a mission, from 0"]
+    words: Annotated[str, "all that, in words"]
+
+
 class LimitsPart(TypedDict):
     """The limits of a plan and whether it keeps them."""
 
@@ -201,6 +213,7 @@ class PlanDocument(TypedDict):
     clearance_m: Annotated[float, "least distance of the limbs' surfaces over the whole path [m]"]
     largest_bend_rad: Annotated[float | None, "largest bend in phase 2; null if nothing moves in it [rad]"]
     limits: Annotated[LimitsPart, "the limits, and what breaks them"]
+    blocked: Annotated[BlockedPart | None, "where a search for a way round obstacles ended; null where none failed"]
     waypoints: Annotated[list[WaypointPart], "the waypoints, in the order in which they are passed"]
     follow: Annotated[CurvePart | None, "the curve that is followed; null without one"]
     table_error: NotRequired[

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 from purcell_cli.cli.documents.common import as_part
 from purcell_cli.cli.documents.plan import (
+    BlockedPart,
     CurvePart,
     EncounterPart,
     LimitsPart,
@@ -121,6 +122,7 @@ def plan_document(
         "clearance_m": solution.limits.clearance.distance_m,
         "largest_bend_rad": solution.limits.largest_bend_rad[1],
         "limits": _limits(solution.limits, swimmer),
+        "blocked": None if plan.blocked is None else as_part(plan.blocked, BlockedPart),
         "waypoints": _waypoints(solution),
         "follow": _curve(solution),
         "rows": len(solution.trajectory),

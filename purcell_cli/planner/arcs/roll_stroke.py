@@ -28,6 +28,8 @@ _LARGEST_RAD = 1.6
 """The largest roll of one roll stroke [rad]; larger rolls take several strokes."""
 _APART = 12
 """Up to so many roll strokes in a row may change one by one; of more, those between the first and last repeat one."""
+_KEPT = 64
+"""Strokes that are kept: a chain is asked for its strokes several times."""
 _SLIGHT_RAD = 1e-4
 """Rolls by less than this make no stroke: the exact arrival makes up for them [rad]."""
 _KNOTS_RAD = np.array(
@@ -63,6 +65,7 @@ class RollStroke:
 
     def __init__(self, gait: Gait, swimmer: Swimmer) -> None:
         self._gait, self.swimmer = gait, swimmer
+        self._known = functools.lru_cache(maxsize=_KEPT)(self._once)
         knots = _KNOTS_RAD.tolist()
         once = [self._once(a) for a in knots]
         while _bend(once[0]) > swimmer.max_bend_rad and knots[0] > _LEAST_RAD:
@@ -94,7 +97,7 @@ class RollStroke:
             return []
         count = math.ceil(abs(angle) / self._largest)
         amplitude = np.interp(abs(angle) / count, self._rolled, self._amplitude)
-        once = self._once(math.copysign(float(amplitude), angle))
+        once = self._known(math.copysign(float(amplitude), angle))
         if count <= _APART:
             return [once] * count
         return [once, dataclasses.replace(once, cycles=count - 2), once]

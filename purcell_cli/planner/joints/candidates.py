@@ -46,6 +46,9 @@ _LONGER = 3
 """Chains of parts have so many loops more: where ranges are one-sided, short ones that do little are rare."""
 _MANY_CHAINS = 4
 """So many chains of one pair of ways tell what the next pair's are like."""
+_THEN, _HARDLY = " then ", 1.1
+"""What stands between the loops of a chain in words, and how much dearer than the best a chain may be to be tried next
+since it begins otherwise."""
 _LESS = 0.1
 """A chain's fraction of a cycle below this is made by the others."""
 
@@ -109,6 +112,21 @@ def _in_parts(
     return none
 
 
+def varied(candidates: Iterable[Candidate]) -> list[Candidate]:
+    """Return candidates, the best first, then the best of those that begin with another loop, if it is hardly dearer.
+
+    Chains that begin alike end alike when they are optimised, so the second that is should be of another kind.
+    """
+    out = sorted(candidates, key=lambda c: round(c.estimate_rad, 9))
+    for k, one in enumerate(out[1:], 1):
+        if one.estimate_rad > _HARDLY * out[0].estimate_rad:
+            break
+        if one.words.split(_THEN)[0] != out[0].words.split(_THEN)[0]:
+            out.insert(1, out.pop(k))
+            break
+    return out
+
+
 def _outer(swimmer: Swimmer, start: Array, goal: Array, home: Array, wanted: Array) -> list[tuple[Way, Way, Array]]:
     """Return pairs of ways home and from home, and the displacement that they leave, the least first."""
     out = []
@@ -132,7 +150,7 @@ def _of_chains(loops: Loops, chains: Chains, first: Way, last: Way, kept: int) -
     outer = first.sequence.joint_travel_rad + last.sequence.joint_travel_rad
     for row, cycles, travel in zip(chains.loops, chains.cycles, chains.travel, strict=True):
         parts = [(int(k), float(n)) for k, n in zip(row, cycles, strict=True) if abs(n) > 1e-3]
-        words = " then ".join(f"{max(1, math.ceil(abs(n) - _LESS))} {loops.loops[k].name}" for k, n in parts)
+        words = _THEN.join(f"{max(1, math.ceil(abs(n) - _LESS))} {loops.loops[k].name}" for k, n in parts)
         if words in seen:
             continue
         seen.add(words)

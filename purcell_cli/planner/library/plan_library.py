@@ -123,22 +123,23 @@ class MotionLibrary:
         self._bend = np.maximum.reduceat(bends, np.cumsum([0, *counts[:-1]]))
         self._travel = np.array([p.joint_travel_rad for p in plans])
 
-    def nearest(self, wanted: Array, around: Array, most: int) -> list[Entry]:
+    def nearest(self, wanted: Array, around: Array, most: int, least: float = math.inf) -> list[Entry]:
         """Return the entries that promise the least joint travel, the best first.
 
         Args:
             wanted: The displacements that are wanted. Shape (n, 4, 4).
             around: Joint travel before and after each [rad]. Shape (n,).
             most: How many.
+            least: What they may promise at the most [rad].
         """
         estimate, laps, scale = self.estimates(wanted)
         estimate += around[:, None, None]
         out: list[Entry] = []
         told = set()
-        for flat in np.argsort(estimate, axis=None, kind="stable").tolist():
+        promised = estimate.ravel()
+        few = np.flatnonzero((promised <= least) & (promised < np.inf))
+        for flat in few[np.argsort(promised[few], kind="stable")].tolist():
             i, j, k = (int(x) for x in np.unravel_index(flat, estimate.shape))
-            if not math.isfinite(estimate[i, j, k]):
-                break
             if (alike := (k, round(float(estimate[i, j, k]), 1))) in told:
                 continue  # the same plan seen another way, for what looks the same then
             told.add(alike)

@@ -40,6 +40,9 @@ _TRIED = 3
 """So many times the library plans that are wanted are tried; some do not arrive by their own primitives."""
 _SHORTENED = 1.05
 """Factor by which refinement is estimated to shorten a library plan that arrives."""
+_WAYS_RAD = 12.0
+"""What arcs take besides what they promise [rad]: the ways in and out of three loops, more than all else for a slight
+turn."""
 _PRICE = PriceNumbers(turn1=374.0, way1=445.0)
 """Estimated joint travel by a library plan: the roots of the price of pitch and yaw in `PRICES` per small change of
 heading, and of the mean over directions per small distance [rad^2 per rad or L]."""
@@ -56,11 +59,10 @@ def library_plans(problem: Problem, breadth: Breadth, known: Sequence[Candidate]
     swimmer = problem.swimmer
     least = min((c.estimate_rad for c in known if not c.astray), default=math.inf)
     if problem.objective == "travel":
-        least = min(least, breadth.library_below * problem.promised(breadth))
+        least = min(least, breadth.library_below * problem.promised(breadth) + _WAYS_RAD)
     pairs = best_pairs(problem.one_by_one, problem.wanted, _PRICE, breadth.pairs)
     around = pairs.joint_travel_rad
-    entries = library_for(swimmer).nearest(pairs.missing, around, _TRIED * breadth.library_plans)
-    entries = [e for e in entries if e.estimate_rad <= least]
+    entries = library_for(swimmer).nearest(pairs.missing, around, _TRIED * breadth.library_plans, least)
     for offering, tried in ((False, entries), (True, entries[: breadth.library_plans])):
         out: list[Candidate] = []
         for entry in tried:

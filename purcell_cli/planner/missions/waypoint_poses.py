@@ -12,11 +12,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import cos, inner, matmul, norm, sin
 from purcell_cli.geometry.rotations import Array, about_axis
-from purcell_cli.mechanics.joint_motion import plane_axis
+from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.joint_motion import home_shape, plane_axis
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.mission import Waypoint, turned_to
 from purcell_cli.planner.missions.leg_price import LegPrice
 
@@ -39,10 +43,12 @@ class Touring:
     Attributes:
         swimmer: The swimmer.
         price: The price of its legs.
+        limits: What configurations at waypoints keep, as far as candidates that do are found.
     """
 
     swimmer: Swimmer
     price: LegPrice
+    limits: Limits = Limits()
 
     def poses(self, start: Array, via: Sequence[Waypoint], goal: Array) -> list[Array]:
         """Return the base's poses at waypoints, free parts chosen [m]. Each of shape (4, 4).
@@ -81,7 +87,22 @@ class Touring:
                 w.orientation[:, 0] for w in (*via[max(k - 1, 0) : k], *via[k + 1 : k + 2]) if w.orientation is not None
             ]
             turns = self.turns(start[:3, :3], along)
-        return np.stack([se3.pose(turn, place) for place in places for turn in turns])
+        return self._kept(one, np.stack([se3.pose(turn, place) for place in places for turn in turns]))
+
+    def _kept(self, one: Waypoint, poses: Array) -> Array:
+        """Return the poses at which a waypoint keeps the workspace and is clear of obstacles; all where none does."""
+        if self.limits.workspace is None and self.limits.obstacles is None:
+            return poses
+        kept = []
+        for k, pose in enumerate(poses):
+            try:
+                self.limits.refuse(
+                    self.swimmer, "", one.filled(Configuration(pose, home_shape(self.swimmer, COLLINEAR)))
+                )
+            except ParameterError:
+                continue
+            kept.append(k)
+        return poses[kept] if kept else poses
 
     def turns(self, level: Array, along: Sequence[Array]) -> list[Array]:
         """Return orientations that look in directions, and against them, and in others spread evenly.
@@ -112,7 +133,7 @@ class Touring:
             sizes = near * np.linspace(-1.0, 1.0, _ROUND)
             turns = sizes[:, None] * (np.eye(3)[2] if axis == "yaw" else np.eye(3)[1])
         others = [se3.pose(matmul(pose[:3, :3], se3.rotation(turn)), pose[:3, 3]) for turn in turns]
-        return np.stack([pose, *others])
+        return self._kept(one, np.stack([pose, *others]))
 
     def _best(self, start: Array, layers: Sequence[Array], goal: Array, starts: int) -> tuple[list[Array], float]:
         """Return the candidates, one of each layer, by which the way is cheapest, and its price [rad]."""

@@ -66,6 +66,7 @@ def approach(
     reach_rad: float = _REACH_RAD,
     patience: int = _LOST,
     stuck: int = _NEVER,
+    enough: float = CLOSE,
 ) -> tuple[Equations, Values, float]:
     """Return the motion with its angles changed to arrive, by short steps within the bend limit.
 
@@ -75,13 +76,14 @@ def approach(
         reach_rad: The largest change of an angle in a step [rad].
         patience: Rounds in which the residual does not even halve before it is given up.
         stuck: Steps in a row of which the smallest part or none helps before it is given up.
+        enough: What may be missing [L, rad].
 
     Returns:
         The motion, its equations' values, and the largest residual left [L, rad].
     """
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
     search = equations.descent(least, ACTIVE, *rows_besides(equations, None))
-    angle, *known, off = search.approached(equations.angles, CLOSE, reach_rad, patience, stuck)
+    angle, *known, off = search.approached(equations.angles, enough, reach_rad, patience, stuck)
     return equations.of(equations.with_angles(angle)), equations.values(angle, *known), off
 
 

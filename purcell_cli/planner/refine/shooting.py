@@ -160,8 +160,17 @@ class Equations:
 
     @functools.cached_property
     def fixed(self) -> NDArray[np.int64]:
-        """1 for primitives whose angles stay as they are, else 0. Shape (k,)."""
-        return self._each([int(s.fixed) for s in self.segments])
+        """1 for primitives whose bends and ranges need no watching, else 0. Shape (k,).
+
+        Where a stroke begins whose angles stay as they are may change: by other than two ball joints its first cycle,
+        which tells how far all of its cycles then bend, is watched.
+        """
+        out = self._each([int(s.fixed) for s in self.segments])
+        if not self.swimmer.ball_joints:
+            for s, part in zip(self.segments, self._slices, strict=True):
+                if s.fixed:
+                    out[part.start : part.start + s.strokes[0][2]] = 0
+        return out
 
     def _each(self, numbers: list[int]) -> NDArray[np.int64]:
         """Return numbers of the segments as those of their primitives."""
@@ -177,7 +186,7 @@ class Equations:
         """How the free angles are numbered."""
         return _Free.of(self.segments)
 
-    @property
+    @functools.cached_property
     def weight(self) -> Array:
         """Joint travel per free angle. Shape (n,)."""
         return self._free.weight

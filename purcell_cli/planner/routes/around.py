@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration, Deviation
@@ -18,7 +19,7 @@ from purcell_cli.mechanics.joint_motion import home_shape, plane_axis
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import Limits
-from purcell_cli.motion.plan import Plan, Structure
+from purcell_cli.motion.plan import Blocked, Plan, Structure
 from purcell_cli.planner.progress import Progress
 from purcell_cli.planner.routes.closed_off import refuse_closed_off
 from purcell_cli.planner.routes.one_motion import ended, one_motion
@@ -36,13 +37,20 @@ SHORTER = {"quick": 0, "standard": 4, "thorough": 60}
 _ROUNDS = 6
 """How often a roadmap grows, at most."""
 _LEAST_ROUNDS = 2
-"""How often it grows where no path is good yet."""
+"""How often it grows before its path is made cheaper."""
 _POSES = 40
 """By how many poses it grows each time: some 400 edges, in some tenths of a second."""
 _LEGS = 120
 """Legs that are planned at most, of some 0.2 s each."""
-_SPREADS = (1.0, 0.4, 0.8, 0.25)
+_SPREADS = (2.0, 0.4, 1.0, 0.25)
 """How far from the path poses are tried that may make it cheaper, one round after the other [L]; they turn as far."""
+NEAR_PATH = {"quick": 4, "standard": 24, "thorough": 80}
+"""Rounds, at most, in which poses near the path make it cheaper before legs are planned, by effort: prices are right to
+some 5 %, and a round takes less time than a leg."""
+STARTS = {"quick": 1, "standard": 3, "thorough": 8}
+"""How many roadmaps are begun, at most, by effort: what is not cheaper step by step may be so from elsewhere."""
+_IDLE, _LESS = 8, 0.99
+"""The rounds end where so many in a row have not brought the path's price below this part of the best before."""
 _GAIN = 0.985
 """A way is looked for again where one is priced at less than this part of the one that is known."""
 _LEGS_A_ROUND = 2
@@ -77,9 +85,9 @@ def around(
     limits: Limits,
     leg: LegPlanner,
     seed: int,
-    shorter: int,
+    effort: str,
     progress: Progress,
-) -> Plan | str:
+) -> Plan | Blocked:
     """Return a plan round obstacles, or what is in the way where none is found.
 
     Args:
@@ -89,35 +97,53 @@ def around(
         limits: What the plan must keep, obstacles among it.
         leg: Plans a leg.
         seed: Seed of the roadmap's poses.
-        shorter: How often a way that is found is made shorter.
+        effort: How long to look for a shorter way: one of `SHORTER`.
         progress: Is told how far the search is.
 
     Raises:
-        ParameterError: The goal is shown to be out of reach.
+        ParameterError: No obstacles, or a goal that is shown to be out of reach.
     """
     if limits.obstacles is None:
-        return ""
+        raise ParameterError("obstacles: one or more to go round are wanted, found none")
     refuse_closed_off(swimmer, limits.obstacles, limits.clearance_m, start, goal)
     scene = with_walls(limits.obstacles, limits.workspace)
     axis = plane_axis(swimmer)
     region = Region.of(scene, swings(swimmer), swimmer.length_m, limits.clearance_m, start.pose, goal.pose, axis)
     region = dataclasses.replace(region, walls=len(scene.obstacles) - len(limits.obstacles.obstacles))
-    roadmap, rng = Roadmap(region, start.pose, goal.pose), np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)
+    roadmap, starts = Roadmap(region, start.pose, goal.pose), STARTS[effort]
+    for k in range(starts):
+        if roadmap.good:
+            break
+        progress(k, starts, f"ways round obstacles from start {k + 1} on")
+        other = Roadmap(region, start.pose, goal.pose)
+        for _ in range(_LEAST_ROUNDS):
+            other.grow(rng, _POSES)
+        _cheaper(other, rng, NEAR_PATH[effort])
+        roadmap = min(roadmap, other, key=lambda one: one.least_rad)
     search = _Search(_Query(swimmer, start, goal, limits, leg), roadmap)
-    for k in range(_ROUNDS + 1):
-        if k:
+    for k in range(_LEAST_ROUNDS, _ROUNDS + 1):
+        if k > _LEAST_ROUNDS:
             roadmap.grow(rng, _POSES)
+            _cheaper(roadmap, rng, NEAR_PATH[effort])
         progress(k, _ROUNDS, f"a way round obstacles: {len(roadmap.poses)} poses, {len(roadmap.edges)} edges")
-        if k < _LEAST_ROUNDS and not roadmap.good:
-            continue
-        for spread in _SPREADS:
-            roadmap.grow_near_path(rng, spread)
         found = search.explored()
         if found is not None:
-            return _shorter(search, rng, found, shorter, progress)
+            return _shorter(search, rng, found, SHORTER[effort], progress)
         if search.spent >= _LEGS:
             break
     return roadmap.blocked()
+
+
+def _cheaper(roadmap: Roadmap, rng: np.random.Generator, rounds: int) -> None:
+    """Add poses near the cheapest path until they hardly make it cheaper."""
+    idle, best = 0, np.inf
+    for k in range(rounds):
+        roadmap.grow_near_path(rng, _SPREADS[k % len(_SPREADS)])
+        price = roadmap.least_rad
+        idle, best = (0, price) if price < _LESS * best else (idle + 1, best)
+        if idle >= _IDLE or price == np.inf:
+            return
 
 
 def _shorter(search: _Search, rng: np.random.Generator, found: Plan, rounds: int, progress: Progress) -> Plan:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.environment.scene import Scene
 from purcell_cli.environment.tube import Tube
@@ -121,11 +122,19 @@ class Region:
     def _in_plane(self, vectors: Array, place: bool) -> Array:
         return vectors if self.plane is None else self.plane.projected(vectors, place)
 
-    def room(self, poses: Array) -> Array:
-        """Return how much room poses have beyond what the smallest strokes take [m]. Shapes (..., 4, 4) to (...)."""
-        least = self.swings[-1]
+    def room(self, poses: Array, swing: int = -1) -> Array:
+        """Return how much room poses have beyond what strokes take, the smallest [m]. Shapes (..., 4, 4) to (...)."""
+        least = self.swings[swing]
         found = clearance(self.scene, poses, least.half * self.length_m)
         return np.asarray(found - least.radius * self.length_m - self.clearance_m)
+
+    def widest(self, poses: Array) -> NDArray[np.int64]:
+        """Return which of the swings first has room at poses; how many there are if none. Shapes (n, 4, 4) to (n,)."""
+        out, left = np.full(len(poses), len(self.swings)), np.arange(len(poses))
+        for k in range(len(self.swings)):
+            fits = self.room(poses[left], k) >= 0.0
+            out[left[fits]], left = k, left[~fits]
+        return out
 
     def drawn(self, rng: np.random.Generator, count: int, ends: Array) -> Array:
         """Return poses with room for the smallest strokes: a third in narrow places, the others anywhere.

@@ -17,6 +17,7 @@ import numpy as np
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul, norm
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.motion.plan import Blocked
 from purcell_cli.planner.arcs.arc_price import ArcPrice
 from purcell_cli.planner.routes.edges import Edge, clear_edges
 from purcell_cli.planner.routes.poses import Region
@@ -28,7 +29,8 @@ _NEAREST = 8
 """To how many others, by price, a pose gets edges."""
 
 _NEAR, _TRIED = 24, 8
-"""Near each place of a path so many poses are drawn, and the most promising of them get edges."""
+"""Near each place of a path so many poses are drawn. Of those that promise something so many get edges: half of them
+the most promising, which obstacles may bar, and half from among all others."""
 
 _SLACK = 1.3
 """Poses are tried by which the way, roughly priced, costs up to so many times what it does now."""
@@ -57,7 +59,8 @@ class Roadmap:
         self.poses = np.stack([start, goal])
         self.edges: dict[tuple[int, int], Edge] = {}
         self._level: dict[tuple[int, int], int] = {}
-        self._rough = ArcPrice(region.swings[0].loops)
+        self._widest = np.empty(0, dtype=np.int64)
+        self._prices = [ArcPrice(swing.loops) for swing in region.swings]
         self._empty_rad = float(self._rough_prices(start[None], goal[None])[0, 0])
         self._join([(START, GOAL)], 0)
 
@@ -109,7 +112,10 @@ class Roadmap:
                 self._rough_prices(self.poses[[first]], near)[0] + self._rough_prices(near, self.poses[[last]])[:, 0]
             )
             known = _SLACK * self.price(path[max(k - 1, 0) : k + 3])
-            near = near[np.argsort(worth, kind="stable")[: np.count_nonzero(worth < known)][:_TRIED]]
+            few = np.argsort(worth, kind="stable")[: np.count_nonzero(worth < known)]
+            rank = np.linspace(_TRIED // 2, max(len(few) - 1, 0), _TRIED // 2).astype(np.int64)
+            rank = np.unique(np.concatenate([np.arange(_TRIED // 2), rank]))
+            near = near[few[rank[rank < len(few)]]]
             self.poses = np.concatenate([self.poses, near])
             ends = {first, a, b, last}
             pairs |= {(end, new) for new in range(n, len(self.poses)) for end in ends}
@@ -117,9 +123,13 @@ class Roadmap:
 
     def _rough_prices(self, begin: Array, end: Array) -> Array:
         """Return what the ways from each of some poses to each of others may cost [rad]. Shape (n, m)."""
-        moves = matmul(se3.inverse(begin)[:, None], end[None, :]).reshape(-1, 4, 4)
+        return self._rough(np.repeat(begin, len(end), axis=0), np.tile(end, (len(begin), 1, 1))).reshape(len(begin), -1)
+
+    def _rough(self, begin: Array, end: Array, swing: int = 0) -> Array:
+        """Return what the ways from poses to as many others may cost by strokes of a bend [rad]. Shape (n,)."""
+        moves = matmul(se3.inverse(begin), end)
         moves[:, :3, 3] /= self.region.length_m
-        return np.asarray(np.round(self._rough.of(moves).reshape(len(begin), len(end)), 6))
+        return np.asarray(np.round(self._prices[swing].of(moves), 6))
 
     def reprice(self, pair: tuple[int, int], travel_rad: float) -> None:
         """Take the joint travel of an edge's exact legs for its price [rad]."""
@@ -128,25 +138,42 @@ class Roadmap:
 
     def _join(self, pairs: list[tuple[int, int]], level: int) -> None:
         """Look for edges between pairs of poses, by strokes of a bend, and of smaller ones where there are none."""
-        region = self.region
+        region, most = self.region, _SLACK * self.least_rad
+        self._widest = np.concatenate([self._widest, region.widest(self.poses[len(self._widest) :])])
         for k in range(level, len(region.swings)):
-            if not pairs:
-                return
-            first, last = (self.poses[[pair[end] for pair in pairs]] for end in (0, 1))
-            swing = region.swings[k]
-            axis = None if region.plane is None else region.plane.axis
-            found = clear_edges(region.scene, swing, region.length_m, region.clearance_m, first, last, axis)
-            for pair, edge in zip(pairs, found, strict=True):
+            for pair in pairs:
                 self._level[pair] = k
-                if edge is not None:
-                    self.edges[pair] = edge
-            pairs = [pair for pair, edge in zip(pairs, found, strict=True) if edge is None]
+            some = [(a, b) for a, b in pairs if max(self._widest[a], self._widest[b]) <= k]
+            some = self._promising(some, k, most)
+            if not some:
+                continue
+            first, last = (self.poses[[pair[end] for pair in some]] for end in (0, 1))
+            axis = None if region.plane is None else region.plane.axis
+            found = clear_edges(region.scene, region.swings[k], region.length_m, region.clearance_m, first, last, axis)
+            self.edges.update({pair: edge for pair, edge in zip(some, found, strict=True) if edge is not None})
+            pairs = [pair for pair in pairs if pair not in self.edges]
+
+    def _promising(self, pairs: list[tuple[int, int]], swing: int, most_rad: float) -> list[tuple[int, int]]:
+        """Return the pairs of poses by which a way from the start to the goal may cost no more than this [rad]."""
+        if not pairs or most_rad == np.inf:
+            return pairs
+        first, last = (self.poses[[pair[end] for pair in pairs]] for end in (0, 1))
+        start, goal = (np.repeat(self.poses[[end]], len(pairs), axis=0) for end in (START, GOAL))
+        forth = self._rough(start, first) + self._rough(last, goal)
+        back = self._rough(start, last) + self._rough(first, goal)
+        whole = self._rough(first, last, swing) + np.minimum(forth, back)
+        return [pair for pair, price in zip(pairs, whole.tolist(), strict=True) if price < most_rad]
 
     @property
     def good(self) -> bool:
         """Whether there is a path that costs hardly more than the way through empty water would."""
+        return self.least_rad < _HARDLY * self._empty_rad
+
+    @property
+    def least_rad(self) -> float:
+        """About the joint travel of the cheapest path; infinite where there is none [rad]."""
         path = self.path()
-        return path is not None and self.price(path) < _HARDLY * self._empty_rad
+        return np.inf if path is None else self.price(path)
 
     def price(self, path: list[int]) -> float:
         """Return about the joint travel of a path [rad]."""
@@ -162,8 +189,8 @@ class Roadmap:
         """Return the edge from one pose to another."""
         return self.edges[begin, end] if begin < end else self.edges[end, begin].backwards()
 
-    def blocked(self) -> str:
-        """Return how near to the goal the poses come that edges lead to, and what stands between, in words."""
+    def blocked(self) -> Blocked:
+        """Return how near to the goal the poses come that edges lead to, and what stands between."""
         reached, scene = {START}, self.region.scene
         while more := {b for pair in self.edges for a, b in (pair, pair[::-1]) if a in reached} - reached:
             reached |= more
@@ -172,9 +199,14 @@ class Roadmap:
         place, goal = self.poses[every[int(np.argmin(left))], :3, 3], self.poses[GOAL, :3, 3]
         _, which = scene.distance(place[None], goal[None])
         at = ", ".join(f"{x:.4g}" for x in place)
-        away = float(norm(goal - place)) / self.region.length_m
-        between = scene.name(int(which[0])) if int(which[0]) < self.region.obstacles else "a wall of the workspace"
-        return f"the nearest attempt comes to ({at}) m, {away:.3g} L from the goal; {between} is in the way from there"
+        left_m = float(norm(goal - place))
+        obstacle = int(which[0]) if int(which[0]) < self.region.obstacles else None
+        between = "a wall of the workspace" if obstacle is None else scene.name(obstacle)
+        words = (
+            f"the nearest attempt comes to ({at}) m, {left_m / self.region.length_m:.3g} L from the goal; "
+            f"{between} is in the way from there"
+        )
+        return Blocked((float(place[0]), float(place[1]), float(place[2])), left_m, obstacle, words)
 
     def path(self) -> list[int] | None:
         """Return the poses along the cheapest path from the start to the goal; None where there is none."""

@@ -1,4 +1,4 @@
-"""Linear programs with an exact penalty, by the kernel."""
+"""Linear programs with an exact penalty, by the function of the kernel that its descents call."""
 
 from __future__ import annotations
 
