@@ -496,6 +496,8 @@ GOOD = {
 }
 CONES = np.eye(3), np.eye(3)[::-1] - 0.5, np.array([0.3, 0.2, 0.1]), np.array([0.0, 0.1, 2.0])
 LINKS = 1.0, 2.0, 2.0, 0.1
+
+
 def _moved(found: moves.MoveEquations) -> tuple[object, ...]:
     return *found, *moves.bends(found, np.ones((2, 2)), 9.0)
 
