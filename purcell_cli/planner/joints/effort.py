@@ -49,8 +49,11 @@ _STANDARD = JointStage(
 more by four."""
 _WIDE = JointStage(Stage(last_resort=True), JointBreadth(ways=8, chains=3000, kept=12, short=60, seed=1))
 """The last resort: other chains and more of them, so that something arrives."""
-_WIDEST = JointStage(Stage(last_resort=True), JointBreadth(ways=12, chains=8000, kept=24, short=60, seed=3))
-"""The same once more, twice as wide: ranges that leave both limbs bent make chains that arrive rare."""
+_WIDEST = tuple(
+    JointStage(Stage(last_resort=True), JointBreadth(ways=12, chains=8000, kept=24, short=60, seed=seed))
+    for seed in (3, 7)
+)
+"""The same twice more, and wider: where ranges leave both limbs bent, chains that arrive are rare."""
 _THOROUGH = JointStage(
     Stage(
         candidates=16,
@@ -67,13 +70,13 @@ _LEG = JointStage(Stage(), JointBreadth(chains=0, short=0, arcs=24))
 """A leg along an arc: by that arc, where the joints can swim it."""
 
 JOINT_EFFORTS: Mapping[str, tuple[JointStage, ...]] = {
-    "quick": (_QUICK, _WIDE, _WIDEST),
-    "standard": (_STANDARD, _WIDE, _WIDEST),
+    "quick": (_QUICK, _WIDE, *_WIDEST),
+    "standard": (_STANDARD, _WIDE, *_WIDEST),
     "thorough": (
         dataclasses.replace(_STANDARD, stage=dataclasses.replace(_STANDARD.stage, interrupt_keeps_best=True)),
         _THOROUGH,
         _WIDE,
-        _WIDEST,
+        *_WIDEST,
     ),
     LEG: (_LEG, dataclasses.replace(_QUICK, stage=Stage(last_resort=True))),
 }
