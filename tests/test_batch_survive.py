@@ -19,6 +19,7 @@ from batches import process, results, roll, rows, still, written
 from helpers import NIGHTLY
 
 from purcell_cli.batch.cases import find_cases
+from purcell_cli.batch.local_workers import _interrupts_held
 from purcell_cli.batch.results_folder import JOURNAL, ResultsFolder, write_files
 from purcell_cli.batch.runner import Options, Outcome, run_batch
 from purcell_cli.batch.solve_one import Settings
@@ -175,6 +176,16 @@ def under_way(folder: Path) -> subprocess.Popen[str]:
         assert batch.poll() is None
         time.sleep(0.01)
     return batch
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals cannot be held back here")
+def test_what_starts_while_interrupts_are_held_never_hears_of_one() -> None:
+    """Started at any other time (the foil) it does, and so does this process afterwards."""
+    asks = [sys.executable, "-c", "import signal; print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))"]
+    with _interrupts_held():
+        held = subprocess.run(asks, capture_output=True, text=True, check=True).stdout
+    assert (held, subprocess.run(asks, capture_output=True, text=True, check=True).stdout) == ("True\n", "False\n")
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
 
 
 @pytest.mark.slow

@@ -135,12 +135,29 @@ def _death(worker: _Worker) -> str:
     return f"its worker process died, {reason}"
 
 
+@contextlib.contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Hold Ctrl-C back: from this process meanwhile, and from what is started inside, which then never hears of it.
+
+    Until a worker ignores it, as it soon does, it would end with a traceback.
+    """
+    mask = getattr(signal, "pthread_sigmask", None)  # Windows has none
+    if mask is None:
+        yield
+        return
+    before = mask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        mask(signal.SIG_SETMASK, before)
+
+
 def _started(settings: Settings, folder: Path) -> _Worker:
     """Start a worker; its libraries use one thread each, since there is a worker for each core."""
     here, there = _CONTEXT.Pipe()
     process = _CONTEXT.Process(target=_serve, args=(there, settings, str(folder)), daemon=True)
     try:
-        with starting(dict.fromkeys(_THREADS, "1")):
+        with starting(dict.fromkeys(_THREADS, "1")), _interrupts_held():
             process.start()
     except OSError as error:
         raise ResultsError(f"a worker process cannot be started ({error.strerror or error})") from error
