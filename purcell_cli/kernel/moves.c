@@ -10,12 +10,7 @@
 static void turning(const double w[3], const double r[9], double out[9]) {
     double c[3], left[9];
     purcell_exp_of(DOT(w, w), c);
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        left[4 * i] = 1.0 - c[2] * (w[j] * w[j] + w[k] * w[k]);
-        left[3 * i + j] = c[2] * (w[i] * w[j]) - c[1] * w[k];
-        left[3 * i + k] = c[2] * (w[i] * w[k]) + c[1] * w[j];
-    }
+    hat_series(w, c[1], c[2], left);
     product(left, r, out, 3, 3, 3);
 }
 

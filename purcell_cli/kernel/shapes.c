@@ -38,12 +38,7 @@ static void turn_about_base(double r[9], double angle) {
 void purcell_rotation_of(const double w[3], double out[9]) {
     double c[3];
     purcell_exp_of(DOT(w, w), c);
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        out[4 * i] = 1.0 - c[1] * (w[j] * w[j] + w[k] * w[k]);
-        out[3 * i + j] = c[1] * (w[i] * w[j]) - c[0] * w[k];
-        out[3 * i + k] = c[1] * (w[i] * w[k]) + c[0] * w[j];
-    }
+    hat_series(w, c[0], c[1], out);
 }
 
 /* Shapes before, between and after n pieces. start: (2, 3, 3). control, amount: of primitives their controls and

@@ -31,6 +31,16 @@ static inline double inner_product(SIZE n, const double *a, const double *b) {
     return (s[0] + s[1]) + (s[2] + s[3]);
 }
 
+/* 1 + b hat(w) + c hat(w)^2: the rotation by w, or how it turns as w changes. */
+static inline void hat_series(const double w[3], double b, double c, double out[9]) {
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        out[4 * i] = 1.0 - c * (w[j] * w[j] + w[k] * w[k]);
+        out[3 * i + j] = c * (w[i] * w[j]) - b * w[k];
+        out[3 * i + k] = c * (w[i] * w[k]) + b * w[j];
+    }
+}
+
 static inline void identity(double *out, int n) {
     for (int i = 0; i < n * n; i++) out[i] = i % (n + 1) == 0 ? 1.0 : 0.0;
 }
