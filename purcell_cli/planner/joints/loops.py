@@ -45,7 +45,7 @@ _ABOUT_RAD = (0.0, 0.25 * math.pi, -0.25 * math.pi)
 _LONE_SHARE = 0.95
 """The part of its room that a ball joint alone takes: the repeated strokes have no angles that could bend less."""
 _PAIRED = 400
-"""Pairs are made of every so manieth loop that so many are left: all pairs of those take a tenth of a second."""
+"""Pairs are made of at most so many loops, evenly taken from all: those take a tenth of a second."""
 _SEVERAL = 10
 """Loops of so many primitives are several already."""
 _STRAIGHT = 1.0 - 1e-9

@@ -9,15 +9,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.reproducible import arccos, matmul
+from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, as_euler
 from purcell_cli.mechanics.joint_motion import bend_limits
 from purcell_cli.mechanics.lift import SEARCHING, displacements
 from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, bends
 
-_SLACK_RAD = 1e-9
-"""Bends beyond their limit by less than this are rounding errors [rad]."""
 _NOTHING_RAD = 1e-13
 """Angles below this are rounding errors of shapes [rad]."""
 
@@ -52,7 +51,7 @@ def ways_home(swimmer: Swimmer, shape: Array, home: Array) -> list[Way]:
     """
     out: dict[bytes, Way] = {}
     beyond: dict[bytes, float] = {}
-    limits = np.maximum(bend_limits(swimmer, shape), _bends(shape)) + _SLACK_RAD
+    limits = np.maximum(bend_limits(swimmer, shape), bends(shape[..., 0])) + BEND_SLACK_RAD
     choices = [list(_limb_ways(swimmer, limb, shape[limb], home[limb])) for limb in (0, 1)]
     for first, second in itertools.product(*choices):
         for order in ((0, 1), (1, 0)):
@@ -61,16 +60,11 @@ def ways_home(swimmer: Swimmer, shape: Array, home: Array) -> list[Way]:
             played = joined([part for _, part in parts])
             key = played.control.tobytes() + played.angle.tobytes()
             if key not in out:
-                beyond[key] = float(np.max(_bends(played.shapes(shape)) - limits))
+                beyond[key] = float(np.max(bends(played.shapes(shape)[..., 0]) - limits))
                 moves = displacements(swimmer, played, shape, SEARCHING)
                 out[key] = Way(parts, np.asarray(se3.prefix_products(moves)[-1]))
     least = min(beyond.values())
     return [way for key, way in out.items() if beyond[key] <= max(least, 0.0)]
-
-
-def _bends(shapes: Array) -> Array:
-    """Return how far limbs bend. Shape (..., 2, 3, 3) to (..., 2)."""
-    return arccos(np.clip(shapes[..., 0, 0], -1.0, 1.0))
 
 
 def _limb_ways(swimmer: Swimmer, limb: int, shape: Array, home: Array) -> Iterator[PrimitiveSequence]:
