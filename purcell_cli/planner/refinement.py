@@ -19,7 +19,8 @@ from purcell_cli.motion.limits_check import check
 from purcell_cli.planner.incumbent import Contender
 from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach, arrive, bent_less
-from purcell_cli.planner.refine.minimum_travel import Pace, minimise_travel, offered
+from purcell_cli.planner.refine.minimum_travel import Pace, minimise_travel, offering
+from purcell_cli.planner.refine.segments import free_primitives
 from purcell_cli.planner.refine.shooting import Equations, Values
 
 _MENDED, _FEW = 0.02, 100
@@ -91,10 +92,10 @@ class Refinement:
         many angles, stays as it is.
         """
         motion = near.motion
-        if near.off > _MENDED or sum(len(s.sequence) for s in motion.segments if s.free) > _FEW:
+        if near.off > _MENDED or free_primitives(motion.segments) > _FEW:
             return near
-        offering = [s.changed(lambda part: offered(part, 1, motion.controls)) if s.free else s for s in motion.segments]
-        return Near(*approach(motion.of(offering), self.bend_rad, enough=_CLOSER))
+        every = motion.of(offering(motion.segments, motion.controls))
+        return Near(*approach(every, self.bend_rad, enough=_CLOSER))
 
     def shorter(self, motion: Equations, pace: Pace) -> Equations:
         """Return a motion of less joint travel that still arrives, almost exactly."""

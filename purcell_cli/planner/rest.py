@@ -27,8 +27,8 @@ from purcell_cli.planner.library.random_plans import free_segment
 from purcell_cli.planner.plan_path import PlanPath
 from purcell_cli.planner.reconfiguration import careful_bend_rad
 from purcell_cli.planner.refine.exact_arrival import approach
-from purcell_cli.planner.refine.minimum_travel import offered
-from purcell_cli.planner.refine.segments import segments_of
+from purcell_cli.planner.refine.minimum_travel import offering
+from purcell_cli.planner.refine.segments import free_primitives, segments_of
 from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refinement import Near, Refinement, played
 
@@ -113,7 +113,7 @@ def _brought(refinement: Refinement, query: Equations, blocks: tuple[Block, ...]
     segments = segments_of(blocks)
     if not any(s.free for s in segments):
         segments = [free_segment(PrimitiveSequence.of([])), *segments]
-    if sum(len(s.sequence) for s in segments if s.free) < _ENOUGH_FREE:
-        segments = [s.changed(lambda part: offered(part, 1, query.controls)) if s.free else s for s in segments]
+    if free_primitives(segments) < _ENOUGH_FREE:
+        segments = offering(segments, query.controls)
     near = Near(*approach(query.of(segments), refinement.bend_rad, patience=_PATIENCE))
     return refinement.contender(near, _WORDS) if near.close else None

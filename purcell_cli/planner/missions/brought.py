@@ -14,8 +14,8 @@ from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.reconfiguration import careful_bend_rad
 from purcell_cli.planner.refine.exact_arrival import approach
-from purcell_cli.planner.refine.minimum_travel import Pace, offered
-from purcell_cli.planner.refine.segments import segments_of
+from purcell_cli.planner.refine.minimum_travel import Pace, offering
+from purcell_cli.planner.refine.segments import free_primitives, segments_of
 from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refinement import Near, Refinement, played
 
@@ -52,9 +52,9 @@ def brought(
     careful = dataclasses.replace(swimmer, max_bend_rad=careful_bend_rad(swimmer, kept_to))
     refinement = Refinement(careful, start, kept_to, "travel", clock_s)
     near = Near(*approach(motion, refinement.bend_rad, patience=_PATIENCE))
-    if not near.close and sum(len(s.sequence) for s in motion.segments if s.free) <= _MOST_OFFERED:
-        every = [s.changed(lambda part: offered(part, 1, motion.controls)) if s.free else s for s in motion.segments]
-        near = Near(*approach(motion.of(every), refinement.bend_rad, patience=_PATIENCE))
+    if not near.close and free_primitives(motion.segments) <= _MOST_OFFERED:
+        every = motion.of(offering(motion.segments, motion.controls))
+        near = Near(*approach(every, refinement.bend_rad, patience=_PATIENCE))
         if near.close:
             near = refinement.near(refinement.shorter(near.motion, _PACE))
     found = refinement.contender(near, "") if near.close else None

@@ -21,8 +21,6 @@ _SHARE = 5e-4
 """The most that they span in short motions, as a part of the square of the time that they take at 1 rad/s."""
 _LONGEST_RAD = 0.5
 """One that turns no joint further than this [rad]."""
-
-
 _SHARES = 1.0, 0.1
 """Parts of that area that are tried."""
 _MENDED = 3.0

@@ -23,6 +23,7 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import ROUGH, SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.planner.refine.inequalities import ACTIVE, least_cosines, rows_besides
+from purcell_cli.planner.refine.segments import Segment, free_primitives
 from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refine.trust_region import FIRST_REACH, LARGEST_REACH, LEAST_REACH
 
@@ -89,6 +90,11 @@ def offered(sequence: PrimitiveSequence, split: int, every: Sequence[int] = rang
     return PrimitiveSequence(np.array(controls), np.array(angles))
 
 
+def offering(segments: Sequence[Segment], every: Sequence[int]) -> list[Segment]:
+    """Return segments whose free strokes are offered every control that there is, see `offered`."""
+    return [s.changed(lambda part: offered(part, 1, every)) if s.free else s for s in segments]
+
+
 def merged(sequence: PrimitiveSequence) -> PrimitiveSequence:
     """Return a sequence without idle primitives, neighbours of one control made one."""
     controls: list[int] = []
@@ -121,7 +127,7 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
     found, rng = equations.at_accuracy(ROUGH), np.random.default_rng(0)
     for _ in range(pace.rounds):
         parts = found.segments
-        many = sum(len(s.sequence) for s in parts if s.free)
+        many = free_primitives(parts)
         steps = int(min(pace.steps, max(pace.work // max(many, 1), _FEWEST)))
         if many <= pace.longest:
             parts = tuple(

@@ -110,6 +110,11 @@ def _closes_exactly(sequence: PrimitiveSequence) -> bool:
     return all(len(np.unique(sequence.control[(limb == k) & ~based])) < 2 for k in (0, 1))
 
 
+def free_primitives(segments: Sequence[Segment]) -> int:
+    """Return how many primitives have angles of their own to change."""
+    return sum(len(s.sequence) for s in segments if s.free)
+
+
 def phase_ends(phase: Rows, goal: Array, home: Array = COLLINEAR) -> list[tuple[int, Array]]:
     """Return the pieces before which shapes are given, and those: the home after phases 1 and 2, the goal's last.
 
