@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from purcell_cli.cli.options import Format, MaxMemory
+from purcell_cli.cli.options import Format, MaxMemory, checked_memory, trajectory_file
 from purcell_cli.cli.terminal import Json, busy, ready, show, swimmer_of
 from purcell_cli.motion.memory import DEFAULT_GB
 
@@ -55,7 +55,6 @@ def simulate(
     json: Json = False,
 ) -> None:
     """Play a trajectory's controls on another swimmer: where it ends, and which stroke lost most."""
-    from purcell_cli.cli.options import checked_memory, trajectory_file
     from purcell_cli.cli.reports.simulate import show_simulate, simulate_document
     from purcell_cli.feedback.noise import Noise
     from purcell_cli.feedback.simulate import refuse_other_joints
@@ -64,10 +63,8 @@ def simulate(
 
     disturbance = Noise.of(noise, seed)
     named = None if out is None else trajectory_file(out, form, "")
-    truth, (table, body) = (
-        ready(swimmer_of(swimmer), walled=True),
-        _planned(trajectory, model, checked_memory(max_memory)),
-    )
+    truth = ready(swimmer_of(swimmer), walled=True)
+    table, body = _planned(trajectory, model, checked_memory(max_memory))
     if body is not None:
         refuse_other_joints(body, truth)
     with busy("integrating"):
