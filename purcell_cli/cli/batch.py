@@ -44,7 +44,7 @@ def batch(
     paths: Annotated[
         list[str],
         typer.Argument(
-            metavar="PATH...", help="Scenarios: YAML files, folders, patterns in quotes, or stored scenarios' names."
+            metavar="PATH", help="Scenarios: YAML files, folders, patterns in quotes, or stored scenarios' names."
         ),
     ],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder of results.")] = Path("purcell-results"),

@@ -81,7 +81,7 @@ def init(
 
 def validate(
     files: Annotated[
-        list[str], typer.Argument(metavar="FILE...", help="Files of the project, of any kind; - is standard input.")
+        list[str], typer.Argument(metavar="FILE", help="Files of the project, of any kind; - is standard input.")
     ],
     kind: Annotated[
         str | None,
