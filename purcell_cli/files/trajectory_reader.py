@@ -76,7 +76,7 @@ def _row_fault(row: list[str]) -> str | None:
                 return f"column '{name}': wanted numbers in every row, found '{shortened(cell)}'"
             good = False
         if not good:
-            return "wanted a row of finite numbers, found one that is not"
+            return f"column '{name}': wanted finite numbers in every row, found {shortened(cell) or 'an empty cell'}"
     return None
 
 
