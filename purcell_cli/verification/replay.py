@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.rotations import Array, hat, running
 from purcell_cli.mechanics.bead_table import tabulated
 from purcell_cli.mechanics.configuration import Configuration, Deviation
@@ -256,10 +257,10 @@ def _distinct(keys: Array) -> tuple[Rows, Rows]:
     words = np.ascontiguousarray(keys).view(np.uint64)
     mix = np.random.default_rng(0).integers(0, 2**64, words.shape[1], dtype=np.uint64) | np.uint64(1)
     spread = (words ^ (words >> np.uint64(32))) * mix
-    _, first, which = np.unique(spread.sum(axis=1, dtype=np.uint64), return_index=True, return_inverse=True)
+    first, which = distinct(spread.sum(axis=1, dtype=np.uint64))
     if not np.array_equal(words[first][which], words):  # two rows share a sum: compare them whole
-        _, first, which = np.unique(words, axis=0, return_index=True, return_inverse=True)
-    return first, which.ravel()
+        first, which = distinct(words)
+    return first, which
 
 
 def _drift(swimmer: Swimmer, shapes: Real, rates: Array, durations: Array, which: Rows, off: Array) -> Array:

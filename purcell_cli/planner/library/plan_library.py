@@ -16,11 +16,11 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-import json
 import math
-from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
+import orjson
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul, norm
@@ -79,8 +79,11 @@ def image(plan: PrimitiveSequence, symmetry: Array, backwards: bool = False) -> 
 @functools.cache
 def stored_plans() -> tuple[PrimitiveSequence, ...]:
     """Return the plans of the library."""
-    text = files("purcell_cli.planner.library").joinpath("plans.json").read_text(encoding="ascii")
-    return tuple(PrimitiveSequence(np.array(p["control"]), np.array(p["angle"])) for p in json.loads(text)["plans"])
+    plans = orjson.loads(Path(__file__).with_name("plans.json").read_bytes())["plans"]
+    control, angle = ([number for plan in plans for number in plan[key]] for key in ("control", "angle"))
+    whole = PrimitiveSequence(np.array(control), np.array(angle))
+    ends = itertools.accumulate((len(plan["angle"]) for plan in plans), initial=0)
+    return tuple(whole[low:high] for low, high in itertools.pairwise(ends))
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
