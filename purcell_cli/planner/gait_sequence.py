@@ -46,8 +46,9 @@ _PAIRS = 2
 _WORDS = "stored gaits one after the other"
 """What such candidates are made of."""
 _DEAR = 1.06
-"""Sequences priced at more than so many times the best that is known are made only when they are asked for: of 70
-queries prices were at most 4 % above what the strokes took."""
+"""Sequences priced at more than so many times the best that is known, or at a cycle of each stroke more than it, are
+made only when they are asked for: of 70 queries prices were at most 4 % above what the strokes took, and what a price
+does not know is each stroke's last cycle."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -106,6 +107,10 @@ class StrokeBook:
     def cost(self, motion: Motion) -> float:
         """Return about how much joint travel a motion takes [rad]."""
         return min(self._cost(g, motion) for g in self.gaits[motion.along])
+
+    def cycle_rad(self, motion: Motion) -> float:
+        """Return the joint travel of the largest cycle that makes a motion [rad]."""
+        return max(self._prices[g.name][1] for g in self.gaits[motion.along])
 
     def _cost(self, gait: Gait, motion: Motion) -> float:
         approach, cycle, reach = self._prices[gait.name]
@@ -234,7 +239,7 @@ def gait_sequences(problem: Problem, breadth: Breadth, known: Sequence[Candidate
         motions = split(book, displacement)
         price = float(pairs.joint_travel_rad[k]) + sum(book.cost(m) for m in motions)
         later = functools.cache(functools.partial(_made, book, motions, pairs, k))
-        if price > _DEAR * least:
+        if price > min(_DEAR * least, least + sum(book.cycle_rad(m) for m in motions)):
             found.append(Candidate(_WORDS, price, functools.partial(_made_if_any, later)))
             continue
         try:
