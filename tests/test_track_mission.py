@@ -11,8 +11,9 @@ from helpers import assert_close
 
 from purcell_cli import Configuration, Curve, Follow, Mission, PlanOptions, Swimmer, Waypoint, plan_mission
 from purcell_cli.errors import PurcellWarning
+from purcell_cli.feedback.plan_legs import _along
 from purcell_cli.feedback.simulate import simulate
-from purcell_cli.feedback.track_mission import _along, track_mission
+from purcell_cli.feedback.track_mission import track_mission
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import about_axis
