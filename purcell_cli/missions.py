@@ -86,9 +86,9 @@ def plan_mission(
     def in_place(here: Configuration, waypoint: Waypoint) -> Plan | None:
         return turned_in_place(body, here, waypoint, options)
 
-    dear = options.controls == Controls.SIMULTANEOUS
+    dear = options.controls == Controls.SIMULTANEOUS or options.obstacles is not None
     stops = [Stop(mission.via[k], one) for k, one in zip(order, chosen, strict=True)]
-    legs = MissionLegs(body, touring.price, Limits.of(options), leg, in_place, dear).between(
+    legs = MissionLegs(body, touring.price, Limits.of(options), leg, in_place, touring.others, dear).between(
         mission.start, stops, mission.goal
     )
     return carried_out(joined(body, mission, order, legs), options)
