@@ -35,6 +35,7 @@ from purcell_cli.geometry.rotations import Array, about_axis, angle_between
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joints import Joint
 from purcell_cli.motion.blocks import starting_shapes
+from purcell_cli.motion.clock import clock_step
 from purcell_cli.motion.limb_circles import bends
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Blocked, Plan
@@ -103,6 +104,19 @@ def test_a_waypoint_that_is_missed_is_not_reached(short: Solution) -> None:
     assert short.certificate.reached
     assert missed.verdict == "not reached"
     assert [one.reached for one in missed.passed] == [False, True, True]
+
+
+def test_legs_are_on_the_clock_of_the_whole(short: Solution) -> None:
+    """So written times are exact, and limbs do not end a leg off by what rounding of late times adds up to."""
+    step = clock_step(short.duration_s)
+    lasts = np.concatenate([b.sequence.duration for b in short.plan.blocks]) / step
+    assert_close(lasts, np.round(lasts), 0.0)
+    alone = planned(Configuration(), Configuration.from_angles((0.002, 0.0, 0.0)), options=QUICK)
+    lasts = np.concatenate([b.sequence.duration for b in alone.blocks]) / step
+    assert not is_close(lasts, np.round(lasts), 0.0)
+    off = short.rows_off
+    assert off.position_m < 1e-13
+    assert max(off.limb1_rad, off.limb2_rad) < 1e-14
 
 
 def test_what_is_free_at_a_waypoint_does_not_count() -> None:

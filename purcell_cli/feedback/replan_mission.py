@@ -17,6 +17,7 @@ from purcell_cli.feedback.tracker import Aim
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.missions import plan_mission
 from purcell_cli.motion.blocks import Block
+from purcell_cli.motion.clock import clock_step
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.mission import Mission, Passage
 from purcell_cli.motion.options import PlanOptions
@@ -122,13 +123,14 @@ def _kept(
 ) -> Solution | None:
     """Return the rest made of the plan's own strokes; None where those of the leg at hand do not arrive in limits."""
     most = 1 if made.follow is None else _TOGETHER
+    limits = dataclasses.replace(Limits.of(options), clock_s=clock_step(made.duration_s))
     for last in range(k, min(k + most, len(legs))):
         if last > k:
             blocks = [b for one in legs[k : last + 1] if one.leg is not None for b in one.leg.blocks]
             longer = Plan(made.swimmer, way.plan.start, legs[last].goal, tuple(blocks))
             way = PlanPath.of(longer)
             place, _ = way.nearest(measured, legs[last].goal)
-        first = rest(way, place, measured, legs[last].goal, Limits.of(options))
+        first = rest(way, place, measured, legs[last].goal, limits)
         if first is None:
             continue
         found = carried_out(_whole(made, measured, first.blocks, legs, last), options)

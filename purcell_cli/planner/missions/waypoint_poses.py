@@ -126,7 +126,7 @@ class Touring:
             return some
         scene = with_walls(self.limits.obstacles, self.limits.workspace)
         widest = first_with_room(scene, swings(self.swimmer), self.price.length_m, self.limits.clearance_m, some)
-        return some[widest == np.min(widest)]
+        return np.asarray(some[widest == np.min(widest)])
 
     def turns(self, level: Array, along: Sequence[Array]) -> list[Array]:
         """Return orientations that look in directions, and against them, and in others spread evenly.
