@@ -170,7 +170,8 @@ def test_a_name_that_no_file_can_have_is_refused(run: Run, tmp_path: Path, comma
 
 
 @pytest.mark.parametrize(
-    "command", [["plan"], ["run"], ["view"], ["verify", "x"], ["validate"], ["gait", "y", "--gaits"]]
+    "command",
+    [["plan"], ["run"], ["view"], ["verify", "x"], ["validate"], ["gait", "y", "--gaits"], ["batch", "roll", "--out"]],
 )
 def test_links_that_lead_round_are_refused(run: Run, tmp_path: Path, command: list[str]) -> None:
     (tmp_path / "a").symlink_to("b")

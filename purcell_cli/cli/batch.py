@@ -83,8 +83,14 @@ def batch(
     from purcell_cli.batch.expectations import fraction, load_baseline
     from purcell_cli.batch.runner import Options, run_batch
     from purcell_cli.batch.solve_one import Settings
+    from purcell_cli.files.paths import followed
 
-    settings = Settings(options, not no_trajectories, None if gaits is None else _own_gaits(gaits), out.resolve())
+    settings = Settings(
+        options,
+        not no_trajectories,
+        None if gaits is None else _own_gaits(gaits),
+        followed(out, "a folder to write to"),
+    )
     most = fraction(max_regress)
     earlier = None if baseline is None else load_baseline(baseline, most)
     cases = find_cases(paths, name_filter, out)
