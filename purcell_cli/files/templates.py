@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.files.builtin import find_swimmer, stored_swimmers
+from purcell_cli.files.servo_map_file import ServoMap
 from purcell_cli.mechanics.joint_motion import plane_axis
 from purcell_cli.wording import nearest_hint
 
@@ -107,25 +108,33 @@ obstacles:                           # no part of any link touches one, at any i
 expect: {verdict: reached}
 """
 
-SERVOS = """\
+_SERVOS = """\
 # A servo map, for a robot that plays a plan: which hinges a limb's joint is made of, and what their servos are told.
 #   purcell export trajectory.csv --to servo --map servos.yaml
 # Every key may be left out; nothing else may stand here.
 # The hinges' axes from the base outwards: z yaw, y pitch, x roll. A joint with one hinge or two has fewer letters.
-hinge_order: {limb1: zyx, limb2: zyx}
+hinge_order: {ORDERS}
 # How far the middle one of three hinges must stay from +-90 degrees, where the outer two share an axis.
 lock_margin_deg: 5.0
 # A servo is told zero + sign * scale * angle; the angle is in degrees, and 0 with the limbs in line with the base.
 channels:
-  limb1_yaw: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
-  limb1_pitch: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
-  limb1_roll: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
-  limb2_yaw: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
-  limb2_pitch: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
-  limb2_roll: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
+CHANNELS
 # A hobby servo takes pulses: 1500 microseconds in the middle, 1000 more or less for 90 degrees.
 # limb1_yaw: {unit: us, zero: 1500.0, sign: -1, scale: 11.111, range: [500.0, 2500.0]}
 """
+
+
+def _servos(servo_map: ServoMap) -> str:
+    """Return a servo map with every key explained."""
+    orders = ", ".join(f"limb{chain.limb}: {chain.order}" for chain in servo_map.chains)
+    channels = [
+        f"  {name}: {{unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [{channel.low}, {channel.high}]}}"
+        for name, channel in servo_map.channels.items()
+    ]
+    return _SERVOS.replace("ORDERS", orders).replace("CHANNELS", "\n".join(channels))
+
+
+SERVOS = _servos(ServoMap.of({}, {}))
 
 _PLANAR_GOAL = GOAL.replace("euler_deg: [0, 0, 10]", "euler_deg: [10, 0, 0]", 1)
 """The goal for swimmers whose base stays in its x-y plane."""
@@ -155,5 +164,6 @@ def files_for(swimmer: str) -> dict[str, str]:
         hint = nearest_hint(swimmer, known)
         raise UnknownNameError(f"--swimmer: a stored swimmer is wanted ({', '.join(known)}){hint}, found {swimmer!r}")
     text = known[swimmer].read_text(encoding="utf-8")
-    goal = GOAL if plane_axis(find_swimmer(str(known[swimmer]))) is None else _PLANAR_GOAL
-    return {**FILES, "goal.yaml": goal, "swimmer.yaml": text}
+    own = find_swimmer(str(known[swimmer]))
+    goal = GOAL if plane_axis(own) is None else _PLANAR_GOAL
+    return {**FILES, "goal.yaml": goal, "swimmer.yaml": text, "servos.yaml": _servos(ServoMap.of_swimmer(own))}

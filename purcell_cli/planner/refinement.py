@@ -141,7 +141,7 @@ class Refinement:
 def closed_on_the_clock(sequence: PrimitiveSequence, on_the_clock: Callable[[Array], Array]) -> PrimitiveSequence:
     """Return a repeated stroke on the clock: angles that sum to nothing still do, which thousands of cycles need."""
     angle = sequence.angle.copy()
-    for control in np.unique(sequence.control):
+    for control in sorted(set(sequence.control.tolist())):
         own = sequence.control == control
         angle[own] = np.diff(on_the_clock(np.cumsum(angle[own])), prepend=0.0)
     return sequence.with_angles(angle)
