@@ -1,4 +1,4 @@
-"""The files that `purcell init` writes: start, goal, swimmer, servo map and scenario, with every key explained."""
+"""The files that `purcell init` writes: start, goal, swimmer, servo map, mission, scenario; every key is explained."""
 
 from __future__ import annotations
 
@@ -89,6 +89,25 @@ expect:
 #   goal.base.position_m[0]: {start: 0.0, stop: 0.01, num: 11}
 """
 
+MISSION = """\
+# A mission: a scenario with something to do on the way. Plan it, and look at it, with
+#   purcell plan mission.yaml --out mission.csv
+#   purcell plot mission.csv --scenario mission.yaml --out mission.png
+name: mission
+start: {}
+swimmer: swimmer.yaml
+via:                                 # passed exactly in what each names; the rest is free there, and chosen
+  - base: {position_m: [0.1, 0.0, 0.0]}
+  - base: {position_m: [0.2, 0.1, 0.0]}
+  # - limb1: {euler_deg: [20, 0, 0]}   # a limb alone: it turns where the swimmer is
+order: given                         # or free: the planner chooses the order, of up to 12 waypoints
+goal: {base: {position_m: [0.3, 0.1, 0.0]}}
+obstacles:                           # no part of any link touches one, at any instant; scenario.yaml has all kinds
+  - {sphere: {centre_m: [0.1, 0.45, 0.0], radius_m: 0.1}}
+# follow: {path: curve.csv, tolerance_m: 0.07}   # instead of via: a curve for the base's middle; columns x_m,y_m,z_m
+expect: {verdict: reached}
+"""
+
 _SERVOS = """\
 # A servo map, for a robot that plays a plan: which hinges a limb's joint is made of, and what their servos are told.
 #   purcell export trajectory.csv --to servo --map servos.yaml
@@ -125,6 +144,7 @@ FILES = {
     "goal.yaml": GOAL,
     "swimmer.yaml": SWIMMER,
     "servos.yaml": SERVOS,
+    "mission.yaml": MISSION,
     "scenario.yaml": SCENARIO,
 }
 """Each file's text by name."""
