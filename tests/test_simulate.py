@@ -17,6 +17,7 @@ from purcell_cli.feedback.noise import Noise
 from purcell_cli.feedback.simulate import simulate
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import as_quaternion, from_quaternion
+from purcell_cli.mechanics.joints import Joint
 from purcell_cli.mechanics.lift import flow_of_rates
 from purcell_cli.motion.trajectory import as_table
 from purcell_cli.motion.trajectory_table import Table
@@ -199,3 +200,14 @@ def test_a_motion_that_does_not_stop_is_refused() -> None:
     rows = table()
     with pytest.raises(ParameterError, match="last row"):
         simulate(dataclasses.replace(rows, rate_rad_s=rows.rate_rad_s + 1.0), Swimmer())
+
+
+def test_controls_that_the_truths_joints_cannot_make_are_refused_by_row() -> None:
+    universal = Swimmer(joints=(Joint("universal"), Joint("universal")))
+    with pytest.raises(ParameterError, match=r"line \d+ .*limb 1 turns at .* about an axis that its universal"):
+        simulate(table(), universal)
+    yaws = as_table(plan(Configuration(), Configuration.from_angles((0.03, 0.0, 0.0))).trajectory)
+    assert simulate(yaws, universal).worst is None
+    narrow = Swimmer(joints=(Joint("hinge", "yaw", (-30.0, 30.0)), Joint("ball")))
+    with pytest.raises(ParameterError, match=r"line \d+ .*limb 1's psi is .*, out of -30 to 30"):
+        simulate(yaws, narrow)

@@ -31,7 +31,7 @@ from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles
 from purcell_cli.motion.pace import slowed
 from purcell_cli.motion.trajectory import Trajectory
 from purcell_cli.motion.trajectory_table import Table
-from purcell_cli.verification.joints_kept import follow
+from purcell_cli.verification.joints_kept import JointsKept, follow
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -106,8 +106,8 @@ def simulate(table: Table, swimmer: Swimmer, noise: Noise = NO_NOISE, begun: Arr
         begun: The base's pose where it begins, where that is not the trajectory's first row [m]. Shape (4, 4).
 
     Raises:
-        ParameterError: Controls that still act in the last row, bends that the swimmer's model does not know, or a wall
-            that it touches.
+        ParameterError: Controls that still act in the last row or that the swimmer's joints cannot make, bends that its
+            model does not know, or a wall that it touches.
     """
     if np.any(table.rate_rad_s[-1] != 0.0):
         raise ParameterError("a last row without control is wanted, found one whose joints turn")
@@ -148,6 +148,13 @@ def _at_the_joints_pace(table: Table, swimmer: Swimmer, first: Configuration, st
     seconds = np.append(np.diff(table.time_s), 0.0)
     shapes = shapes_along(first.shape, None, table.rate_rad_s * seconds[:, None])
     asked = Pieces(shapes[:-1], table.rate_rad_s, seconds)
+    if not swimmer.ball_joints:
+        faults = JointsKept(swimmer, first).faults(0, table.time_s, asked)
+        for kind in ("joint", "range"):
+            if kind in faults:
+                raise ParameterError(
+                    f"the truth's joints: controls that they can make are wanted, found {faults[kind]}"
+                )
     if swimmer.joint_acceleration_rad_s2 is None or follow(swimmer, table.time_s, asked):
         return _Controls(np.arange(len(seconds)), table.time_s.copy(), table.rate_rad_s)
     found = slowed(swimmer, asked, strokes)
