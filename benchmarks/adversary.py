@@ -33,6 +33,7 @@ from purcell_cli.errors import PurcellError
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.geometry.rotations import from_euler
 from purcell_cli.mechanics.configuration import Deviation
+from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.planner.arcs.primitive_counts import promised
 from purcell_cli.verification.replay import replay
@@ -73,8 +74,8 @@ def query(seed: int) -> Query:
     rng = np.random.default_rng(seed)
     while True:
         swimmer = of_its_own(rng, drawn(rng)) if seed % _OF_ITS_OWN == 1 else drawn(rng)
-        if not promised(swimmer, stored_gaits()):
-            continue
+        if not promised(swimmer, stored_gaits()) or room(swimmer, COLLINEAR[..., 0]) <= 0.0:
+            continue  # limbs thicker than the base is long overlap at any shape
         joints = str(rng.choice(list(COMBINATIONS))) if seed % _JOINTED == 2 else ""
         if not joints:
             break

@@ -2,17 +2,28 @@
 
 Each of the random missions has waypoints that all name a position; some name an orientation or a limb too. The
 separate plans take what a waypoint leaves free as it was before it, or as a configuration's file has it: level and
-straight. Run: python benchmarks/missions_via.py [--missions 100] [--waypoints 5] [--seconds 300]
+straight.
+
+    python -m benchmarks.missions_via --missions 100 --out via.jsonl --write
+
+`--out` gains a line a mission, so that a run may be done in pieces: the table is of all of its lines. `--write` puts it
+into docs/how-to/missions.md.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import statistics
 import time
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from benchmarks import pages
 from purcell_cli import Configuration, Mission, Waypoint, plan_mission
+from purcell_cli.motion.verdict import Verdict
 from purcell_cli.solution import planned
 
 SIDE_L = 10.0
@@ -49,37 +60,60 @@ def separate_rad(mission: Mission, kept: bool) -> float:
     return spent + planned(here, mission.goal).joint_travel_rad
 
 
+def outcome(seed: int, waypoints: int) -> dict[str, Any]:
+    """Plan one mission, and the separate plans beside it, and return their figures."""
+    mission = random_mission(seed, waypoints)
+    begun = time.process_time()
+    found = plan_mission(mission)
+    told = {"seed": seed, "verdict": str(found.verdict), "seconds": time.process_time() - begun}
+    kept, level = (separate_rad(mission, one) for one in (True, False))
+    return {**told, "travel": found.joint_travel_rad, "kept": kept, "level": level}
+
+
+def table(rows: list[dict[str, Any]]) -> list[str]:
+    """Return what came of missions, as lines of Markdown."""
+    reached = [row for row in rows if row["verdict"] == Verdict.REACHED]
+    seconds = [row["seconds"] for row in rows]
+    lines = [
+        f"{len(reached)} of {len(rows)} missions reached, in {statistics.median(seconds):.1f} s of processor time in "
+        f"the median and {max(seconds):.1f} s at most.",
+        "",
+        "| joint travel over that of plans from each waypoint to the next | mean | least | most | less in |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    for key, name in (
+        ("kept", "what is free kept as it was at the waypoint before"),
+        ("level", "what is free as a configuration's file has it, level and straight"),
+    ):
+        share = np.array([row["travel"] / row[key] for row in reached])
+        less = f"{np.count_nonzero(share < 1.0)} of {len(share)}"
+        lines.append(f"| {name} | {share.mean():.2f} | {share.min():.2f} | {share.max():.2f} | {less} |")
+    return lines
+
+
 def main() -> None:
-    """Measure, and print a line for each mission and the whole."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    """Plan the missions that are not in the file yet, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--missions", type=int, default=100)
     parser.add_argument("--waypoints", type=int, default=5)
-    parser.add_argument("--seconds", type=float, default=300.0, help="begin no mission after so much processor time")
+    parser.add_argument("--from", dest="first", type=int, default=0, help="the first mission's seed")
+    parser.add_argument("--out", type=Path, required=True, help="gains a line a mission")
+    parser.add_argument("--seconds", type=float, default=1e9, help="begin no mission after so much processor time")
+    parser.add_argument("--write", action="store_true", help="put the table into the documentation")
     asked = parser.parse_args()
-    shares, seconds, reached = [], [], 0
-    for seed in range(asked.missions):
-        if time.process_time() > asked.seconds:
-            break
-        mission = random_mission(seed, asked.waypoints)
-        begun = time.process_time()
-        found = plan_mission(mission)
-        seconds.append(time.process_time() - begun)
-        reached += found.verdict == "reached"
-        apart = [separate_rad(mission, kept) for kept in (True, False)]
-        shares.append([found.joint_travel_rad / one for one in apart])
-        print(
-            f"{seed:3d}  {found.verdict}  {found.joint_travel_rad:8.1f} rad in {seconds[-1]:5.2f} s; "
-            f"separate plans: kept {apart[0]:8.1f} rad, level {apart[1]:8.1f} rad",
-            flush=True,
-        )
-    share = np.array(shares)
-    print(f"{len(share)} missions of {asked.waypoints} waypoints, {reached} reached, {np.median(seconds):.2f} s each")
-    for k, name in enumerate(("kept as before", "level and straight")):
-        below = np.count_nonzero(share[:, k] < 1.0)
-        print(
-            f"joint travel over that of separate plans, free parts {name}: mean {share[:, k].mean():.3f}, "
-            f"from {share[:, k].min():.3f} to {share[:, k].max():.3f}; below 1 in {below}"
-        )
+    rows = [json.loads(line) for line in asked.out.read_text().splitlines()] if asked.out.exists() else []
+    known = {row["seed"] for row in rows}
+    for seed in range(asked.first, asked.first + asked.missions):
+        if seed in known or time.process_time() > asked.seconds:
+            continue
+        rows.append(outcome(seed, asked.waypoints))
+        print(json.dumps(rows[-1]), flush=True)
+        with asked.out.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(rows[-1]) + "\n")
+    lines = table(rows)
+    print("\n".join(lines))
+    if asked.write:
+        pages.put("how-to/missions.md", "missions via", "\n".join(lines))
 
 
 if __name__ == "__main__":

@@ -49,7 +49,7 @@ def steady(direction: np.ndarray) -> Iterator[PrimitiveSequence]:
     while amount < MOST and (not known or known[-1][1].joint_travel_rad < MOST_RAD):
         twist = amount * direction
         goal, own = se3.exp(twist), planned(twist)
-        entry = library.nearest(goal[None], np.zeros(1), 1)[0]
+        entry = next(library.nearest(goal[None], np.zeros(1), 1))
         starts = [own, entry.lap.times(entry.laps)]
         if known:
             starts.append(known[-1][1].with_angles(bigger * known[-1][1].angle))

@@ -15,7 +15,6 @@ from purcell_cli.mechanics.moves import ControlSequence
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.limb_circles import LimbCircles, bends
-from purcell_cli.motion.limits import BEND_MARGIN_RAD
 from purcell_cli.motion.on_beads import end_on_beads
 from purcell_cli.motion.plan import Plan, Structure
 from purcell_cli.motion.sensitivity import Sensitivity, sensitivities
@@ -32,6 +31,10 @@ _NOTHING = 1e-8
 
 _NEARLY_STRAIGHT_RAD = 0.5
 """Limbs bent no more than this are called nearly straight: small bends then roll the base [rad]."""
+
+_AT_LIMIT_RAD = 5e-4
+"""A stroke whose largest bend is within this of the limit [rad] is limited by it: strokes keep 2e-4 from it, and what
+refines them a little more."""
 
 _MANY_CYCLES = 4
 """From this many cycles on, the explanation says that each cycle's error adds up."""
@@ -153,7 +156,7 @@ def _reasons(solution: Solution) -> list[StrokeReason]:
                 float(np.sum(solution.energy_j[part])),
                 se3.normalised(se3.inverse(poses[part.stop]) @ target),
                 bend,
-                ("bend limit",) if abs(bend - plan.swimmer.max_bend_rad) <= BEND_MARGIN_RAD else (),
+                ("bend limit",) if abs(bend - plan.swimmer.max_bend_rad) <= _AT_LIMIT_RAD else (),
             )
         )
     return out

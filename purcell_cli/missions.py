@@ -15,6 +15,7 @@ from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.joint_motion import home_shape, plane_axis, refuse_displacement
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
+from purcell_cli.motion.clock import clock_step
 from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.mission import Follow, Mission, Order, Passage, Waypoint
@@ -31,6 +32,10 @@ from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.query import refuse_query
 from purcell_cli.solution import Solution, carried_out, plan, planned
 from purcell_cli.wording import counted
+
+_DEARER, _EACH_RAD = 1.4, 25.0
+"""A mission may take so many times the price of its legs, and so much more for each [rad], and still fit its clock: up
+to then times in it are exact. Short legs take more than their price."""
 
 
 def plan_mission(
@@ -74,29 +79,35 @@ def plan_mission(
         if one is not None:
             touring.limits.refuse(body, f"via[{k}]", one)
     poses = [mission.start.pose, *(one.pose for one in chosen if one is not None), mission.goal.pose]
-    refuse_long(touring.price, poses, body, options)
+    priced_rad = refuse_long(touring.price, poses, body, options)
+    most_rad = _DEARER * priced_rad + _EACH_RAD * (len(order) + 1)
+    limits = dataclasses.replace(Limits.of(options), clock_s=clock_step(most_rad / body.joint_rate_rad_s))
     planned_legs = [0]
 
     def leg(start: Configuration, goal: Configuration, bent: float) -> Plan:
         planned_legs[0] += 1
         part = _part(progress, min(planned_legs[0] - 1, len(order)), len(order) + 1)
         careful = dataclasses.replace(body, max_bend_rad=bent * body.max_bend_rad)
-        return planned(start, goal, swimmer=careful, options=options, gaits=gaits, progress=part)
+        return planned(
+            start, goal, swimmer=careful, options=options, gaits=gaits, progress=part, clock_s=limits.clock_s
+        )
 
     def in_place(here: Configuration, waypoint: Waypoint) -> Plan | None:
-        return turned_in_place(body, here, waypoint, options)
+        return turned_in_place(body, here, waypoint, options, limits.clock_s)
 
-    dear = options.controls == Controls.SIMULTANEOUS
+    dear = options.controls == Controls.SIMULTANEOUS or options.obstacles is not None
     stops = [Stop(mission.via[k], one) for k, one in zip(order, chosen, strict=True)]
-    legs = MissionLegs(body, touring.price, Limits.of(options), leg, in_place, dear).between(
+    legs = MissionLegs(body, touring.price, limits, leg, in_place, touring.others, dear).between(
         mission.start, stops, mission.goal
     )
     return carried_out(joined(body, mission, order, legs), options)
 
 
-def turned_in_place(swimmer: Swimmer, here: Configuration, waypoint: Waypoint, options: PlanOptions) -> Plan | None:
+def turned_in_place(
+    swimmer: Swimmer, here: Configuration, waypoint: Waypoint, options: PlanOptions, clock_s: float
+) -> Plan | None:
     """Return limbs turned to a waypoint that names them alone, if that keeps the limits."""
-    blocks = limbs_turned(swimmer, here.shape, waypoint)
+    blocks = limbs_turned(swimmer, here.shape, waypoint, clock_s)
     alone = Plan(swimmer, here, waypoint.filled(here), blocks)
     return alone if carried_out(alone, options).limits.kept else None
 
@@ -131,15 +142,16 @@ def followed(
     return carried_out(whole, options)
 
 
-def refuse_long(price: LegPrice, poses: Sequence[Array], swimmer: Swimmer, options: PlanOptions) -> None:
-    """Refuse a way along poses of the base [m], each of shape (4, 4), that takes too many rows or too much memory.
+def refuse_long(price: LegPrice, poses: Sequence[Array], swimmer: Swimmer, options: PlanOptions) -> float:
+    """Return about the joint travel of a way along poses of the base [m], each of shape (4, 4) [rad].
 
     Raises:
-        ParameterError: It does, as far as the price of its legs tells.
+        ParameterError: It takes too many rows or too much memory, as far as the price of its legs tells.
     """
     travel_rad = float(np.sum(price(np.array(poses[:-1]), np.array(poses[1:]))))
     if (found := Limits.of(options).too_large(swimmer, 0, travel_rad)) is not None:
         raise found
+    return travel_rad
 
 
 def _ahead(length_m: float) -> Array:

@@ -228,10 +228,14 @@ def planned(
     options: PlanOptions = PlanOptions(),
     gaits: Mapping[str, Gait] | None = None,
     progress: Progress = silent,
+    clock_s: float = 0.0,
 ) -> Plan:
-    """Return the plan of a motion, not yet carried out; arguments and errors as of `plan`."""
+    """Return the plan of a motion, not yet carried out; arguments and errors as of `plan`.
+
+    As part of a longer motion its times are multiples of the step of that one's clock, `clock_s` [s].
+    """
     stored = stored_gaits() if gaits is None else gaits
-    body, limits = swimmer or Swimmer(), Limits.of(options)
+    body, limits = swimmer or Swimmer(), dataclasses.replace(Limits.of(options), clock_s=clock_s)
     refuse_query(start, goal, body, options)
     if body.fluid == "beads":
         from purcell_cli.mechanics.bead_table import bead_table

@@ -8,6 +8,10 @@ from collections.abc import Iterable
 _LONGEST_NAME = 100
 """Characters of a name that are compared: no known name is longer, and the time to compare grows with them."""
 
+ANGLES = {"psi": "yaw", "theta": "pitch", "phi": "roll"}
+"""What the paper's angles are called where a document names an axis or what a gait moves."""
+_OTHER_NAMES = ANGLES | {name: angle for angle, name in ANGLES.items()}
+
 
 def length_unit(largest_m: float) -> tuple[float, str]:
     """Return the factor from metres to a unit that suits a length, and the unit."""
@@ -23,7 +27,9 @@ def counted(number: int, thing: str) -> str:
 
 
 def nearest(name: str, choices: Iterable[str], likeness: float = 0.6) -> str | None:
-    """Return the choice most like a name, case aside; None if none is like it.
+    """Return the choice that a name means or is most like, case aside; None if none is like it.
+
+    Who writes psi for yaw, or yaw for psi, means the other.
 
     Args:
         name: The name that is not among the choices.
@@ -31,7 +37,11 @@ def nearest(name: str, choices: Iterable[str], likeness: float = 0.6) -> str | N
         likeness: How like it must be at least, from 0 to 1 (the ratio of `difflib.SequenceMatcher`).
     """
     folded = {choice.casefold(): choice for choice in reversed(list(choices))}  # the first of two that are alike
-    close = difflib.get_close_matches(name[:_LONGEST_NAME].casefold(), list(folded)[::-1], n=1, cutoff=likeness)
+    name = name[:_LONGEST_NAME].casefold()
+    for meant in (name, " ".join(_OTHER_NAMES.get(word, word) for word in name.split(" "))):
+        if meant in folded:
+            return folded[meant]
+    close = difflib.get_close_matches(name, list(folded)[::-1], n=1, cutoff=likeness)
     return folded[close[0]] if close else None
 
 

@@ -173,6 +173,10 @@ def test_a_baseline_shares_scenarios_and_those_that_are_gone_are_named(run: Run,
     assert "warning: 1 scenario of the baseline not in this batch: b\n" in err
     code, out, err = run("s", "--baseline", "earlier.json", "--json", "--filter", "a")
     assert (json.loads(out)["vanished"], "warning" in err) == ([], False)
+    (tmp_path / "other.json").write_text("{}")
+    assert (
+        "other.json: wanted the summary.json of a batch, found no key 'rows'" in run("s", "--baseline", "other.json")[2]
+    )
     (folder / "000.yaml").unlink()
     before = results(tmp_path / "purcell-results")
     code, out, err = run("s", "--baseline", "earlier.json")

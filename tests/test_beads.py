@@ -362,10 +362,10 @@ def test_the_table_of_unequal_limbs_is_sampled_whole() -> None:
     [
         ({"slenderness": 0.003}, "slenderness: 0.00333333 to 0.2 .* is wanted, found 0.003"),
         ({"max_bend_rad": 1.7}, "max_bend_rad: 0 to 1.6 .* is wanted, found 1.7"),
-        ({"drag": "cylinder"}, "drag: cox, .* is wanted"),
-        ({"body_radius_m": 0.02}, "body_radius_m: 0.0, .* is wanted"),
+        ({"drag": "cylinder"}, "drag: cox, .* is wanted, found cylinder"),
+        ({"body_radius_m": 0.02}, "body_radius_m: 0.0, .* is wanted, found 0.02"),
         ({"links": LinkSizes(limb1=LinkSize(None, 0.002))}, "links.limb1.slenderness: 0.00333333 to 0.2"),
-        ({"drag_ratio": 1.8}, "drag_ratio: 2 to 2 .* is wanted, found 1.8"),
+        ({"drag_ratio": 1.8}, "drag_ratio: 2 for links that feel each other is wanted, found 1.8"),
         ({"fluid": "water"}, "fluid: one of local, beads is wanted, found 'water'"),
     ],
 )

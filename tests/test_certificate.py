@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
@@ -64,20 +65,23 @@ def test_a_replay_ends_where_dop853_does(swimmer: Swimmer, seed: int) -> None:
 @pytest.mark.parametrize("swimmer", [Swimmer(), THIN, STOUT], ids=["paper", "thin", "stout"])
 @pytest.mark.parametrize("count", [1, 2, 7])
 def test_pieces_in_doubles_are_those_in_extended_precision(swimmer: Swimmer, count: int) -> None:
-    """The kernel's against numpy's, which has more digits; pieces twice as long, the foil, go elsewhere."""
+    """The kernel's against numpy's; pieces twice as long, the foil, go elsewhere."""
     rng = np.random.default_rng(count)
     shapes, rates = random_shapes(rng, count), rng.uniform(-1.0, 1.0, (count, 6))
     unit, length = swimmer.scaled(), rng.uniform(0.01, 0.05, count)
 
-    def found(precision: type, times: float = 1.0) -> tuple[np.ndarray, ...]:
+    def found(precision: type, times: float = 1.0, by: Any = extrapolation._extrapolated) -> tuple[np.ndarray, ...]:
         turning = extrapolation.Turning(shapes.astype(precision), rates)
-        return extrapolation._extrapolated(unit, turning, times * length.astype(precision), tabulated)
+        return by(unit, turning, times * length.astype(precision), tabulated)
 
-    for part, wanted, other in zip(found(np.float64), found(np.longdouble), found(np.float64, 2.0), strict=True):
-        assert part.dtype == np.float64
-        assert part.shape == wanted.shape == (count, 3, 4)
-        assert np.max(np.abs(part - wanted)) < 1e-13
-        assert np.max(np.abs(other - wanted)) > 1e-3
+    exact = found(np.longdouble, by=extrapolation._in_numpy)
+    for precision, most in ((np.float64, 1e-13), (np.longdouble, 500.0 * float(np.finfo(np.longdouble).eps))):
+        assert certificate.takes(np.dtype(precision))
+        for part, wanted, other in zip(found(precision), exact, found(precision, 2.0), strict=True):
+            assert part.dtype == precision
+            assert part.shape == wanted.shape == (count, 3, 4)
+            assert np.max(np.abs(part - wanted)) < most
+            assert np.max(np.abs(other - wanted)) > 1e-3
 
 
 @pytest.mark.parametrize(

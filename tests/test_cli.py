@@ -490,7 +490,7 @@ BAD_COMMANDS: dict[str, tuple[list[str], str]] = {
     "out in no folder": (["plan", "start.yaml", "goal.yaml", "--out", "no/t.csv"], "no/t.csv: "),
     "dt of nothing": (["plan", "start.yaml", "goal.yaml", "--dt", "0"], "dt: a time above"),
     "dt NaN": (["plan", "start.yaml", "goal.yaml", "--dt", "nan"], "dt: a time above"),
-    "dt no number": (["plan", "start.yaml", "goal.yaml", "--dt", "soon"], "Invalid value for '--dt'"),
+    "dt no number": (["plan", "start.yaml", "goal.yaml", "--dt", "soon"], "--dt: a number is wanted, found 'soon'"),
     "clearance negative": (
         ["plan", "start.yaml", "goal.yaml", "--clearance=-1e-3"],
         "clearance: a finite length of 0 m or more is wanted, found -0.001",
@@ -498,7 +498,7 @@ BAD_COMMANDS: dict[str, tuple[list[str], str]] = {
     "clearance NaN": (["plan", "start.yaml", "goal.yaml", "--clearance", "nan"], "clearance: a finite length of 0 m"),
     "clearance no number": (
         ["plan", "start.yaml", "goal.yaml", "--clearance", "far"],
-        "Invalid value for '--clearance'",
+        "--clearance: a number is wanted, found 'far'",
     ),
     "a start not clear": (
         ["plan", "start.yaml", "goal.yaml", "--clearance", "0.2"],
@@ -518,8 +518,14 @@ BAD_COMMANDS: dict[str, tuple[list[str], str]] = {
     "amplitude of nothing": (["gait", "yaw", "--amplitude", "0"], "amplitude: an angle other than 0"),
     "amplitude NaN": (["gait", "yaw", "--amplitude", "nan"], "amplitude: an angle other than 0"),
     "amplitude beyond pi": (["gait", "yaw", "--amplitude=-3.2"], "amplitude: an angle other than 0"),
-    "no cycles": (["gait", "yaw", "--cycles", "0"], "Invalid value for '--cycles'"),
-    "half a cycle": (["gait", "yaw", "--cycles", "1.5"], "Invalid value for '--cycles'"),
+    "no cycles": (["gait", "yaw", "--cycles", "0"], "--cycles: a whole number from 1 to 1000000 is wanted, found '0'"),
+    "half a cycle": (["gait", "yaw", "--cycles", "1.5"], "--cycles: a whole number from 1 to 1000000 is wanted"),
+    "a number with an underscore": (["gait", "yaw", "--amplitude", "1_0"], "--amplitude: a number is wanted, found"),
+    "a number of another script": (
+        ["plan", "start.yaml", "goal.yaml", "--seed", "٣"],
+        "--seed: a whole number is wanted",
+    ),
+    "a number with its unit": (["plan", "start.yaml", "goal.yaml", "--dt", "5ms"], "--dt: a number is wanted"),
     "gait out in no folder": (["gait", "yaw", "--out", "no/t.csv"], "no/t.csv: "),
     "missing gaits": (["gait", "yaw", "--gaits", "missing"], "missing: wanted a folder of gait files"),
     "a swimmer that is none": (["gait", "yaw", "--swimmer", "goal.yaml"], "goal.yaml:1: base: wanted one of the keys"),

@@ -14,10 +14,12 @@ import pytest
 import yaml
 from helpers import Run, runner
 
-from purcell_cli import Swimmer, load_scenario, load_swimmer, stored_scenarios
-from purcell_cli.files.builtin import data_folder
+from purcell_cli import PlanOptions, Swimmer, load_scenario, load_swimmer, stored_scenarios
+from purcell_cli.files.builtin import data_folder, stored_swimmers
 from purcell_cli.files.scenario_file import SCHEMAS
 from purcell_cli.files.templates import FILES
+from purcell_cli.missions import refuse_waypoints
+from purcell_cli.query import refuse_query
 
 
 @pytest.fixture
@@ -35,7 +37,7 @@ def test_init_writes_files_that_are_good_and_refuses_to_write_over_any(run: Run,
     assert load_swimmer("swim/first/swimmer.yaml") == scenario.swimmer == Swimmer(), "the values shown are the defaults"
     code, out, _ = run("validate", *(f"swim/first/{name}" for name in FILES))
     assert code == 0
-    assert out.count(": good, a ") == 5
+    assert out.count(": good, a ") == 6
     (tmp_path / "swim" / "first" / "start.yaml").unlink()
     (tmp_path / "swim" / "first" / "goal.yaml").write_text("mine")
     code, out, err = run("init", "swim/first")
@@ -84,6 +86,15 @@ def test_the_template_has_obstacles_of_every_kind(run: Run, tmp_path: Path) -> N
     scene = load_scenario("scenario.yaml").obstacles
     assert scene is not None
     assert [one.kind for one in scene.obstacles] == ["sphere", "capsule", "box", "half_space", "tube", "mesh"]
+
+
+@pytest.mark.parametrize("swimmer", stored_swimmers())
+def test_the_template_of_a_mission_is_one_for_every_stored_swimmer(run: Run, swimmer: str) -> None:
+    assert run("init", "--swimmer", swimmer)[0] == 0
+    found = load_scenario("mission.yaml")
+    assert len(found.via) == 2
+    refuse_query(found.start, found.goal, found.swimmer, PlanOptions(obstacles=found.obstacles))
+    refuse_waypoints(found.mission, found.swimmer, PlanOptions(obstacles=found.obstacles))
 
 
 @pytest.mark.parametrize(

@@ -425,7 +425,7 @@ def test_a_wrong_header_is_refused_at_its_column(good: Path, header: str, column
 @pytest.mark.parametrize("column", ["t_s", "x_m", "l2_qz", "w1x_rad_s"])
 def test_a_number_that_is_not_finite_is_refused_at_its_line(good: Path, column: str, cell: str) -> None:
     message = reading(good.parent, with_cell(good.read_text(), 5, column, cell))
-    assert message == ":5: wanted a row of finite numbers, found one that is not"
+    assert message == f":5: column '{column}': wanted finite numbers in every row, found {cell or 'an empty cell'}"
 
 
 @pytest.mark.parametrize(("column", "cell"), [("x_m", "abc"), ("x_m", "0x1p3"), ("x_m", "1_0"), ("phase", "1.5")])

@@ -33,6 +33,7 @@ from purcell_cli.gaits.gait import Guess, Turn
 from purcell_cli.geometry import rotations
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.swimmer import LIMITS, Swimmer
+from purcell_cli.motion.mission import Waypoint
 from purcell_cli.motion.workspace import Workspace
 
 GAIT = """\
@@ -268,6 +269,9 @@ def test_a_goal_so_far_away_that_it_may_be_millimetres_is_remarked_on() -> None:
     far = Scenario("n", Configuration(), Configuration.from_angles(position_m=[50.0, 0.0, 0.0]))
     with pytest.warns(PurcellWarning, match=r"the goal is 500 L \(50 m\) from the start.*position_m is in metres"):
         warn_if_far(far)
+    ways = Waypoint(orientation=np.eye(3)), Waypoint(position_m=np.array([50.0, 0.0, 0.0]))
+    with pytest.warns(PurcellWarning, match=r"^via\[1\] is 500 L \(50 m\) from the start"):
+        warn_if_far(Scenario("n", Configuration(), Configuration(), via=ways))
     warn_if_far(Scenario("n", Configuration(), Configuration.from_angles(position_m=[30.0, 0.0, 0.0])))
     there = Configuration.from_angles(position_m=[80.0, 0.0, 0.0])
     warn_if_far(Scenario("n", there, Configuration.from_angles(position_m=[110.0, 0.0, 0.0])))

@@ -14,7 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from purcell_cli import Configuration, read_csv, realise, stored_gaits, write_csv
 from purcell_cli.cli.app import _run
-from purcell_cli.errors import UnknownNameError
+from purcell_cli.errors import InputError, UnknownNameError
+from purcell_cli.files.measured_reader import read_measured
 from purcell_cli.files.trajectory_csv import COLUMNS
 from purcell_cli.files.trajectory_formats import FORMATS, chosen_format, write_trajectory
 from purcell_cli.gaits.sampling import sample_stroke
@@ -80,6 +81,15 @@ def test_a_file_is_the_same_bytes_each_time(tmp_path: Path, form: str) -> None:
         write_trajectory(stroke(), tmp_path / name, form)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a", "b"]
+
+
+@pytest.mark.parametrize(("form", "found"), [("parquet", "a Parquet file"), ("npz", "an npz file")])
+def test_a_format_that_is_not_read_is_told(tmp_path: Path, form: str, found: str) -> None:
+    path = tmp_path / f"t.{form}"
+    write_trajectory(stroke(), path, form)
+    for read in (read_csv, read_measured):
+        with pytest.raises(InputError, match=f"{found}.*; write it as CSV"):
+            read(path)
 
 
 def test_csv_is_what_write_csv_writes(tmp_path: Path) -> None:

@@ -15,16 +15,21 @@ from reintegrated import displacement
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import from_euler
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.joint_motion import bend_limits, home_shape
 from purcell_cli.mechanics.joints import Joint, limb_at
 from purcell_cli.mechanics.lift import SEARCHING, displacements
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.motion.options import Controls, Effort, PlanOptions
 from purcell_cli.motion.trajectory import Trajectory
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.planner.arcs.primitive_counts import LEAST_BEND_RAD
+from purcell_cli.planner.joints.loops import loops_of
 from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting, hinge_rows
 from purcell_cli.solution import plan
 
@@ -116,6 +121,30 @@ def test_one_universal_joint_reaches_every_pose_where_the_other_limb_is_fixed_ou
     # In line the same joints are hopeless.
     with pytest.raises(ParameterError, match="hardly, in: surge"):
         plan(Configuration(), Configuration(displacement), swimmer=swimmer, options=QUICK)
+
+
+def test_pairs_of_loops_beside_a_fixed_limb_do_not_hang_on_how_its_bend_is_rounded() -> None:
+    """A fixed limb is at its own bend limit, whichever way it is turned; without pairs no chain reached far poses."""
+    swimmer = Swimmer(max_bend_rad=0.9, joints=(Joint("fixed"), Joint("universal", theta_deg=(-75.0, -8.0)))).scaled()
+    rng, bends = np.random.default_rng(3), set[bool]()
+    for _ in range(5):
+        fixed = from_euler([0.0, *rng.uniform(0.92, 1.3, 1), rng.uniform(-3.0, 3.0)])
+        home = home_shape(swimmer, np.stack([fixed, limb_at(0.2, -0.4)]))
+        every = loops_of(swimmer, home)
+        assert every.pairs > 10
+        loop = every.others[-1]
+        found = LimbCircles.of(Pieces.of(loop.approach + loop.cycle, home)).largest_bends()[0]
+        bends.add(bool(np.all(found[:, 0] <= bend_limits(swimmer, home)[0])))
+    assert bends == {True, False}  # the foil: without slack for rounding some have none
+
+
+@pytest.mark.slow
+def test_one_universal_joint_of_a_one_sided_range_reaches_a_far_pose_beside_a_fixed_limb() -> None:
+    name = "universal joint and fixed limb"
+    query = random_query(name, 427)
+    solution = plan(query.start, query.goal, swimmer=query.swimmer, options=QUICK)
+    assert solution.verdict == Verdict.REACHED
+    assert joint_faults(query, solution.trajectory) == []
 
 
 @pytest.mark.slow

@@ -17,6 +17,7 @@ from purcell_cli import Configuration, PlanOptions, Swimmer, load_plan, plan, wr
 from purcell_cli.errors import InputError, ParameterError
 from purcell_cli.files.builtin import stored_gaits, stored_swimmers
 from purcell_cli.files.plan_file import PlanDocument
+from purcell_cli.files.servo_map_file import load_servo_map
 from purcell_cli.files.swimmer_file import load_swimmer, swimmer_written
 from purcell_cli.gaits.joint_fit import refuse_joints
 from purcell_cli.gaits.pure_stroke import realise
@@ -152,6 +153,10 @@ BAD = {
     "joints: {limb1: {kind: ball, range_deg: [0, 10]}}": "joints.limb1.range_deg: wanted none for a ball joint",
     "joints: {limb1: {kind: hinge, rate_rad_s: 0}}": "joints.limb1.rate_rad_s: wanted a finite number above",
     "joints: {limb1: {kind: hinge, rate_rad_s: fast}}": "joints.limb1.rate_rad_s: wanted a finite number",
+    "joints: {limb1: {kind: fixed, rate_rad_s: 1}}": "joints.limb1.rate_rad_s: wanted none for a fixed joint, found 1",
+    "joints: {limb1: {kind: universal, range_deg: {theta: [9, -9]}}}": (
+        "joints.limb1.range_deg.theta: wanted two angles of theta from -180 to 180, the least first, found [9.0, -9.0]"
+    ),
     "joints: {limb1: [ball]}": "joints.limb1: wanted one of",
     "joint_acceleration_rad_s2: 0": "joint_acceleration_rad_s2: wanted a finite number above",
     "joint_acceleration_rad_s2: -1": "joint_acceleration_rad_s2: wanted a finite number above",
@@ -191,6 +196,7 @@ def test_stored_swimmers_read_and_are_found_by_name(run: Run) -> None:
 def test_init_offers_stored_swimmers(run: Run, tmp_path: Path) -> None:
     assert run("init", "here", "--swimmer", "planar")[0] == DONE
     assert load_swimmer(tmp_path / "here" / "swimmer.yaml").joints == (YAW, YAW)
+    assert list(load_servo_map(tmp_path / "here" / "servos.yaml").channels) == ["limb1_yaw", "limb2_yaw"]
     assert run("plan", "here/scenario.yaml", "--effort", "quick")[0] == DONE
     code, _, err = run("init", "there", "--swimmer", "plane")
     assert (code, "a stored swimmer is wanted" in err, (tmp_path / "there").exists()) == (MISUSE, True, False)
@@ -282,6 +288,9 @@ def test_a_gait_that_a_joint_cannot_play_says_so(run: Run) -> None:
         refuse_joints(narrow, realise(gaits["x-motion"], paper))
     code, _, err = run("gait", "z-motion", "--swimmer", "planar")
     assert (code, "limb 1 on a yaw hinge, which does not pitch" in err) == (MISUSE, True)
+    # This one yaws both limbs faster than it pitches them.
+    with pytest.raises(ParameterError, match=r"limb 1 on a yaw hinge, which does not (roll|pitch)"):
+        refuse_joints(Swimmer(joints=(YAW, PITCH)), realise(gaits["y-across"], paper))
 
 
 def _plays(swimmer: Swimmer, stroke: object) -> bool:

@@ -31,14 +31,17 @@ from purcell_cli.environment.scene import Scene
 from purcell_cli.environment.solids import HalfSpace, Sphere
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.rotations import Array, about_axis
+from purcell_cli.geometry.rotations import Array, about_axis, angle_between
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joints import Joint
 from purcell_cli.motion.blocks import starting_shapes
+from purcell_cli.motion.clock import clock_step
 from purcell_cli.motion.limb_circles import bends
 from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.plan import Blocked, Plan
 from purcell_cli.motion.trajectory import schedule
 from purcell_cli.planner.missions.leg_price import LegPrice
+from purcell_cli.planner.missions.mission_legs import MissionLegs, Stop
 from purcell_cli.planner.missions.on_the_way import blocks_before
 from purcell_cli.planner.missions.waypoint_order import best_order, leg_prices, price_of_order
 from purcell_cli.planner.missions.waypoint_poses import Touring, cheapest_way
@@ -101,6 +104,19 @@ def test_a_waypoint_that_is_missed_is_not_reached(short: Solution) -> None:
     assert short.certificate.reached
     assert missed.verdict == "not reached"
     assert [one.reached for one in missed.passed] == [False, True, True]
+
+
+def test_legs_are_on_the_clock_of_the_whole(short: Solution) -> None:
+    """So written times are exact, and limbs do not end a leg off by what rounding of late times adds up to."""
+    step = clock_step(short.duration_s)
+    lasts = np.concatenate([b.sequence.duration for b in short.plan.blocks]) / step
+    assert_close(lasts, np.round(lasts), 0.0)
+    alone = planned(Configuration(), Configuration.from_angles((0.002, 0.0, 0.0)), options=QUICK)
+    lasts = np.concatenate([b.sequence.duration for b in alone.blocks]) / step
+    assert not is_close(lasts, np.round(lasts), 0.0)
+    off = short.rows_off
+    assert off.position_m < 1e-13
+    assert max(off.limb1_rad, off.limb2_rad) < 1e-14
 
 
 def test_what_is_free_at_a_waypoint_does_not_count() -> None:
@@ -275,6 +291,44 @@ def test_headings_at_a_waypoint_keep_clear_of_obstacles() -> None:
     inside = PlanOptions(effort="quick", obstacles=Scene((Sphere(np.array([0.6, 0.02, 0.0]), 0.1),)))
     with pytest.raises(ParameterError, match=r"via\[0\]: all links clear of obstacles are wanted"):
         plan_mission(Mission(Configuration(), goal, (at(0.6, 0.0, 0.0),)), options=inside)
+
+
+def test_headings_at_a_waypoint_leave_strokes_room() -> None:
+    """Beside a wall: to look askew is clear of it, but only along it limbs have room to swing."""
+    limits = Limits(obstacles=Scene((HalfSpace(np.array([0.0, -0.14, 0.0]), np.array([0.0, 1.0, 0.0])),)))
+    askew, along = (Configuration.from_angles((0.2, 0.0, 0.0), (yaw, 0, 0)) for yaw in (20, 0))
+    for one in (askew, along):
+        limits.refuse(Swimmer(), "via[0]", one)
+    touring = Touring(Swimmer(), LegPrice(Swimmer()), limits)
+    waypoint, goal = at(0.2, 0.0, 0.0), Configuration.from_angles((0.4, 0.0, 0.0))
+    kept = touring.others(waypoint, Configuration(), goal)
+    assert any(np.allclose(one.pose, along.pose) for one in kept)
+    nose = [abs(one.pose[1, 0]) for one in kept]
+    assert max(nose) < 0.07 < abs(askew.pose[1, 0])
+    everywhere = Touring(Swimmer(), touring.price).others(waypoint, Configuration(), goal)
+    assert len(everywhere) > len(kept)
+
+
+def test_where_a_leg_is_blocked_other_headings_are_tried() -> None:
+    """The planner is a stand-in: legs that end or begin with one heading are blocked."""
+    chosen, goal = Configuration.from_angles((0.2, 0.0, 0.0)), Configuration.from_angles((0.4, 0.3, 0.0))
+    planned_to: list[Configuration] = []
+
+    def leg(start: Configuration, end: Configuration, _bent: float) -> Plan:
+        planned_to.append(end)
+        bad = any(np.allclose(one.pose[:3, :3], np.eye(3)) for one in (start, end) if one.pose[0, 3] == 0.2)
+        return Plan(Swimmer(), start, end, (), blocked=Blocked((0.0, 0.0, 0.0), 1.0, 0, "a wall") if bad else None)
+
+    touring = Touring(Swimmer(), LegPrice(Swimmer()))
+    legs = MissionLegs(Swimmer(), touring.price, Limits(), leg, lambda *_: None, touring.others, dear=True)
+    found = legs.between(Configuration(), [Stop(at(0.2, 0.0, 0.0), chosen)], goal)
+    assert [one.blocked for one in found] == [None, None]
+    assert angle_between(found[0].goal.pose[:3, :3], np.eye(3)) > 0.3
+    assert_close(found[0].goal.pose[:3, 3], [0.2, 0.0, 0.0], 1e-12)
+    named = Stop(at(0.2, 0.0, 0.0, orientation=np.eye(3)), chosen)
+    planned_to.clear()
+    assert legs.between(Configuration(), [named], goal)[0].blocked is not None
+    assert len(planned_to) == 2
 
 
 def test_a_waypoint_whose_limbs_overlap_is_refused() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import json
+import re
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -19,7 +20,7 @@ from purcell_cli.environment.obstacle import Obstacle
 from purcell_cli.environment.scene import Scene
 from purcell_cli.environment.solids import Box, Capsule, HalfSpace, Sphere
 from purcell_cli.environment.tube import Tube
-from purcell_cli.errors import InputError, ParameterError
+from purcell_cli.errors import InputError, ParameterError, PurcellWarning
 from purcell_cli.files.plan_file import PlanDocument, is_plan, load_plan, write_plan
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
@@ -141,6 +142,10 @@ def test_a_mesh_tells_inside_from_outside() -> None:
     assert np.array_equal(mesh.contains(points), of_box(BOX)(points) < 0.0)
     assert 0 < np.count_nonzero(mesh.contains(points)) < 300
     assert open_edges(corners(BOX)[:-1]) == 3
+    twice = Mesh("", 1.0, "", np.concatenate([corners(BOX), corners(BOX)]))
+    assert np.array_equal(twice.contains(points), mesh.contains(points))  # an even number of crossings
+    hollow = Mesh("", 1.0, "", np.concatenate([3.0 * corners(BOX), corners(BOX)[:, ::-1]]))
+    assert not np.any(hollow.contains(points) & mesh.contains(points))
 
 
 @functools.cache
@@ -255,8 +260,14 @@ GOOD = "name: a\nstart: {}\ngoal: {base: {position_m: [0.1, 0, 0]}}\nobstacles:\
         ("{tube: {centreline: [[0, 0, 0]], radius_m: 1}}", "a list of 2 or more"),
         ("{tube: {centreline: [[0, 0, 0], [0, 0, 0]], radius_m: 1}}", "points that differ"),
         ("{tube: {centreline: [[0, 0, 0], [1, 0, 0]]}}", "wanted a radius, by the key radius_m or by the"),
-        ("{tube: {centreline: nan.csv, radius_m: 1}}", "nan.csv:3: y_m: wanted a finite number, found nan"),
-        ("{tube: {centreline: head.csv, radius_m: 1}}", "head.csv:1: header: wanted the columns x_m,y_m,z_m and"),
+        (
+            "{tube: {centreline: nan.csv, radius_m: 1}}",
+            "nan.csv:3: y_m: wanted a finite number of at most 1e+15, found 'nan'",
+        ),
+        (
+            "{tube: {centreline: head.csv, radius_m: 1}}",
+            "head.csv:1: wanted the header x_m,y_m,z_m or x_m,y_m,z_m,radius_m, found 'x,y,z'",
+        ),
         ("{tube: {centreline: both.csv, radius_m: 1}}", "found both"),
         (
             "{mesh: {file: none.stl}}",
@@ -267,6 +278,20 @@ GOOD = "name: a\nstart: {}\ngoal: {base: {position_m: [0.1, 0, 0]}}\nobstacles:\
         ("{mesh: {file: a.yaml}}", "wanted an STL file, found none"),
         ("{mesh: {file: cut.stl}}", "wanted an STL file, found one that breaks off"),
         ("{mesh: {file: far.stl}}", "coordinates up to 1e+09 m"),
+        ("{mesh: {file: nan.stl}}", "wanted finite coordinates up to 1e+09 m, found nan in triangle 4"),
+        ("{mesh: {file: flat.stl}}", "wanted a mesh that encloses a volume, found one that encloses none"),
+        ("{mesh: {file: long.stl}}", "found none: 694 bytes, and as a binary one its 12 triangles take 684"),
+        ("{mesh: {file: four.stl}}", "wanted facets of 3 corners, found a facet of 4 that ends on line 9"),
+        ("{mesh: {file: word.stl}}", "wanted corners of 3 numbers, found another on line 4"),
+        ("{mesh: {file: two.stl}}", "wanted corners of 3 numbers, found another on line 4"),
+        ("{tube: {centreline: twice.csv, radius_m: 1}}", "twice.csv:4: wanted points that differ, found two alike"),
+        ("{tube: {centreline: back.csv, radius_m: 1}}", "back.csv:3: wanted turns of at most 165 degrees, found one"),
+        ("{tube: {centreline: thin.csv}}", "thin.csv:3: radius_m: wanted a finite number above 0 and at most 1e+09"),
+        ("{tube: {centreline: word.csv, radius_m: 1}}", "word.csv:3: x_m: wanted a finite number of at most 1e+15"),
+        (
+            "{tube: {centreline: [[-9, 0, 0], [0, 0, 0], [0, 0.1, 0], [9, 0.1, 0]], radius_m: 1}}",
+            "a.yaml:5: obstacles[0].tube.centreline[1]: wanted turns no tighter than the tube's radius (1 m), found",
+        ),
     ],
 )
 def test_bad_obstacles_are_told_with_their_line(tmp_path: Path, text: str, told: str) -> None:
@@ -279,6 +304,16 @@ def test_bad_obstacles_are_told_with_their_line(tmp_path: Path, text: str, told:
         "empty.stl": binary_stl(box[:0]),
         "cut.stl": text_stl(box)[:-40],
         "far.stl": text_stl(1e30 * box),
+        "nan.stl": binary_stl(np.where(np.arange(12)[:, None, None] == 3, np.nan, box)),
+        "flat.stl": text_stl(np.array([[[9, 0, 0], [10, 0, 0], [9, 1, 0]], [[9, 0, 0], [9, 1, 0], [10, 0, 0]]])),
+        "long.stl": binary_stl(box) + bytes(10),
+        "four.stl": text_stl(box).replace(b"endloop", b"vertex 0 0 0\nendloop", 1),
+        "word.stl": re.sub(rb"vertex \S+", b"vertex one", text_stl(box), count=1),
+        "two.stl": re.sub(rb"vertex \S+", b"vertex", text_stl(box), count=1),
+        "twice.csv": b"x_m,y_m,z_m\n0,0,0\n1,0,0\n1,0,0\n",
+        "back.csv": b"x_m,y_m,z_m\n0,0,0\n99,0,0\n0,0,0\n",
+        "thin.csv": b"x_m,y_m,z_m,radius_m\n0,0,0,1\n1,0,0,0\n",
+        "word.csv": b"x_m,y_m,z_m\n0,0,0\n1_0,0,0\n",
         "a.yaml": (GOOD + text).encode(),
     }
     for name, data in files.items():
@@ -288,10 +323,20 @@ def test_bad_obstacles_are_told_with_their_line(tmp_path: Path, text: str, told:
     assert told in str(error.value)
 
 
+def test_a_mesh_inside_out_is_told_and_taken_as_what_it_encloses(tmp_path: Path) -> None:
+    (tmp_path / "in.stl").write_bytes(binary_stl(corners(Box((9.0, 0, 0), (1, 1, 1)))[:, ::-1]))
+    (tmp_path / "a.yaml").write_text(GOOD + "{mesh: {file: in.stl}}", encoding="utf-8")
+    with pytest.warns(PurcellWarning, match=r"a\.yaml:5: obstacles\[0\]\.mesh\.file: its triangles face inwards"):
+        scene = load_scenario(tmp_path / "a.yaml").obstacles
+    assert scene is not None
+    assert scene.inside_meshes(np.array([[9.0, 0.1, 0.2]])) == [0]
+    assert not len(scene.inside_meshes(np.array([[7.0, 0.1, 0.2]])))
+
+
 def test_a_mesh_is_the_same_as_text_and_binary(tmp_path: Path) -> None:
     box = corners(Box((9.0, 0, 0), (1, 1, 1)))
     found = []
-    for name, data in (("a.stl", binary_stl(box)), ("b.stl", text_stl(box))):
+    for name, data in (("a.stl", binary_stl(box)), ("b.stl", text_stl(box)), ("c.stl", text_stl(box).upper())):
         (tmp_path / name).write_bytes(data)
         (tmp_path / "a.yaml").write_text(GOOD + f"{{mesh: {{file: {name}, scale: 0.1}}}}", encoding="utf-8")
         scene = load_scenario(tmp_path / "a.yaml").obstacles

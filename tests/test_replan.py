@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import json
 import math
 from pathlib import Path
@@ -11,15 +12,28 @@ import numpy as np
 import pytest
 from helpers import Run, assert_close, flown, runner
 
-from purcell_cli import Configuration, PlanOptions, Solution, Swimmer
+from purcell_cli import (
+    Configuration,
+    Curve,
+    Follow,
+    Mission,
+    PlanOptions,
+    Solution,
+    Swimmer,
+    Waypoint,
+    plan_mission,
+)
 from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.measured import Measuring
-from purcell_cli.feedback.replan import done_by, replan, replan_once
+from purcell_cli.feedback.plan_legs import legs_of
+from purcell_cli.feedback.replan import done_by, replan
+from purcell_cli.feedback.replan_mission import replan_once
 from purcell_cli.files.builtin import find_scenario
 from purcell_cli.files.plan_file import PlanDocument, write_plan
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.configuration import Deviation
-from purcell_cli.motion.blocks import starting_shapes
+from purcell_cli.motion.blocks import Block, starting_shapes
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.planner.plan_path import PlanPath
 from purcell_cli.solution import carried_out, plan
@@ -187,3 +201,81 @@ def test_bad_input_is_refused(command: Run, arguments: list[str], message: str) 
     assert message in err
     assert err.count("\n") == 1
     assert sorted(path.name for path in Path().iterdir()) == ["measured.yaml", "plan.json"]
+
+
+@pytest.fixture(scope="module")
+def mission() -> Solution:
+    via = (Waypoint(np.array([0.02, 0.0, 0.0])), Waypoint(np.array([0.05, 0.01, 0.0])))
+    return plan_mission(Mission(Configuration(), Configuration.from_angles((0.08, 0.0, 0.0)), via))
+
+
+@pytest.mark.parametrize("leg", [0, 1, 2])
+def test_the_rest_of_a_mission_passes_the_waypoints_that_are_left(mission: Solution, leg: int) -> None:
+    made = mission.plan
+    one = legs_of(made)[leg].leg
+    assert one is not None
+    way = PlanPath.of(one)
+    measured = near(way, middle(way))
+    done = sum(b.joint_travel_rad for blocks in made.legs[:leg] for b in blocks)
+    found = replan_once(made, measured, after_rad=done)
+    rest = found.solution
+    assert found.kept
+    assert rest.verdict == Verdict.REACHED
+    assert [p.index for p in rest.plan.passages] == [0, 1][leg:]
+    assert found.done_rad > done
+    for passage, blocks in zip(rest.plan.passages, itertools.accumulate(rest.plan.legs), strict=False):
+        moved = measured.pose @ flown_from(rest, blocks)
+        assert_close(moved[:3, 3], passage.waypoint.position_m, 1e-9 * L_M)
+    # The strokes that are left, as they were, miss the first of them.
+    plain = dataclasses.replace(rest.plan, blocks=(*way.blocks_from(middle(way)), *rest.plan.blocks[-1:]), limits=None)
+    assert carried_out(plain).verdict == Verdict.NOT_REACHED
+
+
+def flown_from(solution: Solution, blocks: tuple[Block, ...]) -> Array:
+    """Return where strokes take the base from where a plan begins [m]. Shape (4, 4)."""
+    return flown(solution.plan.swimmer, blocks, solution.plan.start.shape)
+
+
+def test_far_off_its_way_the_rest_of_a_mission_is_planned_anew(mission: Solution) -> None:
+    aside = Configuration.from_angles((0.02, -0.1, 0.0), (60, 0, 0))
+    found = replan_once(mission.plan, aside)
+    assert not found.kept
+    assert found.solution.verdict == Verdict.REACHED
+    left = [p.index for p in found.solution.plan.passages]
+    assert left == [0, 1][2 - len(left) :]
+
+
+@pytest.mark.slow
+def test_the_rest_of_a_plan_along_a_curve_stays_near_it() -> None:
+    follow = Follow(Curve(np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.4, 0.1, 0.0]])), 0.07)
+    asked = PlanOptions(effort="quick")
+    made = plan_mission(Mission(Configuration(), follow.goal(Configuration()), follow=follow), options=asked).plan
+    leg = legs_of(made)[1].leg
+    assert leg is not None
+    way = PlanPath.of(leg)
+    found = replan_once(made, near(way, middle(way)), asked)
+    assert found.kept
+    assert found.solution.verdict == Verdict.REACHED
+    off = found.solution.limits.off_curve
+    assert off is not None
+    assert 0.01 < off.distance_m <= follow.tolerance_m
+    with pytest.raises(
+        ParameterError, match=r"measured: a position within 0\.07 m of the curve is wanted, found one 0\.2"
+    ):
+        replan_once(made, Configuration.from_angles((0.2, -0.2, 0.0)), asked)
+
+
+def test_what_is_left_of_a_curve_begins_where_it_is_nearest() -> None:
+    lap = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    laps = Curve(np.concatenate([lap, lap, lap[:1]]))
+    for near_m, left in ((0.3, 7.8), (4.1, 3.8)):
+        rest = laps.rest(np.array([0.2, -0.1, 0.0]), near_m)
+        assert rest is not None
+        assert_close(rest.point_m[0], [0.2, 0.0, 0.0], 1e-12)
+        assert_close(rest.length_m, left, 1e-12)
+    turned = Curve(np.array([[0.0, 0, 0], [1, 0, 0]]), np.stack([np.eye(3), about_axis(2, 1.0)]))
+    rest = turned.rest(np.array([0.25, 0.1, 0.0]), 0.0)
+    assert rest is not None
+    assert rest.orientation is not None
+    assert_close(rest.orientation[0], about_axis(2, 0.25), 1e-12)
+    assert turned.rest(np.array([2.0, 0.0, 0.0]), 0.0) is None

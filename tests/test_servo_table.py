@@ -250,7 +250,7 @@ def test_angles_out_of_range_are_refused_with_row_channel_and_by_how_much(run: R
         ("channels: {limb1_yaw: {zero: .nan}}", "channels.limb1_yaw.zero: wanted a finite number"),
         ("channels: {limb1_yaw: {range: [90, -90]}}", "channels.limb1_yaw.range: wanted the least before the most"),
         ("channels: {limb1_yaw: {range: [90, 90]}}", "channels.limb1_yaw.range: wanted the least before the most"),
-        ("channels: {limb1_yaw: {range: [90]}}", "channels.limb1_yaw.range: wanted a list of"),
+        ("channels: {limb1_yaw: {range: [90]}}", "channels.limb1_yaw.range: wanted a list of 2, each a finite number"),
         ("lock_margin_deg: 0", "lock_margin_deg: wanted a finite number above 0 and at most 45"),
         ("lock_margin_deg: 5 deg", "lock_margin_deg: wanted a finite number above 0"),
         ("servos: {}", "servos: wanted one of the keys hinge_order, lock_margin_deg, channels"),

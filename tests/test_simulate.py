@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -14,15 +15,18 @@ from helpers import Run, assert_close, in_lengths, is_close, missed, runner
 from purcell_cli import Configuration, LinkSize, LinkSizes, PlanDocument, Swimmer, plan, read_csv, write_csv, write_plan
 from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.noise import Noise
-from purcell_cli.feedback.simulate import simulate
+from purcell_cli.feedback.simulate import refuse_other_joints, refuse_unfit_joints, simulate
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import as_quaternion, from_quaternion
+from purcell_cli.mechanics.joints import Joint
 from purcell_cli.mechanics.lift import flow_of_rates
+from purcell_cli.motion.options import Effort, PlanOptions
 from purcell_cli.motion.trajectory import as_table
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.solution import Solution
 
 HERE = Configuration.from_angles((0.3, -0.2, 0.1), (40, 20, -30), (30, 10, 5), (-20, 0, 40))
+UNIVERSAL = Swimmer(joints=(Joint("universal"), Joint("universal")))
 TRUTH = Swimmer(drag="spheroid", links=LinkSizes(limb2=LinkSize(0.09)), body_radius_m=0.02)
 
 
@@ -199,3 +203,24 @@ def test_a_motion_that_does_not_stop_is_refused() -> None:
     rows = table()
     with pytest.raises(ParameterError, match="last row"):
         simulate(dataclasses.replace(rows, rate_rad_s=rows.rate_rad_s + 1.0), Swimmer())
+
+
+@pytest.mark.slow
+def test_a_motion_that_the_joints_cannot_make_is_refused_with_the_line(run: Run) -> None:
+    """The rows as well as the first shape; joints of the same kinds with other ranges are told apart."""
+    quick, goal = PlanOptions(effort=Effort.QUICK), Configuration.from_angles((0.002, 0.0, 0.0))
+    rows = as_table(plan(Configuration(), goal, swimmer=UNIVERSAL, options=quick).trajectory)
+    refuse_unfit_joints(rows, UNIVERSAL)
+    refuse_unfit_joints(rows, Swimmer())  # a ball joint turns about any axis
+    narrow = Joint("universal", psi_deg=(-1.0, 1.0), theta_deg=(-1.0, 1.0))
+    for joints, message in (
+        ((Joint("hinge", "yaw"), Joint("universal")), r"found line \d+ .*limb 1 turns at .* its yaw hinge has not"),
+        ((narrow, narrow), r"found line \d+ .*limb [12]'s (psi|theta) is .* degrees, out of -1 to 1"),
+    ):
+        with pytest.raises(ParameterError, match=message):
+            refuse_unfit_joints(rows, Swimmer(joints=joints))
+    with pytest.raises(ParameterError, match=r"with limb 1's range of psi \(-1\.0, 1\.0\), not none"):
+        refuse_other_joints(UNIVERSAL, Swimmer(joints=(narrow, narrow)))
+    Path("hinges.yaml").write_text("joints: {limb1: hinge, limb2: hinge}\n")
+    code, _, err = run("plan.csv", "--swimmer", "hinges.yaml")
+    assert (code, re.search(r"line \d+.*limb [12]", err) is not None) == (2, True)

@@ -198,6 +198,15 @@ def test_suggestions_know_names_without_their_case() -> None:
     assert nearest("q", ["x-motion"]) is None
 
 
+@pytest.mark.parametrize(("angle", "name"), [("psi", "yaw"), ("theta", "pitch"), ("phi", "roll")])
+def test_suggestions_know_the_papers_angles(angle: str, name: str) -> None:
+    """By its letters alone psi is like pitch: the foil."""
+    assert nearest(f"limb1 {angle}", ["limb1 roll", "limb1 pitch", "limb1 yaw"]) == f"limb1 {name}"
+    assert nearest(angle.upper(), ["x", "roll", "pitch", "yaw"]) == name
+    assert nearest(name, ["psi", "theta", "phi"]) == angle
+    assert nearest(angle.upper(), ["yaw", "pitch", "roll", angle]) == angle
+
+
 def test_misspelt_words_are_met_with_the_nearest_whatever_their_case(run: Run, tmp_path: Path) -> None:
     (tmp_path / "w.yaml").write_text("SLENDERNESS: 0.01")
     for arguments, hint in (
@@ -223,6 +232,9 @@ def test_help_answers_to_h_and_shows_no_type_and_no_cut_word(run: Run, monkeypat
         assert (code, out) == run(command, "--help")[:2]
         assert code == 0
         assert not re.search(r"<\w|\[\[|…", out), command
+        assert "...}" not in out
+        shown = [str(param.metavar) for param in built().commands[command].params if param.metavar]
+        assert all(word in out for word in shown), command  # none goes on in a second line
         assert max(map(len, out.splitlines())) <= 80
         assert "--json" in out
     assert run("-h")[1] == run("--help")[1]

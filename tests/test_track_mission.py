@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
 from helpers import assert_close
 
 from purcell_cli import Configuration, Curve, Follow, Mission, PlanOptions, Swimmer, Waypoint, plan_mission
-from purcell_cli.errors import PurcellWarning
+from purcell_cli.environment.scene import Scene
+from purcell_cli.environment.solids import Sphere
+from purcell_cli.errors import ParameterError, PurcellWarning
+from purcell_cli.feedback.plan_legs import _along
 from purcell_cli.feedback.simulate import simulate
-from purcell_cli.feedback.track_mission import _along, track_mission
+from purcell_cli.feedback.track_mission import track_mission
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import about_axis
 from purcell_cli.motion.blocks import starting_shapes
+from purcell_cli.motion.obstacle_distance import link_radii, link_segments
 from purcell_cli.motion.trajectory import as_table
-from purcell_cli.solution import planned
+from purcell_cli.solution import Solution, planned
 
 TRUTH = Swimmer(drag_ratio=1.6)
 QUICK = PlanOptions(effort="quick")
@@ -67,6 +72,41 @@ def test_a_curve_is_kept_to() -> None:
     assert narrow.arrived
     assert not narrow.judged().arrived
     assert found.judged().arrived
+
+
+@pytest.mark.slow
+def test_what_really_happened_is_clear_of_obstacles() -> None:
+    """By samples of another kind than the planner's bound; what touched is no arrival."""
+    ball = Sphere((0.1, 0.152, 0.0), 0.1)
+    asked = dataclasses.replace(QUICK, obstacles=Scene((ball,)))
+    found = track_mission(Mission(START, Configuration.from_angles((0.2, 0.0, 0.0))), TRUTH, options=asked)
+    assert found.arrived
+    assert found.trajectory is not None
+    first, last = link_segments(TRUTH, found.trajectory.pose, found.trajectory.shape[..., 0])
+    along = first[:, :, None] + np.linspace(0.0, 1.0, 41)[:, None] * (last - first)[:, :, None]
+    off = np.linalg.norm(along - ball.centre_m, axis=-1) - ball.radius_m
+    near = float(np.min(off - np.array(link_radii(TRUTH))[:, None]))
+    assert found.obstacle_m is not None
+    assert 0.0 < found.obstacle_m <= near < found.obstacle_m + 1e-4
+    inside = dataclasses.replace(found, obstacles=Scene((Sphere((0.1, 0.152, 0.0), 0.1 + near + 1e-4),)))
+    assert inside.arrived
+    assert not inside.judged().arrived
+
+
+def test_where_no_plan_can_be_made_it_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: Any, **__: Any) -> Solution:
+        raise ParameterError("measured: all links clear of obstacles are wanted, found one in a ball")
+
+    made = plan_mission(Mission(START, Configuration.from_angles((0.002, 0.0, 0.0))), options=QUICK)
+    plans = iter([lambda *_, **__: made, refused])
+    monkeypatch.setattr("purcell_cli.feedback.track.Tracker.update", lambda *a, **k: next(plans)(*a, **k))
+    goal = Configuration.from_angles((0.004, 0.0, 0.0))
+    with pytest.warns(PurcellWarning, match="it is not planned again: measured: all links clear"):
+        found = track_mission(Mission(START, goal), TRUTH, options=QUICK)
+    assert (found.arrived, len(found.parts)) == (False, 1)
+    monkeypatch.setattr("purcell_cli.feedback.track.Tracker.update", refused)
+    with pytest.raises(ParameterError, match="measured: all links"):
+        track_mission(Mission(START, goal), TRUTH, options=QUICK)
 
 
 def test_what_is_not_planned_is_not_swum(monkeypatch: pytest.MonkeyPatch) -> None:

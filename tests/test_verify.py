@@ -157,6 +157,10 @@ def test_a_plan_document_says_who_swims_and_what_must_hold(tmp_path: Path, capsy
     assert "--swimmer takes the swimmer's file or the plan document" in err
     _, _, err = document(run, "view", rows, "--out", page, "--swimmer", saved)
     assert err == ""
+    picture = str(tmp_path / "picture.svg")
+    for draw in (("view", rows, "--out", page), ("plot", rows, "--out", picture)):
+        assert document(run, *draw, "--scenario", saved)[2] == ""  # whose plan it is says whose rows they are
+        assert "its rows move otherwise" in document(run, *draw, "--scenario", saved, "--swimmer", "paper")[2]
 
 
 @pytest.mark.slow

@@ -7,38 +7,29 @@ It is run when a gait, a library plan or the flow changes; a test says when that
 
 from __future__ import annotations
 
-from typing import Any
-from unittest import mock
-
 import numpy as np
 
 from purcell_cli.files import gaits_as_json
-from purcell_cli.files.builtin import data_folder, own_gaits
+from purcell_cli.files.builtin import data_folder, own_gaits, stored_gaits
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.lift import run_displacements
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.planner import prepared
-from purcell_cli.planner.arcs import loops
-from purcell_cli.planner.library import plan_library
+from purcell_cli.planner.arcs.loops import Loops
+from purcell_cli.planner.arcs.roll_stroke import RollStroke, rolling
+from purcell_cli.planner.gait_sequence import StrokeBook
+from purcell_cli.planner.library.plan_library import MotionLibrary, stored_plans
 
 
 def tables() -> dict[str, Array]:
     """Return the tables of the paper's swimmer, computed, by the names of their files."""
-    found = {}
-
-    def computed(table: str, swimmer: Swimmer, pieces: Any, counts: Any, accuracy: Any) -> Array:
-        file = prepared.file_of(table, swimmer, pieces, counts, accuracy)
-        found[file.name] = run_displacements(swimmer, pieces, counts, np.ones_like(counts), accuracy)
-        return found[file.name]
-
-    unit = Swimmer().scaled()
-    with (
-        mock.patch.object(loops, "run_displacements_kept", computed),
-        mock.patch.object(plan_library, "run_displacements_kept", computed),
-    ):
-        plan_library.MotionLibrary(plan_library.stored_plans(), unit)
+    gaits, unit = stored_gaits(), Swimmer().scaled()
+    with prepared.recorded() as found:
+        MotionLibrary(stored_plans(), unit)
         for across in (False, True):
-            loops.Loops(unit, "travel", across)
+            Loops(unit, "travel", across)
+        StrokeBook(gaits.values(), unit)
+        for gait in rolling(gaits):
+            RollStroke(gait, unit)
     return found
 
 

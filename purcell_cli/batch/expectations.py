@@ -136,7 +136,8 @@ def load_baseline(path: Path | str, most: float) -> Baseline:
                 if row[key] is not None:
                     float(row[key] + 0.0)
     except (UnreadableError, OSError, ValueError, LookupError, TypeError, RecursionError) as error:
-        raise InputError(f"{source}: wanted the summary.json of a batch, found {error}") from error
+        found = f"no key {error}" if isinstance(error, KeyError) else error
+        raise InputError(f"{source}: wanted the summary.json of a batch, found {found}") from error
     return Baseline(rows, most)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import functools
-import gc
 import re
 import signal
 import sys
@@ -68,8 +67,6 @@ class _Command(_Bare, TyperCommand):
     pass
 
 
-_OBJECTS_BEFORE_COLLECTION = 50_000
-"""New objects before garbage is looked for: importing makes many, and none is garbage; it took 40 ms of a start."""
 _HELP = {"help_option_names": ["-h", "--help"]}
 
 app = typer.Typer(
@@ -139,7 +136,6 @@ def built(command: str = "") -> Any:
 def main() -> None:
     """Run the command line; exit with 0 done, 1 not reached, 2 misuse or bad input."""
     code = MISUSE
-    gc.set_threshold(_OBJECTS_BEFORE_COLLECTION)
     signal.signal(signal.SIGTERM, _terminated)
     try:
         with robust_streams():

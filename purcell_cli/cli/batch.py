@@ -44,7 +44,7 @@ def batch(
     paths: Annotated[
         list[str],
         typer.Argument(
-            metavar="PATH...", help="Scenarios: YAML files, folders, patterns in quotes, or stored scenarios' names."
+            metavar="PATH", help="Scenarios: YAML files, folders, patterns in quotes, or stored scenarios' names."
         ),
     ],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder of results.")] = Path("purcell-results"),
@@ -207,7 +207,8 @@ def _show(console: Console, document: BatchDocument) -> None:
     told += f", {before} finished before" if before else ""
     console.print(f"{counted(document['scenarios'], 'scenario')}{told}, {document['failed']} failed")
     if document["passed_over"]:
-        console.print(f"{document['passed_over']} files that are a configuration or a swimmer were passed over")
+        others = counted(document["passed_over"], "file")
+        console.print(f"passed over {others} of a configuration or a swimmer")
     colour = "green" if document["verdict"] == "passed" else "red"
     console.print(document["verdict"], style=colour)
     console.print(f"results in {document['folder']}", soft_wrap=True)

@@ -9,12 +9,9 @@ from typing import Annotated
 import typer
 
 from purcell_cli.cli.terminal import Json, SwimmerFile, bar, ready, show, swimmer_of
+from purcell_cli.wording import ANGLES
 
 _EPILOG = "Example: purcell design --direction x --max-bend 2.5 --out my-gait.yaml; Ctrl-C takes the best so far."
-
-
-_ANGLES = {"psi": "yaw", "theta": "pitch", "phi": "roll"}
-"""What the paper's angles are called where a gait says what it moves."""
 
 
 def register(app: typer.Typer) -> None:
@@ -55,7 +52,7 @@ def design(
 
     body = ready(swimmer_of(swimmer))
     task = DesignTask(
-        _ANGLES.get(direction, direction),
+        ANGLES.get(direction, direction),
         maximize,
         body.max_bend_rad if max_bend is None else max_bend,
         planar,

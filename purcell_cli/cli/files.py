@@ -50,7 +50,7 @@ def init(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Write a start, a goal, a swimmer, a servo map and a scenario to begin with, every key explained."""
+    """Write a start, a goal, a swimmer, a servo map, a mission and a scenario to begin with, every key explained."""
     from purcell_cli.errors import InputError
     from purcell_cli.files.atomic_file import whole_file, writable_folder
     from purcell_cli.files.paths import is_link, status
@@ -81,7 +81,7 @@ def init(
 
 def validate(
     files: Annotated[
-        list[str], typer.Argument(metavar="FILE...", help="Files of the project, of any kind; - is standard input.")
+        list[str], typer.Argument(metavar="FILE", help="Files of the project, of any kind; - is standard input.")
     ],
     kind: Annotated[
         str | None,

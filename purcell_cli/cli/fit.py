@@ -25,7 +25,7 @@ def _factors(begun: str) -> list[str]:
 
 def fit(
     measured: Annotated[
-        list[Path], typer.Argument(metavar="MEASURED...", help="Measured trajectories' CSV files; gaps are allowed.")
+        list[Path], typer.Argument(metavar="MEASURED", help="Measured trajectories' CSV files; gaps are allowed.")
     ],
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FILE", help="Write the fitted swimmer's YAML file.")

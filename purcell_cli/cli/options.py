@@ -38,19 +38,27 @@ DT_DEFAULT_S: float = OPTIONS["dt_s"].default
 """Longest time between rows where none is given [s]."""
 
 
+_WIDEST_CHOICES = 24
+"""Characters of choices that stand beside a flag at most: more would break within a word at 80 columns."""
+
+
 def _shown(option: Option) -> Any:
     """Return how typer reads an option of a plan and shows it in the help."""
     meaning = f"{option.meaning[0].upper()}{option.meaning[1:]}."
     if option.kind is None or not issubclass(option.kind, StrEnum):
-        return typer.Option(option.flag, metavar=option.metavar, help=meaning)
+        told = "default:" not in meaning
+        return typer.Option(option.flag, metavar=option.metavar, help=meaning, show_default=told)
     names, place = [str(choice) for choice in option.kind], str(option.flag).lstrip("-")
+    choices = "|".join(names)
+    if len(choices) > _WIDEST_CHOICES:
+        choices, meaning = "WHAT", f"{meaning} One of {', '.join(names)}."
 
     def completions(begun: str) -> list[str]:
         return [name for name in names if name.startswith(begun)]
 
     return typer.Option(
         option.flag,
-        metavar="|".join(names),
+        metavar=choices,
         help=meaning,
         parser=lambda name: option.checked(str(name), place),
         autocompletion=completions,

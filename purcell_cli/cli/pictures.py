@@ -86,12 +86,13 @@ def plot(
         if is_file:
             title = shortened(path.name).replace("$", r"\$")  # two of them would begin and end a formula
             table = read_csv(path, checked_memory(max_memory))
+            if swimmer is not None or scenario is not None:
+                body = fitting_swimmer(swimmer, table, path, scenario)
             if scenario is None:
                 figure = time_figure(table, title)
             else:
                 from purcell_cli.pictures.space_plot import space_figure
 
-                body = fitting_swimmer(swimmer, table, path)
                 figure = space_figure(table, body, title, surroundings_of(scenario))
             save_figure(figure, file)
         else:
@@ -190,7 +191,7 @@ def view(
         raise ParameterError(f"--beside: no other trajectory is wanted for a film, found {beside}")
     memory_gb = checked_memory(max_memory) / (1 if beside is None else 2)
     table = read_csv(trajectory, memory_gb)
-    body = fitting_swimmer(swimmer, table, trajectory)
+    body = fitting_swimmer(swimmer, table, trajectory, scenario)
     if film is not None:
         show(_film(table, body, film, (trajectory, file), surroundings_of(scenario)), json, _show_film)
         return

@@ -12,10 +12,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from purcell_cli.errors import PurcellError
+import typer
 
-_DECIMAL = re.compile(r"-?\d{1,15}(\.\d{0,15})?(e-?\d{1,2})?", re.ASCII)
-"""Numbers that Python and pydantic read alike."""
+from purcell_cli.errors import ParameterError, PurcellError
+
+_DECIMAL = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?inf|nan", re.ASCII | re.IGNORECASE)
+"""Numbers as documents have them; Python would read underscores and the digits of other scripts too."""
+
+_NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
+"""What an option of a type wants, in words."""
 
 Process = Callable[[Any, Any], Any]
 """What makes the value of a parameter, in a context, of what was given."""
@@ -32,8 +37,28 @@ def _processed(param: Any, process: Process, context: Any, given: Any) -> Any:
     several = param.multiple or param.nargs != 1
     known, value = (False, None) if several or (given is None and param.required) else _plain(param, given)
     if not known:
-        return process(context, given)
+        wanted = _number_wanted(param)
+        if not wanted or not isinstance(given, str):
+            return process(context, given)
+        fault = ParameterError(f"{param.opts[0]}: {wanted} is wanted, found {given!r}")
+        if not _DECIMAL.fullmatch(given):
+            raise fault
+        try:
+            return process(context, given)
+        except typer.BadParameter:
+            raise fault from None
     return value if param.callback is None else param.callback(context, param, value)
+
+
+def _number_wanted(param: Any) -> str:
+    """Return what number a parameter wants, in words; nothing where it wants no number."""
+    described = getattr(param, "type_descriptor", None)
+    number, info = _NUMBERS.get(getattr(described, "annotation", None)), getattr(described, "parameter_info", None)
+    if number is None or info is None or info.parser is not None:
+        return ""
+    if info.min is None:
+        return number
+    return f"{number} of at least {info.min}" if info.max is None else f"{number} from {info.min} to {info.max}"
 
 
 def _plain(param: Any, given: Any) -> tuple[bool, Any]:

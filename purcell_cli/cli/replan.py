@@ -42,7 +42,8 @@ def replan(
     """Plan the rest of a plan from where the swimmer was measured to be."""
     from purcell_cli.cli.reports.plan import plan_document
     from purcell_cli.errors import InputError
-    from purcell_cli.feedback.replan import done_by, replan_once
+    from purcell_cli.feedback.replan import done_by
+    from purcell_cli.feedback.replan_mission import replan_once
     from purcell_cli.files.atomic_file import whole_file, writable
     from purcell_cli.files.configuration_file import load_configuration
     from purcell_cli.files.plan_file import PlanDocument as Saved

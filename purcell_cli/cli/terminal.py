@@ -124,14 +124,26 @@ def swimmer_of(path: Path | None) -> Swimmer:
     return load_plan(path).plan.swimmer if is_plan(path) else find_swimmer(str(path))
 
 
-def fitting_swimmer(path: Path | None, table: Table, trajectory: Path) -> Swimmer:
-    """Return the swimmer as `swimmer_of` does, with a warning where a trajectory's rows are not its motion."""
+def fitting_swimmer(path: Path | None, table: Table, trajectory: Path, scenario: str | None = None) -> Swimmer:
+    """Return whose trajectory it is, with a warning where the rows are not that swimmer's motion.
+
+    Args:
+        path: What `swimmer_of` takes.
+        table: The trajectory's rows.
+        trajectory: Their file.
+        scenario: A scenario, by file or stored name, or a plan document: its swimmer, where no other is named.
+    """
     import warnings
 
     from purcell_cli.errors import PurcellWarning
+    from purcell_cli.files.builtin import find_scenario
+    from purcell_cli.files.plan_file import is_plan
     from purcell_cli.verification.verify import MISFIT, misfit
 
-    body = ready(swimmer_of(path))
+    if path is None and scenario is not None and not is_plan(scenario):
+        body = ready(find_scenario(scenario).swimmer)
+    else:
+        body = ready(swimmer_of(path if path is not None or scenario is None else Path(scenario)))
     if (off := misfit(table, body)) > MISFIT:
         text = f"{trajectory}: its rows move otherwise than this swimmer does (off by {off:.2g} of the joints' rates)"
         warnings.warn(f"{text}; --swimmer takes the swimmer's file or the plan document", PurcellWarning, stacklevel=2)

@@ -65,6 +65,7 @@ def track(
     from purcell_cli.feedback.measured import Measuring
     from purcell_cli.feedback.track import Tracking
     from purcell_cli.feedback.track_mission import track_mission
+    from purcell_cli.files.scenario_file import warn_if_far
     from purcell_cli.files.trajectory_formats import write_trajectory
     from purcell_cli.motion.options import PlanOptions
 
@@ -76,6 +77,7 @@ def track(
     query, measuring = query_of(start, goal, swimmer), Measuring.of_text(noise, seed)
     named = None if out is None else trajectory_file(out, form, "")
     body = ready(swimmer_of(truth), walled=True)
+    warn_if_far(query)
     ready(query.swimmer)
     with bar("swimming") as progress:
 

@@ -15,6 +15,8 @@ from purcell_cli.kernel.linear import nearest_on_segments
 
 _LEAF = 4
 """Triangles of a leaf at most: fewer make more boxes than they save triangles."""
+_FLAT = 1e-9
+"""A mesh that encloses less than so much of its surface times its size encloses nothing: files have some 7 digits."""
 _BATCH = 1 << 12
 """Segments that are looked at together: bounds the memory."""
 _PROBE = (0.8017837257372732, 0.5345224838248488, 0.2672612419124244)
@@ -35,7 +37,7 @@ class Mesh(Obstacle):
         triangles: Its triangles [m]. Shape (m, 3, 3).
 
     Raises:
-        ParameterError: A mesh without triangles, or one that is open.
+        ParameterError: A mesh without triangles, one that is open, or one that encloses nothing.
     """
 
     kind: ClassVar[str] = "mesh"
@@ -49,6 +51,8 @@ class Mesh(Obstacle):
             raise ParameterError("a mesh of one triangle or more is wanted, found none")
         if (open_ := open_edges(self.triangles)) > 0:
             raise ParameterError(f"a closed mesh is wanted, found one with {open_} open edges")
+        if self.volume_m3 == 0.0:
+            raise ParameterError("a mesh that encloses a volume is wanted, found one that encloses none")
         object.__setattr__(self, "_tree", _Tree(self.triangles))
 
     def distance(self, first: Array, last: Array) -> Array:
@@ -59,8 +63,21 @@ class Mesh(Obstacle):
         ]
         return np.concatenate([np.empty(0), *parts])
 
+    @property
+    def volume_m3(self) -> float:
+        """The volume that it encloses, negative where its triangles face inwards, 0 where rounding hides it [m^3]."""
+        off = self.triangles - self.triangles.mean(axis=(0, 1))
+        size = max(float(np.max(np.abs(off))), np.finfo(np.float64).tiny)
+        first, second, third = (off / size).transpose(1, 0, 2)
+        area = cross(second - first, third - first)
+        volume = float(np.sum(dot(first, area))) / 6.0
+        return volume * size**3 if abs(volume) > _FLAT * float(np.sum(np.sqrt(dot(area, area)))) else 0.0
+
     def contains(self, points: Array) -> NDArray[np.bool_]:
-        """Return which points are inside, by how often a ray from them crosses the surface. Shapes (n, 3) to (n,)."""
+        """Return which points are inside: the surface winds round them, so that it may cross itself. (n, 3) to (n,).
+
+        Of how often a ray crosses it outwards and inwards, the difference is the winding number.
+        """
         ray = np.array(_PROBE)
         corner, u, v = self.triangles[:, 0], *(self.triangles[:, k] - self.triangles[:, 0] for k in (1, 2))
         across = cross(np.broadcast_to(ray, v.shape), v)
@@ -74,7 +91,7 @@ class Mesh(Obstacle):
             b = dot(turned, np.broadcast_to(ray, turned.shape)) * inverse
             ahead = dot(v, turned) * inverse
             crossed = (a >= 0.0) & (b >= 0.0) & (a + b <= 1.0) & (ahead > 0.0) & (size != 0.0)
-            out[k] = np.count_nonzero(crossed) % 2 == 1
+            out[k] = np.sum(np.sign(size[crossed])) != 0.0
         return out
 
     def bounds(self) -> Array:

@@ -27,8 +27,24 @@ _COARSE = 0.01
 then shrinks by as much as it is moved."""
 _BLUNT_RAD = math.radians(20.0)
 """Turns of a centreline up to this are not held against it: measured points lie a little to and fro [rad]."""
+_BACK_RAD = math.radians(165.0)
+"""A centreline that turns by more at a point goes back along itself: its points are not in order [rad]."""
 _JUST = 0.9
 """A polygon round a circle of the tube's own radius is allowed: it turns this much tighter than the circle at most."""
+
+
+class CentrelineError(ParameterError):
+    """A point of a centreline that cannot be.
+
+    Attributes:
+        point: Its index, from 0.
+        wanted: What is wanted.
+        found: What was found.
+    """
+
+    def __init__(self, point: int, wanted: str, found: str) -> None:
+        super().__init__(f"centreline: {wanted} are wanted, found {found} at point {point + 1}")
+        self.point, self.wanted, self.found = point, wanted, found
 
 
 @dataclasses.dataclass(frozen=True)
@@ -41,7 +57,8 @@ class Tube(Obstacle):
         file: The file that says them, if there is one.
 
     Raises:
-        ParameterError: Fewer than two points, two alike in a row, or a tube that turns tighter than its radius.
+        ParameterError: Fewer than two points.
+        CentrelineError: Two points alike in a row, or a tube that turns back or tighter than its radius.
     """
 
     kind: ClassVar[str] = "tube"
@@ -57,7 +74,7 @@ class Tube(Obstacle):
             raise ParameterError(f"centreline: two points or more, a radius each, are wanted, found {len(points)}")
         way = np.diff(np.array(points), axis=0)
         if len(flat := np.flatnonzero(dot(way, way) == 0.0)):
-            raise ParameterError(f"centreline: points that differ are wanted, found two alike at point {flat[0] + 2}")
+            raise CentrelineError(int(flat[0]) + 1, "points that differ", "two alike")
         _refuse_tight(np.array(points), np.array(self.radii_m))
         object.__setattr__(self, "_cones", _cones(np.array(points), np.array(self.radii_m)))
 
@@ -97,6 +114,9 @@ def _refuse_tight(points: Array, radii: Array) -> None:
     way = np.diff(points, axis=0)
     size = np.sqrt(dot(way, way))
     heading = way / size[:, None]
+    back = np.flatnonzero(dot(heading[1:], heading[:-1]) < math.cos(_BACK_RAD))
+    if len(back):
+        raise CentrelineError(int(back[0]) + 1, f"turns of at most {math.degrees(_BACK_RAD):g} degrees", "one back")
     middle, at_end = np.cumsum(size) - 0.5 * size, radii[1:]
     for k in range(len(way) - 1):
         some = slice(k + 1, int(np.searchsorted(middle, middle[k] + math.pi * float(np.max(radii)))) + 1)
@@ -106,10 +126,8 @@ def _refuse_tight(points: Array, radii: Array) -> None:
         tight = (turn > _BLUNT_RAD) & (gap < _JUST * turn * at_end[some])
         if np.any(tight):
             n = int(np.flatnonzero(tight)[0])
-            raise ParameterError(
-                f"centreline: turns no tighter than the tube's radius ({at_end[some][n]:g} m) are wanted, "
-                f"found one of {gap[n] / turn[n]:.3g} m at point {k + 2 + n}"
-            )
+            wanted = f"turns no tighter than the tube's radius ({at_end[some][n]:g} m)"
+            raise CentrelineError(k + 1 + n, wanted, f"one of {gap[n] / turn[n]:.3g} m")
 
 
 def _cones(points: Array, radii: Array) -> tuple[Array, Array, Array, Array]:
@@ -117,12 +135,14 @@ def _cones(points: Array, radii: Array) -> tuple[Array, Array, Array, Array]:
     most = _COARSE * float(np.min(radii))
     kept, shrunk, k = [0], [], 0
     while k < len(points) - 1:
-        step, slack = 1, 0.0
-        while k + step + 1 < len(points):
-            moved = _moved(points, radii, k, k + step + 1)
-            if moved > most:
-                break
-            step, slack = step + 1, moved
+        step, slack, wider = 1, 0.0, 1
+        while wider and k + step + 1 < len(points):
+            tried = min(step + wider, len(points) - 1 - k)
+            moved = _moved(points, radii, k, k + tried)
+            if moved <= most:
+                step, slack, wider = tried, moved, 2 * wider
+            else:
+                wider //= 2
         k += step
         kept.append(k)
         shrunk.append(slack)
@@ -134,7 +154,7 @@ def _moved(points: Array, radii: Array, first: int, last: int) -> float:
     """Return by how much the balls of one straight cone may stick out of those of the centreline between two points."""
     way = points[last] - points[first]
     between = points[first : last + 1]
-    foot = dot(between - points[first], way) / dot(way, way)
+    foot = dot(between - points[first], way)
     if np.any(np.diff(foot) <= 0.0):
         return math.inf
     part = along(between, points[first], way)

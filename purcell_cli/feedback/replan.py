@@ -76,29 +76,6 @@ def replan(
     return Replanned(whole, False, *figures)
 
 
-def replan_once(
-    made: Plan,
-    measured: Configuration,
-    options: PlanOptions = PlanOptions(),
-    *,
-    after_rad: float = 0.0,
-    progress: Progress = silent,
-) -> Replanned:
-    """Return the rest of a plan; one that moves nothing, or all joints at once, is planned anew. See `replan`.
-
-    Raises:
-        ParameterError: A plan that passes waypoints or follows a curve, which its rest would leave out.
-    """
-    if made.passages or made.follow is not None:
-        raise ParameterError("plan: one without waypoints, that follows no curve, is wanted, found one with")
-    way = way_of(made)
-    if way is not None:
-        return replan(way, measured, options, after_rad=after_rad, progress=progress)
-    refuse_query(measured, made.goal, made.swimmer, options, "measured")
-    whole = plan(measured, made.goal, swimmer=made.swimmer, options=options, progress=progress)
-    return Replanned(whole, False, left_rad=made.joint_travel_rad)
-
-
 def way_of(made: Plan) -> PlanPath | None:
     """Return the way of a plan whose strokes can be brought to a goal anew: of primitives, and not none."""
     return PlanPath.of(made) if made.blocks and of_primitives(made) else None

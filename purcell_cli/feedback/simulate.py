@@ -23,7 +23,8 @@ from purcell_cli.kernel.flow import played, with_twice_the_digits
 from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.mechanics.bead_table import REACH_RAD
 from purcell_cli.mechanics.configuration import Configuration, Deviation
-from purcell_cli.mechanics.joints import named
+from purcell_cli.mechanics.joint_motion import refuse_shape
+from purcell_cli.mechanics.joints import Joints, named
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -31,7 +32,7 @@ from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles
 from purcell_cli.motion.pace import slowed
 from purcell_cli.motion.trajectory import Trajectory
 from purcell_cli.motion.trajectory_table import Table
-from purcell_cli.verification.joints_kept import follow
+from purcell_cli.verification.joints_kept import JointsKept, follow
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -173,6 +174,25 @@ def _refuse_far_bends(pieces: Pieces) -> None:
         )
 
 
+def refuse_unfit_joints(table: Table, truth: Swimmer) -> None:
+    """Refuse a trajectory that a swimmer's joints cannot make, at whatever pace.
+
+    Raises:
+        ParameterError: It begins with a shape that they cannot make, turns a limb about an axis that its joint has not,
+            or leaves a range.
+    """
+    if truth.ball_joints:
+        return
+    first, seconds = _configuration(table, 0), np.append(np.diff(table.time_s), 0.0)
+    refuse_shape(truth, "line 2", first)
+    shapes = shapes_along(first.shape, None, table.rate_rad_s * seconds[:, None])
+    asked = Pieces(shapes[:-1], table.rate_rad_s, seconds)
+    faults = JointsKept(truth, first).faults(0, table.time_s, asked)
+    for kind in ("joint", "range"):
+        if kind in faults:
+            raise ParameterError(f"a motion that the swimmer's joints can make is wanted, found {faults[kind]}")
+
+
 def refuse_other_joints(model: Swimmer, truth: Swimmer) -> None:
     """Refuse a truth whose joints are not those that the motion is made for.
 
@@ -181,7 +201,19 @@ def refuse_other_joints(model: Swimmer, truth: Swimmer) -> None:
     """
     if model.joints != truth.joints:
         wanted, found = named(model.joints), named(truth.joints)
-        raise ParameterError(f"the truth's joints: those of the model, {wanted}, are wanted, found {found}")
+        other = "" if wanted != found else f" with {_difference(model.joints, truth.joints)}"
+        raise ParameterError(f"the truth's joints: those of the model, {wanted}, are wanted, found {found}{other}")
+
+
+def _difference(model: Joints, truth: Joints) -> str:
+    """Return the first range or rate that joints of the same kinds do not share, in words."""
+    for limb, (mine, other) in enumerate(zip(model, truth, strict=True), 1):
+        for key, what in (("psi_deg", "range of psi"), ("theta_deg", "range of theta"), ("rate_rad_s", "rate_rad_s")):
+            own, its = getattr(mine, key), getattr(other, key)
+            if own != its:
+                told = ["none" if one is None else f"{one}" for one in (its, own)]
+                return f"limb {limb}'s {what} {told[0]}, not {told[1]}"
+    return "others"
 
 
 def off_by_coordinate(found: Configuration, wanted: Configuration) -> dict[str, list[float]]:

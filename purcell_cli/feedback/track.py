@@ -10,12 +10,14 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from purcell_cli.errors import ParameterError
+from purcell_cli.environment.scene import Scene
+from purcell_cli.errors import ParameterError, PurcellWarning
 from purcell_cli.feedback.measured import EXACTLY, Measuring
 from purcell_cli.feedback.replan import done_by, way_of
 from purcell_cli.feedback.simulate import refuse_other_joints, simulate
@@ -24,6 +26,7 @@ from purcell_cli.geometry.reproducible import normal_numbers
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.mission import Follow
+from purcell_cli.motion.obstacle_distance import link_distances
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.trajectory import Trajectory, as_table
 from purcell_cli.solution import Solution
@@ -72,6 +75,7 @@ class Tracking:
         parts: The parts, in order.
         arrived: Whether the last measurement was at the goal, within the tolerances.
         follow: The curve that it was to follow, if there is one.
+        obstacles: What no link was to touch, if there is anything.
     """
 
     start: Configuration
@@ -80,6 +84,7 @@ class Tracking:
     parts: tuple[Part, ...]
     arrived: bool
     follow: Follow | None = None
+    obstacles: Scene | None = None
 
     @property
     def replans(self) -> int:
@@ -94,11 +99,20 @@ class Tracking:
         curve = self.follow.curve
         return max((float(np.max(curve.distance_m(p.trajectory.pose[:, :3, 3]))) for p in self.parts), default=0.0)
 
+    @functools.cached_property
+    def obstacle_m(self) -> float | None:
+        """How near a link really came to an obstacle in any row [m]; None without obstacles, or where nothing swam."""
+        if self.obstacles is None:
+            return None
+        rows = [part.trajectory for part in self.parts]
+        near = [link_distances(self.truth, self.obstacles, one.pose, one.shape[..., 0])[0] for one in rows]
+        return min((float(np.min(one)) for one in near), default=None)
+
     def judged(self) -> Tracking:
-        """Return it as not arrived where it left the curve's tolerance."""
-        if self.follow is None or (self.off_curve_m or 0.0) <= self.follow.tolerance_m:
-            return self
-        return dataclasses.replace(self, arrived=False)
+        """Return it as not arrived where it left the curve's tolerance, or touched an obstacle."""
+        off_curve = self.follow is not None and (self.off_curve_m or 0.0) > self.follow.tolerance_m
+        touched = self.obstacle_m is not None and self.obstacle_m < 0.0
+        return dataclasses.replace(self, arrived=False) if off_curve or touched else self
 
     @property
     def off(self) -> Deviation:
@@ -150,7 +164,7 @@ def track(
         follow: A curve that the way is to stay near, if there is one: it arrives only where it really did.
 
     Raises:
-        ParameterError: Fewer than no replans, or see `solution.plan`.
+        ParameterError: Fewer than no replans, or see `solution.plan`; later, as where a link touches, it ends.
     """
     if replans < 0:
         raise ParameterError(f"replans: a number at least 0 is wanted, found {replans}")
@@ -169,7 +183,7 @@ def track(
         return measuring.of(at, body.length_m, np.add.reduce(normal_numbers(noise, (many, 2, 3))) / many)
 
     def so_far(arrived: bool) -> Tracking:
-        return Tracking(start, goal, truth, tuple(parts), arrived, follow).judged()
+        return Tracking(start, goal, truth, tuple(parts), arrived, follow, options.obstacles).judged()
 
     here, swum_s = start, math.inf
     measured = measured_at_rest(here)
@@ -178,7 +192,9 @@ def track(
         tracker.turn_to(aim, measured, swum_s)
         tried, last = 0, leg == len(every) - 1
         while not tracker.arrived(measured) and tried <= replans:
-            solution = tracker.update(measured, swum_s, anew=tried > 0 or aim.leg is None)
+            solution = _updated(tracker, measured, swum_s, tried > 0 or aim.leg is None, first=not parts)
+            if solution is None:
+                return so_far(False)
             swum_s = _until(solution, first=not parts) if tried < replans else math.inf
             swum, swum_s, measured = _swum(tracker, solution, truth, here, swum_s, measured_in, measured_at_rest)
             here = swum.end
@@ -193,6 +209,17 @@ def track(
         if not tracker.arrived(measured):
             return so_far(False)
     return so_far(True)
+
+
+def _updated(tracker: Tracker, measured: Configuration, swum_s: float, anew: bool, first: bool) -> Solution | None:
+    """Return the plan that is swum next; None where none but the first can be made, as where a link touches."""
+    try:
+        return tracker.update(measured, swum_s, anew=anew)
+    except ParameterError as error:
+        if first:
+            raise
+        warnings.warn(f"it is not planned again: {error}", PurcellWarning, stacklevel=3)
+        return None
 
 
 def _swum(

@@ -11,26 +11,17 @@ import warnings
 from typing import Any
 
 from purcell_cli.errors import ParameterError, PurcellWarning
+from purcell_cli.feedback.plan_legs import legs_of
 from purcell_cli.feedback.track import Tracking, track
-from purcell_cli.feedback.tracker import Aim
-from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.missions import plan_mission
-from purcell_cli.motion.mission import Mission, Waypoint
+from purcell_cli.motion.mission import Mission
 from purcell_cli.motion.options import PlanOptions
-from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.verdict import Verdict
-from purcell_cli.planner.missions.on_the_way import blocks_before
-from purcell_cli.planner.rest import blocks_after
-from purcell_cli.planner.routes.one_motion import ended
 from purcell_cli.solution import Solution
 
 _TIGHTER = 0.85
 """A curve is planned with this part of its tolerance, if that can be: the rest is for what the model misses by."""
-_LEG_RAD = 25.0
-"""Legs along a curve take about so much joint travel [rad]: about 1 L, in which a model 10 % off misses by 0.1 L."""
-_NEAR = 0.15
-"""At their ends the swimmer may be off by this part of the curve's tolerance."""
 
 
 def track_mission(
@@ -61,7 +52,7 @@ def track_mission(
         text = f"nothing is swum, since the plan of the mission on the model is: {made.verdict}"
         warnings.warn(text, PurcellWarning, stacklevel=2)
         return Tracking(mission.start, mission.goal, truth, (), False, mission.follow)
-    legs = _through(made.plan) if mission.follow is None else _along(made.plan, mission.follow.tolerance_m)
+    legs = legs_of(dataclasses.replace(made.plan, follow=mission.follow))
     return track(
         mission.start, mission.goal, truth, model=body, options=options, legs=legs, follow=mission.follow, **asked
     )
@@ -78,32 +69,3 @@ def _planned(mission: Mission, model: Swimmer, options: PlanOptions) -> Solution
         if found is not None and found.verdict == Verdict.REACHED:
             return found
     return plan_mission(mission, swimmer=model, options=options)
-
-
-def _through(plan: Plan) -> list[Aim]:
-    """Return the legs of a plan through waypoints."""
-    out: list[Aim] = []
-    here = plan.start
-    waypoints = [*(one.waypoint for one in plan.passages), None]
-    for waypoint, blocks in zip(waypoints, plan.legs, strict=True):
-        end = plan.goal if waypoint is None else waypoint.filled(ended(Plan(plan.swimmer, here, plan.goal, blocks)))
-        out.append(Aim(end, waypoint, leg=Plan(plan.swimmer, here, end, blocks)))
-        here = end
-    return out
-
-
-def _along(plan: Plan, tolerance_m: float) -> list[Aim]:
-    """Return the legs of a plan along a curve with a tolerance."""
-    out: list[Aim] = []
-    rest = Plan(plan.swimmer, plan.start, plan.goal, plan.blocks)
-    slack_l = _NEAR * tolerance_m / plan.swimmer.length_m
-    for _ in range(int(plan.joint_travel_rad / _LEG_RAD) - 1):
-        before = blocks_before(rest, _LEG_RAD)
-        end = ended(dataclasses.replace(rest, blocks=before))
-        out.append(Aim(end, _place_of(end), slack_l, Plan(plan.swimmer, rest.start, end, before)))
-        rest = Plan(plan.swimmer, end, plan.goal, blocks_after(rest, _LEG_RAD))
-    return [*out, Aim(plan.goal, leg=rest)]
-
-
-def _place_of(end: Configuration) -> Waypoint:
-    return Waypoint(end.pose[:3, 3])

@@ -67,7 +67,8 @@ class Pair(Element[tuple[ValueT, OtherT]], Generic[ValueT, OtherT]):
     @property
     def wanted(self) -> str:
         """What the element wants to find, in words."""
-        return f"a list of {self.first.wanted}, and {self.second.wanted}"
+        first, second = self.first.wanted, self.second.wanted
+        return f"a list of 2, each {first}" if first == second else f"a list of {first}, and {second}"
 
     def read(self, place: Place) -> tuple[ValueT, OtherT]:
         """Return the two values at a place."""

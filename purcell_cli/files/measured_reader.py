@@ -15,6 +15,7 @@ import numpy as np
 
 from purcell_cli.errors import InputError
 from purcell_cli.files.place import shortened
+from purcell_cli.files.trajectory_reader import other_bytes
 from purcell_cli.files.used_files import note_large_input
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import MEASURED_SLACK, Array, from_euler, from_quaternion
@@ -32,6 +33,8 @@ _ORIENTATIONS = {
 
 _LARGEST_BYTES = 1 << 30
 """Bytes of a file at most: two million rows, hours at 200 rows a second."""
+_BEGIN_BYTES = 4
+"""Bytes by which a file that is no text is known."""
 _FAR_M = 1e6
 """A base farther from the origin was not measured in metres."""
 
@@ -57,7 +60,9 @@ def read_measured(path: Path | str) -> MeasuredTrajectory:
                 numbers.append(_numbers(f"{source}:{line}", row, columns))
                 lines.append(line)
     except UnicodeDecodeError:
-        raise InputError(f"{source}:{line + 1}: wanted UTF-8 text, found other bytes") from None
+        with source.open("rb") as begun:
+            found = other_bytes(begun.read(_BEGIN_BYTES))
+        raise InputError(f"{source}:{line + 1}: wanted UTF-8 text, found {found}") from None
     except (csv.Error, OSError) as error:
         raise InputError(f"{source}:{line + 1}: wanted rows of numbers, found {error}") from None
     if not numbers:

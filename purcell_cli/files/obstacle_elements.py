@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,9 @@ from purcell_cli.environment.mesh import Mesh
 from purcell_cli.environment.obstacle import Obstacle
 from purcell_cli.environment.scene import Scene
 from purcell_cli.environment.solids import LEVEL, Box, Capsule, HalfSpace, Sphere
-from purcell_cli.environment.tube import Tube
-from purcell_cli.files.centreline_csv import read_centreline
+from purcell_cli.environment.tube import CentrelineError, Tube
+from purcell_cli.errors import InputError, PurcellWarning
+from purcell_cli.files.centreline_csv import Centreline, read_centreline
 from purcell_cli.files.configuration_file import COORDINATE, ORIENTATION
 from purcell_cli.files.containers import Field, ListOf, Record, only_value
 from purcell_cli.files.documents import Made
@@ -36,7 +38,7 @@ def _unreadable(place: Place, name: str, error: UnreadableError) -> Exception:
     return place.error("the path of a readable file", f"{error} at '{shortened(str(place.folder / name))}'")
 
 
-class _Centreline(Element[tuple[str, list[list[float]], list[float] | None]]):
+class _Centreline(Element[Centreline]):
     """The points of a centreline, in a file or inline."""
 
     _inline = ListOf(ListOf(COORDINATE, 3), at_least=2)
@@ -46,13 +48,13 @@ class _Centreline(Element[tuple[str, list[list[float]], list[float] | None]]):
         """What the element wants to find, in words."""
         return f"{_FILE.wanted}, or {self._inline.wanted}"
 
-    def read(self, place: Place) -> tuple[str, list[list[float]], list[float] | None]:
-        """Return the file, the points [m] and, where they are told beside them, the radii [m]."""
+    def read(self, place: Place) -> Centreline:
+        """Return the points [m] and, where the file tells them beside them, the radii [m]."""
         if isinstance(place.node, yaml.SequenceNode):
-            return "", self._inline.read(place), None
+            return Centreline(self._inline.read(place))
         name = _FILE.read(place)
         try:
-            return name, *read_centreline(place.folder / name)
+            return read_centreline(place.folder / name, name)
         except UnreadableError as error:
             raise _unreadable(place, name, error) from error
 
@@ -81,24 +83,33 @@ class _Radius(Element[list[float]]):
 
 
 def _tube(value: dict[str, Any], place: Place) -> Tube:
-    file, points, along = value["centreline"]
+    line: Centreline = value["centreline"]
     given = value.get("radius_m")
-    if (given is None) == (along is None):
+    if (given is None) == (line.radii is None):
         both = "both" if given is not None else "neither"
         raise place.error("a radius, by the key radius_m or by the centreline's column radius_m", both)
-    radii = list(along or given or ())
-    radii = radii * len(points) if len(radii) == 1 else radii
-    if len(radii) != len(points):
-        raise place.at("radius_m").error(f"one radius, or {len(points)}, one a point", f"{len(radii)}")
-    return Tube(tuple((x, y, z) for x, y, z in points), tuple(radii), file)
+    radii = list(line.radii or given or ())
+    radii = radii * len(line.points) if len(radii) == 1 else radii
+    if len(radii) != len(line.points):
+        raise place.at("radius_m").error(f"one radius, or {len(line.points)}, one a point", f"{len(radii)}")
+    try:
+        return Tube(tuple((x, y, z) for x, y, z in line.points), tuple(radii), line.file)
+    except CentrelineError as error:
+        if line.places:
+            raise InputError(f"{line.places[error.point]}: wanted {error.wanted}, found {error.found}") from error
+        raise place.at("centreline", error.point).error(error.wanted, error.found) from error
 
 
 def _mesh(value: dict[str, Any], place: Place) -> Mesh:
     name = value["file"]
     try:
-        return load_mesh(place.folder / name, value.get("scale", 1.0))
+        mesh = load_mesh(place.folder / name, value.get("scale", 1.0))
     except UnreadableError as error:
         raise _unreadable(place.at("file"), name, error) from error
+    if mesh.volume_m3 < 0.0:
+        told = "its triangles face inwards, and it is taken as the solid that they enclose all the same"
+        warnings.warn(f"{place.file}:{place.line}: {place.key}.file: {told}", PurcellWarning, stacklevel=2)
+    return mesh
 
 
 def _box(value: dict[str, Any], _: Place) -> Box:

@@ -136,17 +136,20 @@ EXPECT: Element[Expect] = Made(
 
 
 def warn_if_far(scenario: Scenario, label: str = "") -> None:
-    """Warn of a goal that is so far away that it might be meant in another unit.
+    """Warn of a goal or a waypoint that is so far away that it might be meant in another unit.
 
     Args:
         scenario: The scenario.
         label: What stands before the warning.
     """
-    distance_m = float(np.linalg.norm(scenario.goal.pose[:3, 3] - scenario.start.pose[:3, 3]))
-    lengths = distance_m / scenario.swimmer.length_m
+    places = {f"via[{k}]": one.position_m for k, one in enumerate(scenario.via) if one.position_m is not None}
+    places["the goal"] = scenario.goal.pose[:3, 3]
+    far_m = {name: float(np.linalg.norm(at - scenario.start.pose[:3, 3])) for name, at in places.items()}
+    name = max(far_m, key=lambda one: far_m[one])
+    lengths = far_m[name] / scenario.swimmer.length_m
     if lengths > _FAR_L:
-        far = f"{lengths:.6g} L ({distance_m:.6g} m) from the start"
-        text = f"{label}the goal is {far}, which may be hours of swimming; position_m is in metres"
+        far = f"{lengths:.6g} L ({far_m[name]:.6g} m) from the start"
+        text = f"{label}{name} is {far}, which may be hours of swimming; position_m is in metres"
         warnings.warn(text, PurcellWarning, stacklevel=2)
 
 

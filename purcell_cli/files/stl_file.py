@@ -44,15 +44,17 @@ def load_mesh(path: Path, scale: float) -> Mesh:
 
     Raises:
         UnreadableError: There is no such file, it cannot be read, or it is too large.
-        ParameterError: It is no STL file, or its mesh is empty or open.
+        ParameterError: It is no STL file, or its mesh is empty, open or flat.
     """
     data = _bytes(path)
-    corners = _as_text(data) if _is_text(data) else _as_binary(data)
+    corners = _as_text(data.lower()) if _is_text(data) else _as_binary(data)
     triangles = np.asarray(corners * scale, dtype=np.float64)
     if not len(triangles):
         raise ParameterError("a mesh of one triangle or more is wanted, found none")
-    if not np.all(np.abs(triangles) <= _FARTHEST_M):
-        raise ParameterError(f"coordinates up to {_FARTHEST_M:g} m are wanted, found others")
+    bad = np.flatnonzero(~(np.abs(triangles) <= _FARTHEST_M))
+    if len(bad):
+        found = f"{triangles.flat[bad[0]]:g} in triangle {bad[0] // triangles[0].size + 1}"
+        raise ParameterError(f"finite coordinates up to {_FARTHEST_M:g} m are wanted, found {found}")
     return Mesh(str(path.resolve()), scale, hashlib.sha256(data).hexdigest(), triangles)
 
 
@@ -64,32 +66,51 @@ def _bytes(path: Path) -> bytes:
 
 
 def _is_text(data: bytes) -> bool:
-    """Return whether a file is an STL file as text: binary ones may begin with the same word."""
-    if not data.lstrip().startswith(b"solid"):
-        return False
-    return len(data) < _HEAD or _HEAD + _TRIANGLE.itemsize * _count(data) != len(data)
-
-
-def _count(data: bytes) -> int:
-    return int(np.frombuffer(data, "<u4", 1, _HEAD - 4)[0])
+    """Return whether a file is an STL file as text: binary ones may begin with the same word, but have bytes of 0."""
+    return data.lstrip()[:5].lower() == b"solid" and b"\0" not in data
 
 
 def _as_binary(data: bytes) -> Array:
-    if len(data) < _HEAD or len(data) != _HEAD + _TRIANGLE.itemsize * _count(data):
-        raise ParameterError("an STL file is wanted, found none")
-    if _count(data) > MOST_TRIANGLES:
-        raise ParameterError(f"at most {MOST_TRIANGLES} triangles are wanted, found {_count(data)}")
+    if len(data) < _HEAD:
+        raise ParameterError(f"an STL file is wanted, found {len(data)} bytes that are none")
+    count = int(np.frombuffer(data, "<u4", 1, _HEAD - 4)[0])
+    size = _HEAD + _TRIANGLE.itemsize * count
+    if len(data) != size:
+        found = f"none: {len(data)} bytes, and as a binary one its {count} triangles take {size}"
+        raise ParameterError(f"an STL file is wanted, found {found}")
+    if count > MOST_TRIANGLES:
+        raise ParameterError(f"at most {MOST_TRIANGLES} triangles are wanted, found {count}")
     return np.frombuffer(data, _TRIANGLE, -1, _HEAD)["corners"].astype(np.float64)
 
 
 def _as_text(data: bytes) -> Array:
-    facets = data.count(b"endfacet")
+    if b"endsolid" not in data:
+        raise ParameterError("an STL file is wanted, found one that breaks off: endsolid is missing")
+    *facets, rest = data.split(b"endfacet")
+    if len(facets) > MOST_TRIANGLES:
+        raise ParameterError(f"at most {MOST_TRIANGLES} triangles are wanted, found {len(facets)}")
+    corners = [facet.count(b"vertex") for facet in (*facets, rest)]
+    wrong = [k for k, count in enumerate(corners) if count != (3 if k < len(facets) else 0)]
+    if wrong:
+        line = 1 + b"endfacet".join([*facets, rest][: wrong[0] + 1]).count(b"\n")
+        what = "a facet" if wrong[0] < len(facets) else "a rest without endfacet"
+        raise ParameterError(
+            f"facets of 3 corners are wanted, found {what} of {corners[wrong[0]]} that ends on line {line}"
+        )
     found = _CORNER.findall(data)
-    if b"endsolid" not in data or len(found) != 3 * facets:
-        raise ParameterError("an STL file is wanted, found one that breaks off or has corners too many or too few")
-    if facets > MOST_TRIANGLES:
-        raise ParameterError(f"at most {MOST_TRIANGLES} triangles are wanted, found {facets}")
     try:
-        return np.array(found).astype(np.float64).reshape(-1, 3, 3)
-    except ValueError as error:
-        raise ParameterError("an STL file is wanted, found a corner that is no number") from error
+        if len(found) == 3 * len(facets):
+            return np.array(found).astype(np.float64).reshape(-1, 3, 3)
+    except ValueError:
+        pass
+    raise ParameterError(f"corners of 3 numbers are wanted, found another on line {_bad_line(data)}")
+
+
+def _bad_line(data: bytes) -> int:
+    """Return the line of the first corner that is not three numbers."""
+    for one in re.finditer(rb"vertex", data):
+        try:
+            np.array(data[one.end() :].split(None, 3)[:3]).astype(np.float64).reshape(3)
+        except ValueError:
+            break
+    return 1 + data.count(b"\n", 0, one.end())

@@ -1,9 +1,10 @@
-"""The files that `purcell init` writes: start, goal, swimmer, servo map and scenario, with every key explained."""
+"""The files that `purcell init` writes: start, goal, swimmer, servo map, mission, scenario; every key is explained."""
 
 from __future__ import annotations
 
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.files.builtin import find_swimmer, stored_swimmers
+from purcell_cli.files.servo_map_file import ServoMap
 from purcell_cli.mechanics.joint_motion import plane_axis
 from purcell_cli.wording import nearest_hint
 
@@ -88,25 +89,52 @@ expect:
 #   goal.base.position_m[0]: {start: 0.0, stop: 0.01, num: 11}
 """
 
-SERVOS = """\
+MISSION = """\
+# A mission: a scenario with something to do on the way. Plan it, and look at it, with
+#   purcell plan mission.yaml --out mission.csv
+#   purcell plot mission.csv --scenario mission.yaml --out mission.png
+name: mission
+start: {}
+swimmer: swimmer.yaml
+via:                                 # passed exactly in what each names; the rest is free there, and chosen
+  - base: {position_m: [0.1, 0.0, 0.0]}
+  - base: {position_m: [0.2, 0.1, 0.0]}
+  # - limb1: {euler_deg: [20, 0, 0]}   # a limb alone: it turns where the swimmer is
+order: given                         # or free: the planner chooses the order, of up to 12 waypoints
+goal: {base: {position_m: [0.3, 0.1, 0.0]}}
+obstacles:                           # no part of any link touches one, at any instant; scenario.yaml has all kinds
+  - {sphere: {centre_m: [0.1, 0.45, 0.0], radius_m: 0.1}}
+# follow: {path: curve.csv, tolerance_m: 0.07}   # instead of via: a curve for the base's middle; columns x_m,y_m,z_m
+expect: {verdict: reached}
+"""
+
+_SERVOS = """\
 # A servo map, for a robot that plays a plan: which hinges a limb's joint is made of, and what their servos are told.
 #   purcell export trajectory.csv --to servo --map servos.yaml
 # Every key may be left out; nothing else may stand here.
 # The hinges' axes from the base outwards: z yaw, y pitch, x roll. A joint with one hinge or two has fewer letters.
-hinge_order: {limb1: zyx, limb2: zyx}
+hinge_order: {ORDERS}
 # How far the middle one of three hinges must stay from +-90 degrees, where the outer two share an axis.
 lock_margin_deg: 5.0
 # A servo is told zero + sign * scale * angle; the angle is in degrees, and 0 with the limbs in line with the base.
 channels:
-  limb1_yaw: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
-  limb1_pitch: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
-  limb1_roll: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
-  limb2_yaw: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
-  limb2_pitch: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
-  limb2_roll: {unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [-180.0, 180.0]}
+CHANNELS
 # A hobby servo takes pulses: 1500 microseconds in the middle, 1000 more or less for 90 degrees.
 # limb1_yaw: {unit: us, zero: 1500.0, sign: -1, scale: 11.111, range: [500.0, 2500.0]}
 """
+
+
+def _servos(servo_map: ServoMap) -> str:
+    """Return a servo map with every key explained."""
+    orders = ", ".join(f"limb{chain.limb}: {chain.order}" for chain in servo_map.chains)
+    channels = [
+        f"  {name}: {{unit: deg, zero: 0.0, sign: 1, scale: 1.0, range: [{channel.low}, {channel.high}]}}"
+        for name, channel in servo_map.channels.items()
+    ]
+    return _SERVOS.replace("ORDERS", orders).replace("CHANNELS", "\n".join(channels))
+
+
+SERVOS = _servos(ServoMap.of({}, {}))
 
 _PLANAR_GOAL = GOAL.replace("euler_deg: [0, 0, 10]", "euler_deg: [10, 0, 0]", 1)
 """The goal for swimmers whose base stays in its x-y plane."""
@@ -116,6 +144,7 @@ FILES = {
     "goal.yaml": GOAL,
     "swimmer.yaml": SWIMMER,
     "servos.yaml": SERVOS,
+    "mission.yaml": MISSION,
     "scenario.yaml": SCENARIO,
 }
 """Each file's text by name."""
@@ -135,5 +164,6 @@ def files_for(swimmer: str) -> dict[str, str]:
         hint = nearest_hint(swimmer, known)
         raise UnknownNameError(f"--swimmer: a stored swimmer is wanted ({', '.join(known)}){hint}, found {swimmer!r}")
     text = known[swimmer].read_text(encoding="utf-8")
-    goal = GOAL if plane_axis(find_swimmer(str(known[swimmer]))) is None else _PLANAR_GOAL
-    return {**FILES, "goal.yaml": goal, "swimmer.yaml": text}
+    own = find_swimmer(str(known[swimmer]))
+    goal = GOAL if plane_axis(own) is None else _PLANAR_GOAL
+    return {**FILES, "goal.yaml": goal, "swimmer.yaml": text, "servos.yaml": _servos(ServoMap.of_swimmer(own))}

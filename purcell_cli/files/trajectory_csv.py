@@ -9,6 +9,7 @@ import numpy as np
 import orjson
 
 from purcell_cli.files.atomic_file import whole_file
+from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.rotations import Array, as_euler
 from purcell_cli.motion.trajectory import Trajectory, continuous_quaternions
 
@@ -44,9 +45,9 @@ def write_rows(trajectory: Trajectory, stream: IO[bytes]) -> None:
     """Write a trajectory as CSV into an open file, as `write_csv` does."""
     stream.write(f"{','.join(COLUMNS)}\n".encode())
     before: list[Array | None] = [None, None, None]
-    phases, phase = np.unique(trajectory.phase, return_inverse=True)
+    first, phase = distinct(trajectory.phase)
     gaits = [_quoted(name) for name in trajectory.gaits]
-    words = [f",{number},{name},".encode() for number in phases.tolist() for name in gaits]
+    words = [f",{number},{name},".encode() for number in trajectory.phase[first].tolist() for name in gaits]
     which = phase * len(gaits) + trajectory.gait
     for low in range(0, len(trajectory), _ROWS_AT_ONCE):
         part = slice(low, low + _ROWS_AT_ONCE)

@@ -40,6 +40,9 @@ plots of 230,000 and 460,000 rows took 1.7 to 2.0."""
 _ODD = re.compile("_")
 """What Python takes for part of a number, and nobody else."""
 
+_MARKS = {b"PAR1": "a Parquet file", b"PK": "an npz file or a workbook", b"\x1f\x8b": "a compressed file"}
+"""How files begin that hold trajectories too, and are not read: their first bytes."""
+
 _LONGEST_HEADER = 65536
 """Bytes of the first line that are looked at: a good one has 315."""
 
@@ -73,16 +76,23 @@ def _row_fault(row: list[str]) -> str | None:
                 return f"column '{name}': wanted numbers in every row, found '{shortened(cell)}'"
             good = False
         if not good:
-            return "wanted a row of finite numbers, found one that is not"
+            return f"column '{name}': wanted finite numbers in every row, found {shortened(cell) or 'an empty cell'}"
     return None
+
+
+def other_bytes(begun: bytes) -> str:
+    """Return what the first bytes of a file are that is no text, in words."""
+    form = next((name for mark, name in _MARKS.items() if begun.startswith(mark)), "")
+    return f"{form}; write it as CSV" if form else "other bytes"
 
 
 def _check_header(source: Path, stream: IO[bytes]) -> None:
     """Refuse a first line that does not name the columns; a byte order mark and quotes may stand there."""
     try:
-        text = stream.readline(_LONGEST_HEADER).decode("utf-8-sig")
+        line = stream.readline(_LONGEST_HEADER)
+        text = line.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise InputError(f"{source}:1: wanted a header line of UTF-8 text, found other bytes") from None
+        raise InputError(f"{source}:1: wanted a header line of UTF-8 text, found {other_bytes(line)}") from None
     try:
         header = next(csv.reader([text.rstrip("\r\n")]), []) or [""]
     except csv.Error:

@@ -33,8 +33,9 @@ def refuse_joints(swimmer: Swimmer, stroke: Stroke) -> None:
     wrong = np.argwhere(stray * pieces.durations[:, None] > MISFIT_RAD)
     if len(wrong):
         k, limb = wrong[0]
-        axis = _AXES[int(np.argmax(np.abs(pieces.rates[k].reshape(2, 3)[limb])))]
         joint = swimmer.joints[limb]
+        lacking = [0 if name == joint.axis else 1 for name in _AXES]
+        axis = _AXES[int(np.argmax(lacking * np.abs(pieces.rates[k].reshape(2, 3)[limb])))]
         bent = " while it is bent the other way" if joint.kind == "universal" and axis != "roll" else ""
         raise ParameterError(
             f"gait {stroke.gait!r}: joints that can play it are wanted, found limb {limb + 1} on a {joint.name}, "

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-_Kind = TypeVar("_Kind", np.float64, np.int64)
+_Kind = TypeVar("_Kind", np.float64, np.longdouble, np.int64)
 
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -46,6 +46,12 @@ def wholes(value: ArrayLike, what: str, shape: tuple[int, ...] | None = None) ->
     if found.dtype is not _WHOLE and found.dtype.kind not in "iu" and found.size:
         raise TypeError(f"{what}: whole numbers are wanted, found {found.dtype}")
     return _of_shape(_own(np.asarray(found, dtype=_WHOLE, order="C")), what, shape)
+
+
+def extended(value: ArrayLike, what: str, shape: tuple[int, ...]) -> NDArray[np.longdouble]:
+    """Return numbers as an array in extended precision in one piece; see `doubles`."""
+    found = np.array(value, dtype=np.longdouble, order="C", copy=None)
+    return _of_shape(_own(found), what, shape)
 
 
 def _own(found: NDArray[_Kind]) -> NDArray[_Kind]:

@@ -59,7 +59,11 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "work_on_pieces": (_SIZE, [*_RULE, *[_ARRAY] * 3, _SIZE, _ARRAY]),
     "runs": (None, [_ARRAY, _SIZE, *[_ARRAY] * 3]),
     "played": (None, [_ARRAY, _SIZE, _ARRAY, _SIZE, _ARRAY]),
-    "extrapolated": (None, [_ARRAY, *[_SIZE] * 2, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 4]),
+    **{
+        name: (None, [_ARRAY, *[_SIZE] * 2, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 4])
+        for name in ("extrapolated", "extrapolated_extended")
+    },
+    "extended_size": (_SIZE, []),
     "screw_chains": (None, [*[_SIZE] * 2, *[_ARRAY] * 4, _SIZE, *[_ARRAY] * 3]),
     "sequence": (_SIZE, [_ARRAY] * 5),
     "pair_prices": (None, [*[_SIZE] * 2, *[_ARRAY] * 5, _SIZE, _ARRAY]),

@@ -13,11 +13,21 @@
     } while (0)
 
 /* out = a b for matrices (n, k) and (k, m), each sum from the first term on. out must be neither. */
-static inline void product(const double *a, const double *b, double *out, SIZE n, SIZE k, SIZE m) {
+static inline void product(const double *a, const double *b, double *restrict out, SIZE n, SIZE k, SIZE m) {
     for (SIZE i = 0; i < n; i++) {
-        for (SIZE c = 0; c < m; c++) out[i * m + c] = a[i * k] * b[c];
-        for (SIZE j = 1; j < k; j++)
-            for (SIZE c = 0; c < m; c++) out[i * m + c] += a[i * k + j] * b[j * m + c];
+        SIZE c = 0;
+        for (; c + 4 <= m; c += 4) { /* four sums side by side stay in registers */
+            double s[4];
+            for (int l = 0; l < 4; l++) s[l] = a[i * k] * b[c + l];
+            for (SIZE j = 1; j < k; j++)
+                for (int l = 0; l < 4; l++) s[l] += a[i * k + j] * b[j * m + c + l];
+            for (int l = 0; l < 4; l++) out[i * m + c + l] = s[l];
+        }
+        for (; c < m; c++) {
+            double s = a[i * k] * b[c];
+            for (SIZE j = 1; j < k; j++) s += a[i * k + j] * b[j * m + c];
+            out[i * m + c] = s;
+        }
     }
 }
 

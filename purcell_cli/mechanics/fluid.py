@@ -37,7 +37,7 @@ def refuse_unfit(swimmer: Swimmer) -> None:
         return
     for name, (low, high) in BEADS.items():
         if not low <= getattr(swimmer, name) <= high:
-            wanted = f"{low:g} to {high:g} for links that feel each other"
+            wanted = f"{f'{low:g} to ' if low < high else ''}{high:g} for links that feel each other"
             raise ParameterError(f"{name}: {wanted} is wanted, found {getattr(swimmer, name):g}")
     low, high = BEADS["slenderness"]
     for k, link in enumerate(LINKS):
@@ -45,5 +45,7 @@ def refuse_unfit(swimmer: Swimmer) -> None:
             wanted = f"{low:g} to {high:g} for links that feel each other"
             raise ParameterError(f"links.{link}.slenderness: {wanted} is wanted, found {own:g}")
     for name, plain in (("drag", COX), ("body_radius_m", 0.0)):
-        if getattr(swimmer, name) != plain:
-            raise ParameterError(f"{name}: {plain}, as links that feel each other have it, is wanted, found another")
+        own = getattr(swimmer, name)
+        if own != plain:
+            found = own if isinstance(own, str | float) else "drags of its own"
+            raise ParameterError(f"{name}: {plain}, as links that feel each other have it, is wanted, found {found}")

@@ -82,9 +82,12 @@ class Joint:
             low, high = (float(value) for value in given)
             if not -FARTHEST_DEG <= low < high <= FARTHEST_DEG:
                 wanted = f"two angles of {name} from -{FARTHEST_DEG:g} to {FARTHEST_DEG:g}, the least first,"
-                raise ParameterError(f"range_deg: {wanted} are wanted, found {list(given)}")
+                key = f"range_deg.{name}" if len(self.angles) > 1 else "range_deg"
+                raise ParameterError(f"{key}: {wanted} are wanted, found {list(given)}")
             object.__setattr__(self, f"{name}_deg", (low, high))
         if self.rate_rad_s is not None:
+            if self.kind == "fixed":
+                raise ParameterError(f"rate_rad_s: none for a fixed joint is wanted, found {self.rate_rad_s!r}")
             low, high = RATE_LIMITS
             if not low < self.rate_rad_s <= high:
                 text = f"a number above {low:g} and at most {high:g} is wanted, found {self.rate_rad_s!r}"

@@ -109,6 +109,29 @@ class Curve:
         kept = np.concatenate([[True], norm(np.diff(points, axis=0)) > 0.0])
         return _unchecked(points[kept])
 
+    def rest(self, point_m: Array, near_m: float) -> Curve | None:
+        """Return what is left of the curve from where it is nearest to a point on; None where that is its end.
+
+        Args:
+            point_m: The point [m]. Shape (3,).
+            near_m: About how far along the curve that is [m]: it tells laps apart.
+        """
+        off, share = (x[0] for x in _distances(point_m[None], self.point_m[:-1], np.diff(self.point_m, axis=0)))
+        slack = _AS_NEAR * float(np.max(np.abs(self.point_m)))
+        known = self.along_m
+        along = known[:-1] + share * np.diff(known)
+        far = np.where(off <= np.min(off) + slack, np.abs(along - near_m), np.inf)
+        k = int(np.argmin(far))
+        kept = np.flatnonzero(known > along[k])
+        if not len(kept):
+            return None
+        points = np.concatenate([self.at(along[k : k + 1]), self.point_m[kept]])
+        if self.orientation is None:
+            return _unchecked(points)
+        turn = se3.log(se3.pose(matmul(self.orientation[k].T, self.orientation[k + 1]), np.zeros(3)))[3:]
+        begun = matmul(self.orientation[k], se3.rotation(share[k] * turn))
+        return Curve(points, np.concatenate([begun[None], self.orientation[kept]]))
+
     def distance_m(self, point_m: Array) -> Array:
         """Return how far points are from the curve [m]. Shapes (m, 3) to (m,).
 

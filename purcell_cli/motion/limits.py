@@ -47,6 +47,7 @@ class Limits:
         follow: The curve that the base's middle stays near, if there is one.
         max_memory_gb: The memory that the motion may take; see `memory.budget_gb` [GB].
         dt_s: The longest time between rows of the trajectory, of which there may not be too many [s].
+        clock_s: The step of the clock of a longer motion that this one is part of [s]; 0 where it is alone.
 
     Raises:
         ParameterError: A clearance that is negative or not finite.
@@ -58,6 +59,7 @@ class Limits:
     follow: Follow | None = None
     max_memory_gb: float = DEFAULT_GB
     dt_s: float = dataclasses.field(default=math.inf, compare=False)
+    clock_s: float = dataclasses.field(default=0.0, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "clearance_m", OPTIONS["clearance_m"].checked(self.clearance_m, "clearance_m"))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.pieces import Pieces
@@ -44,7 +45,9 @@ class PathParts:
             depth: Each piece has 2^depth parts.
             share: How far ahead, as a share of the part.
         """
-        key, which = np.unique(piece << depth | part, return_inverse=True)
+        every = piece << depth | part
+        first, which = distinct(every)
+        key = every[first]
         one, length = key >> depth, self.pieces.durations[key >> depth] / 2**depth
         begun = (key - (one << depth)) * length
         twist = np.zeros((len(key), 2, 6))

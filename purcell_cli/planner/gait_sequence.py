@@ -24,6 +24,7 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.effort import Breadth
 from purcell_cli.planner.limbs.pairs import LimbPairs
+from purcell_cli.planner.prepared import kept, words_of
 from purcell_cli.planner.problem import Problem
 
 _BEND_MAX_RAD = 1.0
@@ -45,8 +46,9 @@ _PAIRS = 2
 _WORDS = "stored gaits one after the other"
 """What such candidates are made of."""
 _DEAR = 1.06
-"""Sequences priced at more than so many times the best that is known are made only when they are asked for: of 70
-queries prices were at most 4 % above what the strokes took."""
+"""Sequences priced at more than so many times the best that is known, or at a cycle of each stroke more than it, are
+made only when they are asked for: of 70 queries prices were at most 4 % above what the strokes took, and what a price
+does not know is each stroke's last cycle."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -68,7 +70,7 @@ class StrokeBook:
     Attributes:
         swimmer: The swimmer.
         gaits: The gaits that make each motion.
-        largest: Of each gait the stroke of largest amplitude that is used, and how far it goes [L or rad].
+        largest: Of each gait the largest amplitude that is used [rad], and how far its stroke goes [L or rad].
         numbers: What sequences of them are priced by; see `kernel.sequence.cheapest`.
     """
 
@@ -79,18 +81,20 @@ class StrokeBook:
         missing = [m for m, found in self.gaits.items() if not found]
         if missing:
             raise GaitError(f"planning needs a stored gait for each motion; none moves along {', '.join(missing)}")
-        self.largest = {g.name: self._largest(g) for found in self.gaits.values() for g in found}
-        self._prices = {
-            name: (2.0 * stroke.approach.joint_travel_rad, stroke.cycle.joint_travel_rad, abs(reach))
-            for name, (stroke, reach) in self.largest.items()
-        }
+        used = [g for found in self.gaits.values() for g in found]
+        key = [str(swimmer.max_bend_rad), *(words_of(g) for g in used)]
+        table = kept("strokes", swimmer, key, lambda: np.array([self._largest(g) for g in used]))
+        rows: list[list[float]] = table.tolist()
+        self.largest = {g.name: (row[0], row[1]) for g, row in zip(used, rows, strict=True)}
+        self._prices = {g.name: (row[2], row[3], abs(row[1])) for g, row in zip(used, rows, strict=True)}
         counts = [len(self.gaits[m]) for m in MOTIONS]
         self.numbers = counts, np.array([self._prices[g.name] for m in MOTIONS for g in self.gaits[m]])
 
-    def _largest(self, gait: Gait) -> tuple[Stroke, float]:
-        """Return the stroke of largest amplitude that is used, and how far it goes."""
+    def _largest(self, gait: Gait) -> tuple[float, float, float, float]:
+        """Return the largest amplitude that is used, how far its stroke goes, and the travel of approach and cycle."""
         stroke = largest_stroke(gait, self.swimmer)
-        return stroke, self._amount(gait, stroke)
+        approach, cycle = stroke.approach.joint_travel_rad, stroke.cycle.joint_travel_rad
+        return stroke.amplitude_rad, self._amount(gait, stroke), 2.0 * approach, cycle
 
     def _amount(self, gait: Gait, stroke: Stroke) -> float:
         g = stroke.displacement(self.swimmer)
@@ -103,6 +107,10 @@ class StrokeBook:
     def cost(self, motion: Motion) -> float:
         """Return about how much joint travel a motion takes [rad]."""
         return min(self._cost(g, motion) for g in self.gaits[motion.along])
+
+    def cycle_rad(self, motion: Motion) -> float:
+        """Return the joint travel of the largest cycle that makes a motion [rad]."""
+        return max(self._prices[g.name][1] for g in self.gaits[motion.along])
 
     def _cost(self, gait: Gait, motion: Motion) -> float:
         approach, cycle, reach = self._prices[gait.name]
@@ -130,9 +138,9 @@ class StrokeBook:
 
         A displacement need not grow with the amplitude all the way to the limit.
         """
-        largest, reach = self.largest[gait.name]
+        amplitude, reach = self.largest[gait.name]
         order = 2.0 if gait.moves == "x" else 3.0
-        near = largest.amplitude_rad * (amount / reach) ** (1.0 / order)
+        near = amplitude * (amount / reach) ** (1.0 / order)
         try:
             stroke = pure_stroke.realise_displacement(gait, self.swimmer, amount, near)
         except GaitError:
@@ -231,7 +239,7 @@ def gait_sequences(problem: Problem, breadth: Breadth, known: Sequence[Candidate
         motions = split(book, displacement)
         price = float(pairs.joint_travel_rad[k]) + sum(book.cost(m) for m in motions)
         later = functools.cache(functools.partial(_made, book, motions, pairs, k))
-        if price > _DEAR * least:
+        if price > min(_DEAR * least, least + sum(book.cycle_rad(m) for m in motions)):
             found.append(Candidate(_WORDS, price, functools.partial(_made_if_any, later)))
             continue
         try:

@@ -61,14 +61,12 @@ class Refinement:
         start: The configuration before the motion.
         limits: What the motion must keep besides.
         objective: One of `objectives.MEASURES`.
-        clock_s: The step of the clock of a longer motion that they are part of [s]; 0 where they are alone.
     """
 
     swimmer: Swimmer
     start: Configuration
     limits: Limits
     objective: str
-    clock_s: float = 0.0
 
     @property
     def bend_rad(self) -> float:
@@ -113,7 +111,7 @@ class Refinement:
             words: What it is made of.
         """
         own = clock_step(1.01 * near.motion.joint_travel_rad / self.swimmer.joint_rate_rad_s)
-        step = max(own, self.clock_s)
+        step = max(own, self.limits.clock_s)
 
         def on_the_clock(angle: Array) -> Array:
             return rounded(angle, self.swimmer.joint_rate_rad_s, step)
@@ -143,7 +141,7 @@ class Refinement:
 def closed_on_the_clock(sequence: PrimitiveSequence, on_the_clock: Callable[[Array], Array]) -> PrimitiveSequence:
     """Return a repeated stroke on the clock: angles that sum to nothing still do, which thousands of cycles need."""
     angle = sequence.angle.copy()
-    for control in np.unique(sequence.control):
+    for control in sorted(set(sequence.control.tolist())):
         own = sequence.control == control
         angle[own] = np.diff(on_the_clock(np.cumsum(angle[own])), prepend=0.0)
     return sequence.with_angles(angle)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.rotations import Array, running
 
 
@@ -58,7 +59,9 @@ def product(moves: Array, which: ArrayLike) -> Array:
         return np.eye(4, dtype=moves.dtype)
     while len(left) > 1:
         count = len(moves)
-        pairs, order = np.unique(left[:-1:2] * count + left[1::2], return_inverse=True)
+        every = left[:-1:2] * count + left[1::2]
+        first, order = distinct(every)
+        pairs = every[first]
         moves = np.concatenate([moves[pairs // count] @ moves[pairs % count], moves[left[-1:]]])
         left = np.append(order, len(pairs)) if len(left) % 2 else order
     return np.asarray(moves[left[0]])

@@ -108,7 +108,7 @@ def _links(unit: Swimmer) -> Array:
 def _extrapolated(unit: Swimmer, turning: Turning, length: Real, resistances: Resistances) -> tuple[Real, Real]:
     """Return by how much the base's displacements on pieces differ from none.
 
-    They are so small that they lose nothing, and are put together by the caller. The kernel does the same for doubles.
+    They are so small that they lose nothing, and are put together by the caller.
 
     Args:
         unit: The swimmer, scaled to L = 1.
@@ -120,12 +120,20 @@ def _extrapolated(unit: Swimmer, turning: Turning, length: Real, resistances: Re
         The columns of the rotation less 1, and the position: extrapolated from all steps, and from all without the
         last extrapolation, which is some hundred times less exact. Both of shape (n, 3, 4).
     """
-    dtype = turning.rate.dtype
-    if dtype == np.float64 and unit.fluid != "beads":
-        times = np.array([a / b for a, b in _times()])
-        axes = turning.axes(times[:, None] * length)
-        return certificate.extrapolated(_links(unit), axes, turning.rate, length, _STEPS, _places())
-    parts = np.array([np.asarray(a, dtype) / np.asarray(b, dtype) for a, b in _times()])
+    if unit.fluid == "beads" or not certificate.takes(length.dtype):
+        return _in_numpy(unit, turning, length, resistances)
+    axes = turning.axes(_parts(length.dtype)[:, None] * length)
+    return certificate.extrapolated(_links(unit), axes, turning.rate, length, _STEPS, _places())
+
+
+def _parts(dtype: np.dtype[np.floating[Any]]) -> Real:
+    """Return the times at which midpoint steps begin, as parts of a piece."""
+    return np.array([np.asarray(a, dtype) / np.asarray(b, dtype) for a, b in _times()])
+
+
+def _in_numpy(unit: Swimmer, turning: Turning, length: Real, resistances: Resistances) -> tuple[Real, Real]:
+    """Return the same without the kernel; arguments as of `_extrapolated`."""
+    dtype, parts = length.dtype, _parts(length.dtype)
     place = {time: k for k, time in enumerate(_times())}
     n, k = len(length), len(parts)
     axes = turning.axes(parts[:, None] * length).reshape(2, 3, -1)

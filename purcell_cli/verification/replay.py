@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.rotations import Array, hat, running
 from purcell_cli.mechanics.bead_table import tabulated
 from purcell_cli.mechanics.configuration import Configuration, Deviation
@@ -136,25 +137,29 @@ class Replay:
     @functools.cached_property
     def bound(self) -> Deviation:
         """By how much the end may be wrong: what the last extrapolation changed there, and all rounding together."""
+        return self._bounded(self._arm)
+
+    def _bounded(self, arm: Array) -> Deviation:
+        """Return the bound, for an arm that is known well enough."""
         fine, rough = self._moved, product(self.moves.rough, self.which)
         away, turned = rough[:3, 3] - fine[:3, 3], rough[:3, :3] - fine[:3, :3]
         rounding = self.moves.rounding[self.which]
         return Deviation(
-            float(np.sqrt(np.sum(away * away)) + np.sum(rounding * self._arm)),
+            float(np.sqrt(np.sum(away * away)) + np.sum(rounding * arm)),
             float(np.sqrt(0.5 * np.sum(turned * turned)) + np.sum(rounding)),
             0.0,
             0.0,
         )
 
-    @property
+    @functools.cached_property
     def _arm(self) -> Array:
         """How far the end is from where each segment ends, and L [m]: what a turn there moves it by. Shape (m,)."""
         return np.asarray(np.linalg.norm(self.pose[1:, :3, 3] - self.pose[-1, :3, 3], axis=1) + self.length_m)
 
-    def rounded_most(self, left_m: float, left_rad: float) -> Rows:
+    def rounded_most(self, arm: Array, left_m: float, left_rad: float) -> Rows:
         """Return which displacements rounding turns most, so many that the others move the end by no more than this."""
         out: set[int] = set()
-        for weight, most in ((self._arm, left_m), (np.ones(len(self.which)), left_rad)):
+        for weight, most in ((arm, left_m), (np.ones(len(self.which)), left_rad)):
             each = np.bincount(self.which, weight, len(self.moves.rounding)) * self.moves.rounding
             order = np.argsort(each, kind="stable")
             out.update(order[np.count_nonzero(np.cumsum(each[order]) <= most) :].tolist())
@@ -201,6 +206,7 @@ def replay(
     tried: dict[type[np.floating[Any]], Displacements] = {}
     some: Rows = np.arange(len(first), dtype=np.int64)
     moves: Displacements | None = None
+    arm: Array | None = None  # of the first integration: as those of the others to many digits
     for precision, finer in _CARES:
         part = segment_displacements(
             swimmer, begun[some].astype(precision), rates[some], durations[some], finer, resistances
@@ -209,10 +215,11 @@ def replay(
         part = part if before is None else part.measured(before)
         moves = part if moves is None else moves.put(some, part)
         found = Replay(row, pose, shape, turned, moves, which, drift, swimmer.length_m)
-        if found.bound.within(_SMALL * tolerance_l * swimmer.length_m, _SMALL * tolerance_rad):
+        arm = found._arm if arm is None else arm
+        if found._bounded(arm).within(_SMALL * tolerance_l * swimmer.length_m, _SMALL * tolerance_rad):
             break
         if before is not None and precision == np.float64:
-            some = found.rounded_most(_LEFT * tolerance_l * swimmer.length_m, _LEFT * tolerance_rad)
+            some = found.rounded_most(arm, _LEFT * tolerance_l * swimmer.length_m, _LEFT * tolerance_rad)
     return found
 
 
@@ -256,10 +263,10 @@ def _distinct(keys: Array) -> tuple[Rows, Rows]:
     words = np.ascontiguousarray(keys).view(np.uint64)
     mix = np.random.default_rng(0).integers(0, 2**64, words.shape[1], dtype=np.uint64) | np.uint64(1)
     spread = (words ^ (words >> np.uint64(32))) * mix
-    _, first, which = np.unique(spread.sum(axis=1, dtype=np.uint64), return_index=True, return_inverse=True)
+    first, which = distinct(spread.sum(axis=1, dtype=np.uint64))
     if not np.array_equal(words[first][which], words):  # two rows share a sum: compare them whole
-        _, first, which = np.unique(words, axis=0, return_index=True, return_inverse=True)
-    return first, which.ravel()
+        first, which = distinct(words)
+    return first, which
 
 
 def _drift(swimmer: Swimmer, shapes: Real, rates: Array, durations: Array, which: Rows, off: Array) -> Array:

@@ -42,5 +42,6 @@ class TrackDocument(TypedDict):
     joint_travel_rad: Annotated[float, "joint travel of all parts [rad]"]
     off: Annotated[DeviationPart, "how far from the goal the swimmer really ended"]
     off_curve_m: Annotated[float | None, "how far from the curve to follow the base's middle really was at most [m]"]
+    obstacle_m: Annotated[float | None, "how near a link really came to an obstacle in any row, negative inside [m]"]
     parts: Annotated[list[TrackPart], "the parts that were swum, in order, with a new plan after each but the last"]
     out: Annotated[str | None, "the file of what really happened"]

@@ -52,6 +52,7 @@ def track_document(
         "joint_travel_rad": found.joint_travel_rad,
         "off": deviation_document(found.off, size),
         "off_curve_m": found.off_curve_m,
+        "obstacle_m": found.obstacle_m,
         "parts": parts,
         "out": out,
     }
@@ -83,6 +84,10 @@ def show_track(console: Console, document: TrackDocument) -> None:
     )
     if document["off_curve_m"] is not None:
         console.print(f"it was {1000.0 * document['off_curve_m']:.4g} mm from the curve at most")
+    if document["obstacle_m"] is not None:
+        near = f"{1000.0 * abs(document['obstacle_m']):.4g} mm"
+        clear = document["obstacle_m"] >= 0.0
+        console.print(f"links were {near} from obstacles or more" if clear else f"a link was {near} inside an obstacle")
     console.print(document["verdict"])
     if document["out"] is not None:
         console.print(f"what really happened is in {document['out']}", soft_wrap=True)

@@ -16,6 +16,7 @@ import numpy as np
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.gaits.pure_stroke import guessed
 from purcell_cli.geometry.reproducible import arctan2
+from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.chains import RollTable
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING
@@ -23,6 +24,7 @@ from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, block_displacements
 from purcell_cli.motion.limb_circles import LimbCircles
+from purcell_cli.planner.prepared import kept, words_of
 
 _LARGEST_RAD = 1.6
 """The largest roll of one roll stroke [rad]; larger rolls take several strokes."""
@@ -66,19 +68,23 @@ class RollStroke:
     def __init__(self, gait: Gait, swimmer: Swimmer) -> None:
         self._gait, self.swimmer = gait, swimmer
         self._known = functools.lru_cache(maxsize=_KEPT)(self._once)
-        knots = _KNOTS_RAD.tolist()
+        key = str(swimmer.max_bend_rad), words_of(gait)
+        self._rolled, self._amplitude, self._travel = kept("rolls", swimmer, key, self._tabulated)
+        self._largest = min(_LARGEST_RAD, float(self._rolled[-1]))
+
+    def _tabulated(self) -> Array:
+        """Return rolls, and the amplitudes and the joint travel of their strokes [rad]. Shape (3, k)."""
+        limit, knots = self.swimmer.max_bend_rad, _KNOTS_RAD.tolist()
         once = [self._once(a) for a in knots]
-        while _bend(once[0]) > swimmer.max_bend_rad and knots[0] > _LEAST_RAD:
+        while _bend(once[0]) > limit and knots[0] > _LEAST_RAD:
             knots.insert(0, _SMALLER * knots[0])
             once.insert(0, self._once(knots[0]))
-        kept = max(int(np.argmax([*(_bend(block) > swimmer.max_bend_rad for block in once), True])), 1)
-        moves = block_displacements(swimmer, once[:kept], COLLINEAR, SEARCHING)
+        most = max(int(np.argmax([*(_bend(block) > limit for block in once), True])), 1)
+        moves = block_displacements(self.swimmer, once[:most], COLLINEAR, SEARCHING)
         rolled = arctan2(moves[:, 2, 1], moves[:, 1, 1])
         some = slice(int(np.argmax(rolled)) + 1)  # thick limbs roll less by more
-        self._rolled = np.append(0.0, rolled[some])
-        self._amplitude = np.append(0.0, knots[some])
-        self._travel = np.append(0.0, [block.joint_travel_rad for block in once[some]])
-        self._largest = min(_LARGEST_RAD, float(self._rolled[-1]))
+        table = np.array([rolled[some], knots[some], [block.joint_travel_rad for block in once[some]]])
+        return np.concatenate([np.zeros((3, 1)), table], axis=1)
 
     @property
     def table(self) -> RollTable:

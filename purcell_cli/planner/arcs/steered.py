@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.reproducible import hypot, hypot_of, matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.chains import RollTable
@@ -187,7 +188,7 @@ def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> 
         paid = paid + around[owner]
         gain = np.where(left <= _FAR_OFF, spent[owner] - paid, -np.inf)
         order = np.lexsort((-np.round(gain, 9), owner))
-        best = order[np.unique(owner[order], return_index=True)[1]]  # of each chain's
+        best = order[distinct(owner[order])[0]]  # of each chain's
         best = best[gain[best] > 0.0]
         few = owner[best]
         if not len(few):

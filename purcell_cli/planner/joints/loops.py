@@ -20,7 +20,7 @@ from purcell_cli.mechanics.lift import SEARCHING, run_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import AXIS_OF, EMPTY, LIMB_OF, PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.limb_circles import LimbCircles
+from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles
 from purcell_cli.motion.limits import BEND_MARGIN_RAD
 from purcell_cli.planner.joints.loop import Aside, Loop, paired, rectangle, rolled
 from purcell_cli.planner.joints.paired import cancelling
@@ -284,7 +284,7 @@ def _paired(every: EveryLoop) -> list[Loop]:
 
 def _bent_little(swimmer: Swimmer, home: Array, loops: Sequence[Loop]) -> list[Loop]:
     """Return the loops that keep the bend limit throughout: a smaller rolled loop may bend a limb farther."""
-    limits = bend_limits(swimmer, home)
+    limits = bend_limits(swimmer, home) + BEND_SLACK_RAD  # fixed limbs are at theirs, but for rounding
     every = [Pieces.of(loop.approach + loop.cycle, home) for loop in loops]
     bends = LimbCircles.of(Pieces.together(every)).largest_bends()[0] if every else np.empty((0, 2))
     ends = np.cumsum([len(pieces.durations) for pieces in every])

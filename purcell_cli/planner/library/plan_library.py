@@ -16,11 +16,12 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-import json
 import math
-from importlib.resources import files
+from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
+import orjson
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul, norm
@@ -79,8 +80,11 @@ def image(plan: PrimitiveSequence, symmetry: Array, backwards: bool = False) -> 
 @functools.cache
 def stored_plans() -> tuple[PrimitiveSequence, ...]:
     """Return the plans of the library."""
-    text = files("purcell_cli.planner.library").joinpath("plans.json").read_text(encoding="ascii")
-    return tuple(PrimitiveSequence(np.array(p["control"]), np.array(p["angle"])) for p in json.loads(text)["plans"])
+    plans = orjson.loads(Path(__file__).with_name("plans.json").read_bytes())["plans"]
+    control, angle = ([number for plan in plans for number in plan[key]] for key in ("control", "angle"))
+    whole = PrimitiveSequence(np.array(control), np.array(angle))
+    ends = itertools.accumulate((len(plan["angle"]) for plan in plans), initial=0)
+    return tuple(whole[low:high] for low, high in itertools.pairwise(ends))
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -123,8 +127,8 @@ class MotionLibrary:
         self._bend = np.maximum.reduceat(bends, np.cumsum([0, *counts[:-1]]))
         self._travel = np.array([p.joint_travel_rad for p in plans])
 
-    def nearest(self, wanted: Array, around: Array, most: int, least: float = math.inf) -> list[Entry]:
-        """Return the entries that promise the least joint travel, the best first.
+    def nearest(self, wanted: Array, around: Array, most: int, least: float = math.inf) -> Iterator[Entry]:
+        """Give the entries that promise the least joint travel, the best first, each made when it is asked for.
 
         Args:
             wanted: The displacements that are wanted. Shape (n, 4, 4).
@@ -134,22 +138,21 @@ class MotionLibrary:
         """
         estimate, laps, scale = self.estimates(wanted)
         estimate += around[:, None, None]
-        out: list[Entry] = []
-        told = set()
+        told: set[tuple[int, float]] = set()
         promised = estimate.ravel()
         few = np.flatnonzero((promised <= least) & (promised < np.inf))
         for flat in few[np.argsort(promised[few], kind="stable")].tolist():
-            i, j, k = (int(x) for x in np.unravel_index(flat, estimate.shape))
-            if (alike := (k, round(float(estimate[i, j, k]), 1))) in told:
+            if len(told) == most:
+                break
+            (pair, k), travel = divmod(flat, len(self._plans)), float(promised[flat])
+            if (alike := (k, round(travel, 1))) in told:
                 continue  # the same plan seen another way, for what looks the same then
             told.add(alike)
+            i, j = divmod(pair, estimate.shape[1])
             seen, backwards = j % len(self._symmetries), j >= len(self._symmetries)
             plan = image(self._plans[k], self._symmetries[seen], backwards)
             lap = plan.with_angles(math.sqrt(scale[i, j, k]) * plan.angle)
-            out.append(Entry(i, lap, int(laps[i, j, k]), float(estimate[i, j, k])))
-            if len(out) == most:
-                break
-        return out
+            yield Entry(i, lap, int(laps[i, j, k]), travel)
 
     def estimates(self, wanted: Array) -> tuple[Array, Array, Array]:
         """Return about the joint travel of displacements by every image of every plan [rad], laps, and scales of a lap.

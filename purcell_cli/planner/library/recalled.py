@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -58,7 +59,8 @@ def library_plans(problem: Problem, breadth: Breadth, known: Sequence[Candidate]
     pairs = best_pairs(problem.one_by_one, problem.wanted, _PRICE, breadth.pairs)
     around = pairs.joint_travel_rad
     entries = library_for(swimmer).nearest(pairs.missing, around, _TRIED * breadth.library_plans, least)
-    for offering, tried in ((False, entries), (True, entries[: breadth.library_plans])):
+    first, again = itertools.tee(entries)
+    for offering, tried in ((False, first), (True, itertools.islice(again, breadth.library_plans))):
         out: list[Candidate] = []
         for entry in tried:
             if len(out) == breadth.library_plans or entry.estimate_rad > least:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import ROUGH, piece_displacements
@@ -37,7 +38,7 @@ def interleaved(
     """
     chosen = []
     for one in known:
-        _, first = np.unique(one.way, axis=0, return_index=True)
+        first, _ = distinct(one.way)
         bent = all(np.any(limb.angle) for limb in one.limbs)  # otherwise there is nothing to stand between
         chosen.append(one.way[np.sort(first)[: most if bent else 0]])
     if not any(map(len, chosen)):

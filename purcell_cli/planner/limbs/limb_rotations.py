@@ -8,6 +8,7 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.reproducible import arctan2, hypot
 from purcell_cli.geometry.rotations import Array, wrapped
 from purcell_cli.mechanics.primitives import PrimitiveSequence
@@ -67,7 +68,7 @@ def rotations_to(rotation: Array, limb: int) -> Ways:
     key = np.where(angle != 0.0, control + 1.0, 0.0)
     used = np.argsort(key == 0.0, axis=1, kind="stable")
     key, turned = (np.take_along_axis(x, used, axis=1) for x in (key, angle))
-    _, first = np.unique(np.concatenate([key, np.round(turned, 9) + 0.0], axis=1), axis=0, return_index=True)
+    first, _ = distinct(np.concatenate([key, np.round(turned, 9) + 0.0], axis=1))
     ways = Ways(control, angle)[np.sort(first)]
     return ways[np.argsort(np.round(ways.joint_travel_rad, 9), kind="stable")]
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.geometry import se3
+from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.pairs import PriceNumbers, pair_prices
@@ -135,10 +136,10 @@ class LimbPairs:
             return self
         ends = []
         for ways, shape, column in zip((self.ways.first, self.ways.last), shapes, self.index.T, strict=True):
-            used, place = np.unique(column, return_inverse=True)
-            sequences = [ways.sequence(k) for k in used.tolist()]
+            first, place = distinct(column)
+            sequences = [ways.sequence(k) for k in column[first].tolist()]
             pieces, counts = Pieces.together(Pieces.of(s, shape) for s in sequences), [len(s) for s in sequences]
-            ends.append(run_displacements(swimmer, pieces, counts, np.ones_like(used), SEARCHING)[place])
+            ends.append(run_displacements(swimmer, pieces, counts, np.ones_like(first), SEARCHING)[place])
         found = se3.normalised(matmul(matmul(se3.inverse(ends[0]), wanted), ends[1]))
         off = np.max(np.abs(se3.log(se3.normalised(matmul(se3.inverse(self.missing), found)))), axis=-1)
         far = (off > _MISJUDGED)[:, None, None]
@@ -158,7 +159,7 @@ def best_pairs(outer: OuterPhases, wanted: Array, price: PriceNumbers, most: int
     count = min(_ALIKE * most, promised.size)
     few = np.flatnonzero(promised <= np.partition(promised, count - 1, axis=None)[count - 1])
     # Ways that differ by how a limb rolls promise the same; the first of them will do.
-    _, first = np.unique(np.round(promised.ravel()[few], 1), return_index=True)
+    first, _ = distinct(np.round(promised.ravel()[few], 1))
     index = np.stack(np.divmod(few[first[:most]], promised.shape[1]), axis=1)
     missing = se3.normalised(np.stack([matmul(gone[i], outer.last.displacement[j]) for i, j in index]))
     return LimbPairs(outer, index, missing)

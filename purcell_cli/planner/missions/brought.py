@@ -34,7 +34,6 @@ def brought(
     goal: Configuration,
     blocks: Sequence[Block],
     limits: Limits | None = None,
-    clock_s: float = 0.0,
 ) -> Plan | None:
     """Return strokes of primitives changed until they lead from a start to a goal; None where they do not get there.
 
@@ -44,13 +43,12 @@ def brought(
         goal: Where they are to end.
         blocks: The strokes.
         limits: What the motion must keep besides the bend limit.
-        clock_s: The step of the clock of a longer motion that they are part of [s].
     """
     kept_to = limits or Limits()
     wanted = flattened(swimmer, displacement_between(start, goal, swimmer.length_m))
     motion = Equations(swimmer.scaled(), segments_of(blocks), start.shape, goal.shape, wanted, SEARCHING)
     careful = dataclasses.replace(swimmer, max_bend_rad=careful_bend_rad(swimmer, kept_to))
-    refinement = Refinement(careful, start, kept_to, "travel", clock_s)
+    refinement = Refinement(careful, start, kept_to, "travel")
     near = Near(*approach(motion, refinement.bend_rad, patience=_PATIENCE))
     if not near.close and free_primitives(motion.segments) <= _MOST_OFFERED:
         every = motion.of(offering(motion.segments, motion.controls))

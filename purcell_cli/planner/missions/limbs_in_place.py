@@ -17,13 +17,14 @@ def in_place(waypoint: Waypoint) -> bool:
     return waypoint.position_m is None and waypoint.orientation is None
 
 
-def limbs_turned(swimmer: Swimmer, shape: Array, waypoint: Waypoint) -> tuple[Block, ...]:
+def limbs_turned(swimmer: Swimmer, shape: Array, waypoint: Waypoint, clock_s: float = 0.0) -> tuple[Block, ...]:
     """Return the shortest rotations, limb 1's first, by which limbs come to what a waypoint names.
 
     Args:
         swimmer: The swimmer.
         shape: The shape before. Shape (2, 3, 3).
         waypoint: The waypoint; a limb that it leaves free stays as it is.
+        clock_s: The step of the clock of a longer motion that they are part of [s].
     """
     parts: list[PrimitiveSequence] = []
     for k, wanted in enumerate((waypoint.limb1, waypoint.limb2)):
@@ -32,5 +33,5 @@ def limbs_turned(swimmer: Swimmer, shape: Array, waypoint: Waypoint) -> tuple[Bl
     whole = joined(parts)
     if not len(whole):
         return ()
-    step = clock_step(1.01 * whole.joint_travel_rad / swimmer.joint_rate_rad_s)
+    step = max(clock_step(1.01 * whole.joint_travel_rad / swimmer.joint_rate_rad_s), clock_s)
     return (Block(3, PHASES[3], on_the_clock(whole, swimmer, step)),)

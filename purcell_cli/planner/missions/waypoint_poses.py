@@ -23,6 +23,9 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.mission import Waypoint, turned_to
 from purcell_cli.planner.missions.leg_price import LegPrice
+from purcell_cli.planner.routes.edges import first_with_room
+from purcell_cli.planner.routes.swing import swings
+from purcell_cli.planner.routes.walls import with_walls
 
 _EVERYWHERE = 16
 """Headings spread over all directions that are tried at a waypoint, besides those along the way."""
@@ -89,8 +92,24 @@ class Touring:
             turns = self.turns(start[:3, :3], along)
         return self._kept(one, np.stack([se3.pose(turn, place) for place in places for turn in turns]))
 
+    def others(self, one: Waypoint, start: Configuration, goal: Configuration) -> list[Configuration]:
+        """Return configurations at a waypoint between two others, the cheapest first; none where it names how."""
+        if one.orientation is not None:
+            return []
+        every = self.candidates(0, start.pose, [one], goal.pose)
+        ends = (np.broadcast_to(end.pose, every.shape) for end in (start, goal))
+        price = self.price(next(ends), every) + self.price(every, next(ends))
+        home = home_shape(self.swimmer, start.shape)
+        return [
+            one.filled(Configuration(se3.normalised(every[k]), home))
+            for k in np.argsort(np.round(price, 6), kind="stable")
+        ]
+
     def _kept(self, one: Waypoint, poses: Array) -> Array:
-        """Return the poses at which a waypoint keeps the workspace and is clear of obstacles; all where none does."""
+        """Return the poses at which a waypoint keeps the limits and strokes have most room; all where none keeps them.
+
+        Of obstacles those count that have room for strokes of the largest bend for which any has.
+        """
         if self.limits.workspace is None and self.limits.obstacles is None:
             return poses
         kept = []
@@ -102,7 +121,12 @@ class Touring:
             except ParameterError:
                 continue
             kept.append(k)
-        return poses[kept] if kept else poses
+        some = poses[kept] if kept else poses
+        if self.limits.obstacles is None:
+            return some
+        scene = with_walls(self.limits.obstacles, self.limits.workspace)
+        widest = first_with_room(scene, swings(self.swimmer), self.price.length_m, self.limits.clearance_m, some)
+        return np.asarray(some[widest == np.min(widest)])
 
     def turns(self, level: Array, along: Sequence[Array]) -> list[Array]:
         """Return orientations that look in directions, and against them, and in others spread evenly.

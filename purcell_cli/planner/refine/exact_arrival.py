@@ -262,4 +262,4 @@ def _independent(columns: Array) -> NDArray[np.int64]:
         chosen.append(pick)
         pivot = left[:, pick] / math.sqrt(sizes[pick])
         left -= pivot[:, None] * (matmul(pivot, left))
-    return np.unique(np.array(chosen, dtype=np.int64))
+    return np.sort(np.array(chosen, dtype=np.int64))

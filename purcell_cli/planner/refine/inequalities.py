@@ -35,6 +35,8 @@ _AT_KNOWN_RAD = 1e-6
 """An angle this near the start's, the goal's or that between the phases is held to the range itself [rad]."""
 _NEAR_L = 0.25
 """Primitives on which the limbs come within this of their least distance are constraints [L]."""
+_BEYOND_RAD = 0.3
+"""While a motion is optimised, limbs bend by less than this more than they may [rad]."""
 _MARGIN_L = 1e-3
 """How much more than the clearance the limbs are to keep while a motion is optimised [L]."""
 
@@ -89,7 +91,7 @@ def rows_besides(equations: Equations, clearance: float | None) -> tuple[MoreRow
         clearance: How far the limbs stay apart in phases 1 and 3 [L]; None where that does not matter.
     """
     count, apart = len(equations.phase), None if clearance is None else least_distances(equations, clearance)
-    meeting = apart is not None and bool(np.any(apart > -np.inf))
+    meeting = apart is not None and bool(np.any(apart > -np.inf)) and not _never_near(equations, float(np.max(apart)))
     ranged = not equations.swimmer.ball_joints
 
     def rows(sequence: PrimitiveSequence, shapes: Array) -> tuple[Array, Array]:
@@ -215,6 +217,18 @@ def clearance_rows(
     return (apart - least[active])[near], equations.by_free_angles(np.where(acts, lever, 0.0))
 
 
+def _never_near(equations: Equations, least: float) -> bool:
+    """Return whether limbs as bent as phases 1 and 3 allow are no nearer to each other than their joints, by far."""
+    shapes = np.stack([equations.start, equations.goal, equations.home])
+    most = max(equations.swimmer.max_bend_rad, float(np.max(arccos(np.clip(shapes[..., 0, 0], -1.0, 1.0)))))
+    return most < 0.5 * np.pi - _BEYOND_RAD and _joints_apart(equations.swimmer) - least >= _NEAR_L
+
+
+def _joints_apart(swimmer: Swimmer) -> float:
+    """Return the distance of straight limbs [L]."""
+    return float(limb_distance(swimmer, COLLINEAR[..., 0]))
+
+
 def _far_apart(
     swimmer: Swimmer, sequence: PrimitiveSequence, shapes: Array, some: NDArray[np.int64], least: float
 ) -> bool:
@@ -225,4 +239,4 @@ def _far_apart(
     """
     bend = arccos(np.clip(shapes[..., 0, 0], -1.0, 1.0))
     most = 0.5 * (bend[some] + bend[some + 1] + np.abs(sequence.angle[some])[:, None])
-    return bool(np.max(most) < 0.5 * np.pi) and float(limb_distance(swimmer, COLLINEAR[..., 0])) - least >= _NEAR_L
+    return bool(np.max(most) < 0.5 * np.pi) and _joints_apart(swimmer) - least >= _NEAR_L

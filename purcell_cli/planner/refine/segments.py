@@ -107,7 +107,7 @@ def _closes_exactly(sequence: PrimitiveSequence) -> bool:
     The two angles of a universal joint close one by one.
     """
     limb, based = sequence.limb, sequence.control >= 6
-    return all(len(np.unique(sequence.control[(limb == k) & ~based])) < 2 for k in (0, 1))
+    return all(len(set(sequence.control[(limb == k) & ~based].tolist())) < 2 for k in (0, 1))
 
 
 def free_primitives(segments: Sequence[Segment]) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +57,23 @@ def clearance(scene: Scene, poses: Array, half_m: float) -> Array:
     reach = half_m * flat[:, :3, 0]
     found, _ = scene.distance(flat[:, :3, 3] - reach, flat[:, :3, 3] + reach)
     return found.reshape(poses.shape[:-2])
+
+
+def room(scene: Scene, swing: Swing, length_m: float, clearance_m: float, poses: Array) -> Array:
+    """Return how much room poses have beyond what strokes take [m]. Shapes (..., 4, 4) to (...)."""
+    found = clearance(scene, poses, swing.half * length_m)
+    return np.asarray(found - swing.radius * length_m - clearance_m)
+
+
+def first_with_room(
+    scene: Scene, swings: Sequence[Swing], length_m: float, clearance_m: float, poses: Array
+) -> NDArray[np.int64]:
+    """Return which of some swings first has room at poses; how many there are if none. Shapes (n, 4, 4) to (n,)."""
+    out, left = np.full(len(poses), len(swings)), np.arange(len(poses))
+    for k, swing in enumerate(swings):
+        fits = room(scene, swing, length_m, clearance_m, poses[left]) >= 0.0
+        out[left[fits]], left = k, left[~fits]
+    return out
 
 
 def clear_edges(

@@ -53,7 +53,7 @@ def one_motion(
     wanted = flattened(swimmer, displacement_between(here, goal, swimmer.length_m))
     last = Equations(swimmer.scaled(), tuple(segments_of(legs[-1])), here.shape, goal.shape, wanted, SEARCHING)
     body = dataclasses.replace(swimmer, max_bend_rad=bend_rad)
-    refinement = Refinement(body, here, limits or Limits(), "travel", step)
+    refinement = Refinement(body, here, dataclasses.replace(limits or Limits(), clock_s=step), "travel")
     found = refinement.contender(refinement.near(last), "")
     return earlier + played(found.motion) if found.good else None
 

@@ -12,7 +12,7 @@ from purcell_cli.environment.tube import Tube
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul, norm, normal_numbers
 from purcell_cli.geometry.rotations import Array, cross
-from purcell_cli.planner.routes.edges import clearance
+from purcell_cli.planner.routes.edges import first_with_room, room
 from purcell_cli.planner.routes.swing import Swing
 
 _TRIED = 3000
@@ -124,17 +124,11 @@ class Region:
 
     def room(self, poses: Array, swing: int = -1) -> Array:
         """Return how much room poses have beyond what strokes take, the smallest [m]. Shapes (..., 4, 4) to (...)."""
-        least = self.swings[swing]
-        found = clearance(self.scene, poses, least.half * self.length_m)
-        return np.asarray(found - least.radius * self.length_m - self.clearance_m)
+        return room(self.scene, self.swings[swing], self.length_m, self.clearance_m, poses)
 
     def widest(self, poses: Array) -> NDArray[np.int64]:
         """Return which of the swings first has room at poses; how many there are if none. Shapes (n, 4, 4) to (n,)."""
-        out, left = np.full(len(poses), len(self.swings)), np.arange(len(poses))
-        for k in range(len(self.swings)):
-            fits = self.room(poses[left], k) >= 0.0
-            out[left[fits]], left = k, left[~fits]
-        return out
+        return first_with_room(self.scene, self.swings, self.length_m, self.clearance_m, poses)
 
     def drawn(self, rng: np.random.Generator, count: int, ends: Array) -> Array:
         """Return poses with room for the smallest strokes: a third in narrow places, the others anywhere.
