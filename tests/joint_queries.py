@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from random_swimmers import ranged
+from random_swimmers import ONE_SIDED, one_sided, ranged
 from scipy.spatial.transform import Rotation
 
 from purcell_cli.geometry import se3
@@ -41,10 +41,6 @@ _FARTHEST_FIXED_L = 5.0
 """Queries beside a fixed limb are at most so far: farther ones take thousands of rad [L]."""
 _FIXED_RAD = (0.25 * np.pi, 0.5 * np.pi)
 """How far out of line fixed limbs are, at least and at most [rad]."""
-_ONE_SIDED = 0.25
-"""The share of ranges of which one angle's does not hold 0."""
-_LOW_DEG, _WIDE_DEG = (2.0, 15.0), (40.0, 90.0)
-"""Where such ranges begin, and how wide they are [degrees]."""
 
 _CORNERS_RAD = 0.01
 """Ranges are looked at this often [rad]."""
@@ -72,20 +68,10 @@ def _limb(joint: Joint, rng: np.random.Generator) -> np.ndarray:
     return Rotation.from_euler("ZYX", angles).as_matrix()
 
 
-def one_sided(joint: Joint, rng: np.random.Generator) -> Joint:
-    """Return the joint with a range of one of its angles, if it has any, that does not hold 0."""
-    if not joint.angles:
-        return joint
-    low = rng.uniform(*_LOW_DEG)
-    ends = (float(low), float(low + rng.uniform(*_WIDE_DEG)))
-    name = str(rng.choice(joint.angles))
-    return dataclasses.replace(joint, **{f"{name}_deg": ends if rng.integers(2) else (-ends[1], -ends[0])})
-
-
 def random_query(name: str, seed: int, farthest_l: float = 30.0) -> Query:
     """Return a random query of a combination: from near to far, some joints with ranges."""
     rng = np.random.default_rng([seed, list(EVERY).index(name)])
-    ranges = one_sided if rng.random() < _ONE_SIDED else ranged
+    ranges = one_sided if rng.random() < ONE_SIDED else ranged
     first, second = (ranges(joint, rng) for joint in EVERY[name])
     swimmer = Swimmer(
         slenderness=float(rng.uniform(0.005, 0.03)),

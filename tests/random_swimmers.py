@@ -13,6 +13,13 @@ from purcell_cli.mechanics.joints import Joint, Joints
 from purcell_cli.motion.clearance import body_distance, limb_distance
 from purcell_cli.motion.limb_circles import bends
 
+ONE_SIDED = 0.25
+"""The share of ranges of which one angle's does not hold 0."""
+_LOW_DEG, _WIDE_DEG = (2.0, 15.0), (40.0, 90.0)
+"""Where such ranges begin, and how wide they are [degrees]."""
+_FLAT, _FLATTEST = 0.25, 1.5
+"""The share of links with drags of their own that drag more along than across, and by how much at most: flat discs."""
+
 
 def between(rng: np.random.Generator, low: float, high: float) -> float:
     """Return a number between two, evenly in the logarithm."""
@@ -29,10 +36,11 @@ def of_its_own(rng: np.random.Generator, swimmer: Swimmer) -> Swimmer:
     links = LinkSizes(limb1=size(), limb2=size() if rng.random() < 0.7 else LinkSize())
     out = dataclasses.replace(swimmer, drag=str(rng.choice(LAWS)), links=links)
     if rng.random() < 0.4:
-        drags = []
+        drags, more = [], rng.spawn(1)[0]
         for rod in map(out.rod, range(3)):
             across, along, turn, spin = np.exp(rng.uniform(-0.5, 0.5, 4)) * [rod.across, rod.along, rod.turn, rod.spin]
-            drags.append(LinkDrag(min(along, 0.95 * across), across, turn, spin if rng.random() < 0.5 else None))
+            along = across * more.uniform(1.0, _FLATTEST) if more.random() < _FLAT else min(along, 0.95 * across)
+            drags.append(LinkDrag(along, across, turn, spin if rng.random() < 0.5 else None))
         out = dataclasses.replace(out, drag=LinkDrags(*drags))
     free = out.base_half_length_m - max(out.radii_m[1:])
     body = float(rng.uniform(0.1, 0.9)) * free if rng.random() < 0.4 and free > 0.0 else 0.0
@@ -47,6 +55,16 @@ def ranged(joint: Joint, rng: np.random.Generator) -> Joint:
     return dataclasses.replace(joint, **ranges)
 
 
+def one_sided(joint: Joint, rng: np.random.Generator) -> Joint:
+    """Return the joint with a range of one of its angles, if it has any, that does not hold 0."""
+    if not joint.angles:
+        return joint
+    low = rng.uniform(*_LOW_DEG)
+    ends = (float(low), float(low + rng.uniform(*_WIDE_DEG)))
+    name = str(rng.choice(joint.angles))
+    return dataclasses.replace(joint, **{f"{name}_deg": ends if rng.integers(2) else (-ends[1], -ends[0])})
+
+
 def jointed(rng: np.random.Generator, swimmer: Swimmer, joints: Joints) -> Swimmer:
     """Return a swimmer on joints of some kinds, with ranges, rates and an acceleration of their own for some."""
     rate = swimmer.joint_rate_rad_s
@@ -56,6 +74,9 @@ def jointed(rng: np.random.Generator, swimmer: Swimmer, joints: Joints) -> Swimm
         )
         for joint in joints
     )
+    more = rng.spawn(1)[0]
+    if more.random() < ONE_SIDED:
+        first, second = (one_sided(joint, more) for joint in (first, second))
     ramps = rate * rate * between(rng, 0.5, 50.0) if rng.random() < 0.3 else None
     return dataclasses.replace(swimmer, joints=(first, second), joint_acceleration_rad_s2=ramps)
 

@@ -44,11 +44,14 @@ SWIMMER = {
     "base_half_length_m": 0.1,
     "slenderness": 0.02,
     "max_bend_rad": 1.2,
-    "drag": {"base": {"along_n_s_per_m": 0.2, "turn_n_m_s": 0.002}, "limb1": {"across_n_s_per_m": 0.7}},
+    "drag": {
+        "base": {"along_n_s_per_m": 0.2, "turn_n_m_s": 0.002},
+        "limb1": {"along_n_s_per_m": 0.9, "across_n_s_per_m": 0.7},
+    },
     "links": {"limb2": {"half_length_m": 0.09, "slenderness": 0.03}},
     "body_radius_m": 0.02,
     "joints": {
-        "limb1": {"kind": "universal", "range_deg": {"psi": [-90, 90], "theta": [-60, 45.5]}, "rate_rad_s": 0.5},
+        "limb1": {"kind": "universal", "range_deg": {"psi": [5, 90], "theta": [-60, 45.5]}, "rate_rad_s": 0.5},
         "limb2": {"kind": "hinge", "axis": "yaw", "range_deg": [-80, 60]},
     },
     "joint_acceleration_rad_s2": 4.0,

@@ -34,6 +34,7 @@ from purcell_cli.planner.exploration import Exploration
 from purcell_cli.planner.gait_sequence import gait_sequences
 from purcell_cli.planner.incumbent import ARRIVES, Contender, Incumbent
 from purcell_cli.planner.library.recalled import library_plans
+from purcell_cli.planner.limbs.bent_loops import bent_loops
 from purcell_cli.planner.problem import Problem
 from purcell_cli.planner.refine.segments import Segment, segments_of
 from purcell_cli.planner.refine.shooting import Equations
@@ -43,6 +44,16 @@ from purcell_cli.planner.structures import StructureRecord
 BODY = Swimmer().scaled()
 START = Configuration.from_angles((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (20.0, 0.0, 10.0))
 GOAL = Configuration.from_angles((0.004, -0.002, 0.001), (5.0, 3.0, -4.0), (0.0, 0.0, 0.0), (0.0, -15.0, 20.0))
+FAR_BENT = (
+    Configuration(
+        np.eye(4), se3.exp([[0.0, 0.0, 0.0, 0.34, 0.93, 0.67], [0.0, 0.0, 0.0, 1.91, 1.37, -1.2]])[:, :3, :3]
+    ),
+    Configuration(
+        se3.exp([-0.017, 0.0082, 0.0161, 0.09, 0.15, 0.04]),
+        se3.exp([[0.0, 0.0, 0.0, 0.72, -1.62, -1.6], [0.0, 0.0, 0.0, 0.65, -1.15, -1.56]])[:, :3, :3],
+    ),
+)
+"""Limbs bent so far that loops of theirs bring the swimmer from one to the other."""
 SMALL = Breadth(orders=2, pairs=2, starts=24, chains=2, rounds=5, shorter=0, library_plans=2)
 
 
@@ -173,13 +184,14 @@ def test_another_objective_is_ranked_by_what_the_strokes_spend_of_it() -> None:
 
 
 def test_all_generators_are_listed() -> None:
-    assert (library_plans, steered_arcs, gait_sequences) == GENERATORS
+    assert (bent_loops, library_plans, steered_arcs, gait_sequences) == GENERATORS
 
 
 @pytest.mark.parametrize("generator", GENERATORS)
 def test_what_a_generator_makes_almost_arrives(generator: Generator) -> None:
     """Within a few per cent of what is wanted; the displacement seen from the world, g_3 g_2^-1, would not be."""
-    query = problem()
+    start, goal = FAR_BENT if generator is bent_loops else (START, GOAL)
+    query = problem("travel", start, goal)
     found = list(generator(query, SMALL, ()))
     assert found
     for candidate in found:
@@ -196,7 +208,7 @@ def test_what_a_generator_makes_almost_arrives(generator: Generator) -> None:
         assert {b.phase for b in blocks} <= {1, 2, 3}
         assert [b.phase for b in blocks] == sorted(b.phase for b in blocks)
         assert 0.7 < sum(b.joint_travel_rad for b in blocks) / candidate.estimate_rad < 1.1
-        refined = Refinement(Swimmer(), START, Limits(), "travel").near(empty(query).of(segments_of(blocks)))
+        refined = Refinement(Swimmer(), start, Limits(), "travel").near(empty(query).of(segments_of(blocks)))
         assert refined.close
 
 

@@ -245,6 +245,22 @@ def test_a_motion_is_drawn_in_space_among_what_is_around_it() -> None:
     assert [text.get_text() for text in figure.legends[0].get_texts()][-2:] == ["curve", "its tolerance"]
 
 
+def test_labels_of_places_near_each_other_lie_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    table = as_table(cycle("z-motion"))
+    near = Surroundings(None, tuple((k, Waypoint(table.position_m[10 + k])) for k in range(5)))
+
+    def overlapping() -> int:
+        figure = space_figure(table, PAPER, "a stroke", near)
+        figure.draw_without_rendering()
+        texts = [text for text in figure.axes[0].texts if text.get_text()[:3] in {"sta", "goa", "via"}]
+        boxes = [text.get_window_extent() for text in texts]
+        return sum(a.overlaps(b) for a, b in itertools.combinations(boxes, 2))
+
+    assert overlapping() == 0
+    monkeypatch.setattr("purcell_cli.pictures.space_plot.draw_apart", lambda *_: None)
+    assert overlapping() > 3
+
+
 @pytest.mark.slow
 def test_a_picture_is_the_same_bytes_each_time_and_has_no_date(tmp_path: Path) -> None:
     for ending in ("svg", "png", "pdf"):

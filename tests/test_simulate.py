@@ -15,7 +15,7 @@ from helpers import Run, assert_close, in_lengths, is_close, missed, runner
 from purcell_cli import Configuration, LinkSize, LinkSizes, PlanDocument, Swimmer, plan, read_csv, write_csv, write_plan
 from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.noise import Noise
-from purcell_cli.feedback.simulate import refuse_other_joints, refuse_unfit_joints, simulate
+from purcell_cli.feedback.simulate import refuse_other_joints, simulate
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import as_quaternion, from_quaternion
 from purcell_cli.mechanics.joints import Joint
@@ -210,17 +210,28 @@ def test_a_motion_that_the_joints_cannot_make_is_refused_with_the_line(run: Run)
     """The rows as well as the first shape; joints of the same kinds with other ranges are told apart."""
     quick, goal = PlanOptions(effort=Effort.QUICK), Configuration.from_angles((0.002, 0.0, 0.0))
     rows = as_table(plan(Configuration(), goal, swimmer=UNIVERSAL, options=quick).trajectory)
-    refuse_unfit_joints(rows, UNIVERSAL)
-    refuse_unfit_joints(rows, Swimmer())  # a ball joint turns about any axis
+    simulate(rows, UNIVERSAL)
+    simulate(rows, Swimmer())  # a ball joint turns about any axis
     narrow = Joint("universal", psi_deg=(-1.0, 1.0), theta_deg=(-1.0, 1.0))
     for joints, message in (
         ((Joint("hinge", "yaw"), Joint("universal")), r"found line \d+ .*limb 1 turns at .* its yaw hinge has not"),
         ((narrow, narrow), r"found line \d+ .*limb [12]'s (psi|theta) is .* degrees, out of -1 to 1"),
     ):
         with pytest.raises(ParameterError, match=message):
-            refuse_unfit_joints(rows, Swimmer(joints=joints))
+            simulate(rows, Swimmer(joints=joints))
     with pytest.raises(ParameterError, match=r"with limb 1's range of psi \(-1\.0, 1\.0\), not none"):
         refuse_other_joints(UNIVERSAL, Swimmer(joints=(narrow, narrow)))
     Path("hinges.yaml").write_text("joints: {limb1: hinge, limb2: hinge}\n")
     code, _, err = run("plan.csv", "--swimmer", "hinges.yaml")
     assert (code, re.search(r"line \d+.*limb [12]", err) is not None) == (2, True)
+
+
+def test_controls_that_the_truths_joints_cannot_make_are_refused_by_row() -> None:
+    universal = Swimmer(joints=(Joint("universal"), Joint("universal")))
+    with pytest.raises(ParameterError, match=r"line 2: limb 1: a roll of 0, since its joint is a universal joint"):
+        simulate(table(), universal)
+    yaws = as_table(plan(Configuration(), Configuration.from_angles((0.03, 0.0, 0.0))).trajectory)
+    assert simulate(yaws, universal).worst is None
+    narrow = Swimmer(joints=(Joint("hinge", "yaw", (-30.0, 30.0)), Joint("ball")))
+    with pytest.raises(ParameterError, match=r"line \d+ .*limb 1's psi is .*, out of -30 to 30"):
+        simulate(yaws, narrow)

@@ -17,8 +17,9 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.drag_factors import What, factors_of, with_factors
 from purcell_cli.feedback.drag_filter import DragFilter
 from purcell_cli.feedback.measured import EXACTLY, Measuring
+from purcell_cli.feedback.replan import done_by
 from purcell_cli.feedback.simulate import simulate
-from purcell_cli.feedback.track import track
+from purcell_cli.feedback.track import _until, track
 from purcell_cli.feedback.tracker import Tracker
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
@@ -86,6 +87,17 @@ def test_a_model_that_is_the_truth_needs_no_second_plan() -> None:
     found = track(START, GOAL, Swimmer())
     assert (found.arrived, found.replans) == (True, 0)
     assert found.off.within(1e-10, 1e-9)
+
+
+def test_the_last_fifth_of_a_long_plan_is_planned_again_on_the_way() -> None:
+    long = plan(START, Configuration.from_angles((2.0, 0.0, 0.0)))
+    done = done_by(long.plan, _until(long, first=False)) / long.joint_travel_rad
+    assert long.joint_travel_rad > 400.0
+    assert abs(done - 0.8) < 0.01
+    assert done_by(long.plan, _until(long, first=True)) < 20.0
+    short = plan(START, FAR)
+    assert 3.0 < short.joint_travel_rad < 150.0
+    assert _until(short, first=False) == math.inf > _until(short, first=True)
 
 
 @pytest.mark.slow

@@ -57,7 +57,7 @@ def simulate(
     """Play a trajectory's controls on another swimmer: where it ends, and which stroke lost most."""
     from purcell_cli.cli.reports.simulate import show_simulate, simulate_document
     from purcell_cli.feedback.noise import Noise
-    from purcell_cli.feedback.simulate import refuse_other_joints, refuse_unfit_joints
+    from purcell_cli.feedback.simulate import refuse_other_joints
     from purcell_cli.feedback.simulate import simulate as simulated
     from purcell_cli.files.trajectory_formats import write_trajectory
 
@@ -67,7 +67,6 @@ def simulate(
     table, body = _planned(trajectory, model, checked_memory(max_memory))
     if body is not None:
         refuse_other_joints(body, truth)
-    refuse_unfit_joints(table, truth)
     with busy("integrating"):
         found = simulated(table, truth, disturbance)
     if named is not None:

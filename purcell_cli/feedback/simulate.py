@@ -107,9 +107,10 @@ def simulate(table: Table, swimmer: Swimmer, noise: Noise = NO_NOISE, begun: Arr
         begun: The base's pose where it begins, where that is not the trajectory's first row [m]. Shape (4, 4).
 
     Raises:
-        ParameterError: Controls that still act in the last row, bends that the swimmer's model does not know, or a wall
-            that it touches.
+        ParameterError: Controls that still act in the last row or that the swimmer's joints cannot make, bends that its
+            model does not know, or a wall that it touches.
     """
+    _refuse_unfit_joints(table, swimmer)
     if np.any(table.rate_rad_s[-1] != 0.0):
         raise ParameterError("a last row without control is wanted, found one whose joints turn")
     first, last = (_configuration(table, row) for row in (0, -1))
@@ -174,7 +175,7 @@ def _refuse_far_bends(pieces: Pieces) -> None:
         )
 
 
-def refuse_unfit_joints(table: Table, truth: Swimmer) -> None:
+def _refuse_unfit_joints(table: Table, truth: Swimmer) -> None:
     """Refuse a trajectory that a swimmer's joints cannot make, at whatever pace.
 
     Raises:

@@ -1,4 +1,4 @@
-/* What pairs of displacements, and the way between them, are estimated to cost. */
+/* What pairs of displacements, and the way between them, are estimated to cost, and which pairs all but meet. */
 #include <math.h>
 
 #include "kernel.h"
@@ -37,5 +37,59 @@ API void purcell_pair_prices(SIZE n, SIZE m, const double *a, const double *b, c
             const double cost = p->root * sqrt(p->turn2 * (turn * turn) + p->turn1 * turn + fixed) + straight;
             if (!of || cost < *least) *least = cost;
         }
+    }
+}
+
+/* What of a straight way counts, and how much: see `purcell_meetings`. */
+struct meeting {
+    double swing, far, aside, along;
+};
+
+/* How far the tips of two unit vectors are apart. */
+static double tips_apart(const double *a, const double *b) {
+    const double between[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+    return sqrt(DOT(between, between));
+}
+
+/* For each beginning a_i of a straight way the end b_j that costs least, with what is spent besides, and that cost.
+ *
+ * A way of length r along the unit vector u, which leaves aside of the heading of a_i by s, costs along r and
+ * swing |heading a - heading b| + aside s, or along r and far (|heading a - u| + |heading b - u|), forwards or
+ * backwards, whichever is less.
+ * a, b: position and heading, (n, 6) and (m, 6). before: (n,). after: (m,), ascending. most, within: ways that cost
+ * as much, or so many times the least by then, are none, missing: nor those on which the costs but that of the length
+ * are more than so many times what is spent besides. cost: (n,), infinite where there is none. index: (n,). */
+API void purcell_meetings(SIZE n, SIZE m, const double *a, const double *b, const double *before, const double *after,
+                          const double *prices, double most, double within, double missing, double *cost, SIZE *index) {
+    const struct meeting *p = (const struct meeting *)prices;
+    const double along = p->along * p->along, swing = p->swing < p->far ? p->swing : p->far;
+    double least = most / within;
+    for (SIZE i = 0; i < n; i++) {
+        const double *g = a + 6 * i, *heading = g + 3;
+        double best = within * least;
+        cost[i] = INFINITY;
+        index[i] = -1;
+        for (SIZE j = 0; j < m && before[i] + after[j] < best; j++) {
+            const double *h = b + 6 * j;
+            const double way[3] = {h[0] - g[0], h[1] - g[1], h[2] - g[2]}, left = best - before[i] - after[j];
+            const double square = DOT(way, way), turn = heading[0] * h[3] + heading[1] * h[4] + heading[2] * h[5];
+            /* Two directions are apart by no more than both are from a third. */
+            if (along * square >= left * left || 2.0 * swing * swing * (1.0 - turn) >= left * left) continue;
+            const double length = sqrt(square), on = DOT(way, heading), sign = on < 0.0 ? -1.0 : 1.0;
+            const double beside = square - on * on, turned = tips_apart(heading, h + 3);
+            double spent = p->swing * turned + p->aside * sqrt(beside > 0.0 ? beside : 0.0);
+            if (length > 0.0) {
+                const double u[3] = {sign * way[0] / length, sign * way[1] / length, sign * way[2] / length};
+                const double far = p->far * (tips_apart(heading, u) + tips_apart(h + 3, u));
+                spent = far < spent ? far : spent;
+            }
+            if (spent > missing * (before[i] + after[j])) continue;
+            spent += before[i] + after[j] + p->along * length;
+            if (spent < best) {
+                cost[i] = best = spent;
+                index[i] = j;
+            }
+        }
+        least = cost[i] < least ? cost[i] : least;
     }
 }

@@ -1,4 +1,4 @@
-"""What pairs of displacements, and the way between them, are estimated to cost, by the kernel."""
+"""What pairs of displacements, and the way between them, are estimated to cost, and which meet, by the kernel."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from purcell_cli.kernel.arrays import Array, address, doubles
+from purcell_cli.kernel.arrays import Array, Whole, address, doubles
 from purcell_cli.kernel.library import KERNEL
 
 
@@ -52,3 +52,51 @@ def pair_prices(
     given = (address(part) for part in (a, b, *spent, numbers))
     KERNEL.purcell_pair_prices(n, m, *given, least_of, address(out))
     return out
+
+
+class MeetingPrices(NamedTuple):
+    """What a straight way from one heading to another counts.
+
+    It goes along r [L], aside of its first heading by s [L]. It costs along r and the less of swing |h - k| + aside s
+    and far (|h - u| + |k - u|), where h and k are the unit headings and u is the direction to go, forwards or
+    backwards.
+    """
+
+    swing: float
+    far: float
+    aside: float
+    along: float
+
+
+def meetings(
+    first: ArrayLike,
+    second: ArrayLike,
+    before: ArrayLike,
+    after: ArrayLike,
+    prices: MeetingPrices,
+    most: float,
+    within: float,
+    missing: float,
+) -> tuple[Array, Whole]:
+    """Return the least cost of a straight way from each of some poses to one of others, and to which.
+
+    Args:
+        first: Positions and unit headings where ways begin. Shape (n, 6).
+        second: The same where they end. Shape (m, 6).
+        before: What is spent with each of the first. Shape (n,).
+        after: What is spent with each of the second, ascending. Shape (m,).
+        prices: What counts of a way, and how much.
+        most: Ways that cost as much are none.
+        within: Nor are ways that cost so many times the least that is known by then.
+        missing: Nor are those on which more than so many times what is spent besides is missing, their length left out.
+
+    Returns:
+        Costs, infinite where there is no way, and numbers of the second, -1 where there is none. Shapes (n,), (n,).
+    """
+    a, b = doubles(first, "first", (-1, 6)), doubles(second, "second", (-1, 6))
+    n, m, numbers = len(a), len(b), doubles(prices, "prices", (4,))
+    spent = doubles(before, "before", (n,)), doubles(after, "after", (m,))
+    cost, index = np.empty(n), np.empty(n, dtype=np.int64)
+    given = (address(part) for part in (a, b, *spent, numbers))
+    KERNEL.purcell_meetings(n, m, *given, most, within, missing, address(cost), address(index))
+    return cost, index

@@ -5,6 +5,7 @@ It is seen from afar, from the side and above. Conventions: `rotations`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
+from matplotlib.text import Annotation
+from matplotlib.transforms import BboxBase
 
 from purcell_cli.geometry.rotations import Array, from_quaternion
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -42,6 +45,10 @@ _AXIS_L = 0.6
 """Length of the axes at a waypoint that names an orientation [L]."""
 _BEYOND = 0.4
 """How much of the motion's size is shown of what is around it, on each side."""
+
+
+_ELSEWHERE = ((6, 6), (6, -13), (-34, 6), (-34, -13), (6, 19), (6, -26), (-34, 19), (-34, -26), (6, 32), (6, -39))
+"""Where a label is tried that would lie on another, from what it names [points]."""
 
 
 def space_figure(table: Table, swimmer: Swimmer, title: str, around: Surroundings) -> Figure:
@@ -72,8 +79,8 @@ def space_figure(table: Table, swimmer: Swimmer, title: str, around: Surrounding
         for k, points in enumerate(swimmers):
             at_end = k in {0, len(swimmers) - 1}
             draw_links(axes, points @ _VIEW.T, 1.0 if at_end else 0.45, width=3.0, level=6)
-        for name, points in (("start", swimmers[0]), ("goal", swimmers[-1])):
-            _label(axes, points[3], name, (6, 5))
+        ends = (("start", swimmers[0]), ("goal", swimmers[-1]))
+        labels = [_label(axes, points[3], name, (6, 5)) for name, points in ends]
         for mark in marks:
             if mark.orientation is not None:
                 for axis, letter in zip(mark.orientation.T, "xyz", strict=True):
@@ -81,7 +88,8 @@ def space_figure(table: Table, swimmer: Swimmer, title: str, around: Surrounding
                     axes.plot(*(np.stack([mark.place_m, tip]) @ _VIEW.T).T, color=BLACK, linewidth=1.2, zorder=8)
                     _label(axes, tip, letter, (2, 2), 7)
             axes.plot(*(_VIEW @ mark.place_m), **_dot(mark.placed), zorder=9)
-            _label(axes, mark.place_m, mark.name, (6, 6 if mark.placed and mark.orientation is None else -13))
+            below = mark.orientation is not None or not mark.placed
+            labels.append(_label(axes, mark.place_m, mark.name, (6, -13 if below else 6)))
         _draw_scale(axes, low, size)
         links = list(zip(LINKS, NAMES, strict=True))[::-1]
         handles: list[Artist] = [Line2D([], [], color=colour, linewidth=2.6, label=name) for colour, name in links]
@@ -96,7 +104,23 @@ def space_figure(table: Table, swimmer: Swimmer, title: str, around: Surrounding
             handles.append(Patch(color=_TINTS["tolerance"], alpha=0.3, label="its tolerance"))
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), columnspacing=1.2)
         figure.suptitle(f"{title}{origin_told(table)}", fontsize=10)
+        draw_apart(figure, labels)
     return figure
+
+
+def draw_apart(figure: Figure, labels: Sequence[Annotation]) -> None:
+    """Move labels of a figure so that none lies on one before it, as far as there is room near what it names."""
+    figure.draw_without_rendering()
+    taken: list[BboxBase] = []
+    for label in labels:
+        home = label.xyann
+        for away in (home, *_ELSEWHERE):
+            label.xyann = away
+            if not any(label.get_window_extent().overlaps(one) for one in taken):
+                break
+        else:
+            label.xyann = home
+        taken.append(label.get_window_extent())
 
 
 def _shown_rows(path: Array, apart_m: float) -> list[int]:
@@ -151,10 +175,11 @@ def _dot(placed: bool) -> dict[str, Any]:
     return {"marker": "o", "markersize": 6.0, "markerfacecolor": colour, "markeredgecolor": BLACK}
 
 
-def _label(axes: Axes, place_m: Array, text: str, away: tuple[int, int], size: int = 9) -> None:
+def _label(axes: Axes, place_m: Array, text: str, away: tuple[int, int], size: int = 9) -> Annotation:
     x, y = (_VIEW @ place_m).tolist()
     label = axes.annotate(text, (x, y), away, textcoords="offset points", color=BLACK, fontsize=size, zorder=10)
     label.set(path_effects=[withStroke(linewidth=2.5, foreground="white")])
+    return label
 
 
 def _draw_scale(axes: Axes, low: Array, size: Array) -> None:

@@ -19,13 +19,14 @@ from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.effort import Breadth
 from purcell_cli.planner.gait_sequence import gait_sequences
 from purcell_cli.planner.library.recalled import LIBRARY_PLAN, library_plans
+from purcell_cli.planner.limbs.bent_loops import BENT_LOOPS, bent_loops
 from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.problem import Problem
 
 Generator = Callable[[Problem, Breadth, Sequence[Candidate]], Iterable[Candidate]]
 """Makes candidates for a problem, as widely as asked; it is told those that are known already."""
 
-GENERATORS: tuple[Generator, ...] = (library_plans, steered_arcs, gait_sequences)
+GENERATORS: tuple[Generator, ...] = (bent_loops, library_plans, steered_arcs, gait_sequences)
 """The generators, in the order in which they are asked: the later ones leave to be made what does not promise more."""
 
 
@@ -46,7 +47,7 @@ def generate(problem: Problem, breadth: Breadth) -> list[Candidate]:
             found += generator(problem, breadth, found)
         except GaitError as error:
             lacking = error
-    if lacking is not None and all(c.words == LIBRARY_PLAN for c in found):
+    if lacking is not None and all(c.words in (LIBRARY_PLAN, BENT_LOOPS) for c in found):
         raise lacking
     return ranked(problem, found)
 

@@ -28,6 +28,10 @@ class Breadth:
         longer: Parts by which the cycles of every chain grow, one after the other, while none is settled.
         library_plans: How many of the library's plans are tried.
         pace: How long library plans that arrive are shortened.
+        drawn: How many ways in and out are drawn with each number of shape loops before them.
+        meetings: How many pairs of these, between which little is missing, are brought to the goal.
+        met: Of so many that arrive, no more are.
+        bent_pace: How long they are shortened.
     """
 
     orders: int = 10
@@ -41,6 +45,10 @@ class Breadth:
     longer: tuple[float, ...] = ()
     library_plans: int = 4
     pace: Pace = Pace(rounds=2, steps=10, longest=40)
+    drawn: int = 200
+    meetings: int = 1
+    met: int = 1
+    bent_pace: Pace = Pace(rounds=1, steps=5, longest=0)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -77,7 +85,7 @@ class Stage:
         return self.candidates + sum(count for count, _ in self.rungs) + self.random_plans
 
 
-_QUICK = Stage(Breadth(chains=1, rounds=4, shorter=0, pace=Pace(1, 6)))
+_QUICK = Stage(Breadth(chains=1, rounds=4, shorter=0, pace=Pace(1, 6), meetings=0))
 """A quick search: one chain of loops, and nothing is optimised together."""
 _STANDARD = Stage(rivals=1, pace=Pace(rounds=3, steps=12, longest=40), longest_rad=20.0, most_apart=24)
 """A standard search: the best candidate, or two, optimised if their joint travel is below 20 rad."""
@@ -92,6 +100,9 @@ _THOROUGH = Stage(
         shorter=8,
         library_plans=24,
         pace=Pace(3, 30),
+        drawn=2000,
+        meetings=16,
+        met=6,
     ),
     candidates=8,
     pace=Pace(rounds=2, steps=30, price=300.0, work=1500),
@@ -119,7 +130,7 @@ _WIDE = Stage(
 _EARLY = dataclasses.replace(_STANDARD, interrupt_keeps_best=True)
 """The first stage of a thorough search: the standard one, so that a plan is there early and never gets longer."""
 
-_ONE_LEG = Stage(Breadth(starts=48, chains=1, rounds=4, shorter=0, library_plans=1, pace=Pace(1, 4)))
+_ONE_LEG = Stage(Breadth(starts=48, chains=1, rounds=4, shorter=0, library_plans=1, pace=Pace(1, 4), meetings=0))
 """The search for a leg: quicker still, as a way takes many of them."""
 LEG = "leg"
 """The effort of a leg round obstacles."""

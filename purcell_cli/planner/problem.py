@@ -16,7 +16,7 @@ from purcell_cli.planner.arcs.loop_family import Fan, fan
 from purcell_cli.planner.effort import Breadth
 from purcell_cli.planner.limbs.interleaving import interleaved
 from purcell_cli.planner.limbs.pairs import INTERLEAVED_FROM, LimbPairs, OuterPhases, best_pairs, with_shape_loops
-from purcell_cli.planner.limbs.shape_loops import shape_loops
+from purcell_cli.planner.limbs.shape_loops import ShapeLoops, shape_loops
 from purcell_cli.planner.limbs.straightening import straightenings
 
 
@@ -42,6 +42,7 @@ class Problem:
     objective: str = "travel"
     clearance: float = 0.0
     _pairs: dict[Breadth, LimbPairs] = dataclasses.field(init=False, repr=False, default_factory=dict)
+    _ways: dict[int, OuterPhases] = dataclasses.field(init=False, repr=False, default_factory=dict)
 
     @functools.cached_property
     def fans(self) -> tuple[Fan, Fan]:
@@ -52,6 +53,21 @@ class Problem:
     def one_by_one(self) -> OuterPhases:
         """All ways to straighten the limbs of the start and of the goal, one limb after the other."""
         return OuterPhases(*straightenings(self.swimmer, (self.start, self.goal), self.clearance))
+
+    @functools.cached_property
+    def shape_loops(self) -> list[ShapeLoops]:
+        """Closed paths of both limbs round the shapes of the start and of the goal."""
+        return shape_loops(self.swimmer, (self.start, self.goal), self.clearance)
+
+    def ways(self, orders: int) -> OuterPhases:
+        """Return ways to straighten the limbs, with so many of the most promising interleaved."""
+        if orders not in self._ways:
+            few = self.one_by_one.best(self.wanted, ArcPrice(tightest(self.fans)).numbers, INTERLEAVED_FROM)
+            both = few.first, few.last
+            self._ways[orders] = OuterPhases(
+                *interleaved(self.swimmer, (self.start, self.goal), both, orders, self.clearance)
+            )
+        return self._ways[orders]
 
     def pairs(self, breadth: Breadth) -> LimbPairs:
         """Return the pairs of ways in and out that promise least with a phase 2 by arcs; worked out once a breadth."""
@@ -65,10 +81,7 @@ class Problem:
         return float(np.min(ArcPrice(tightest(self.fans)).of(pairs.missing) + pairs.joint_travel_rad))
 
     def _steered_pairs(self, breadth: Breadth) -> LimbPairs:
-        price, shapes = ArcPrice(tightest(self.fans)).numbers, (self.start, self.goal)
-        few = self.one_by_one.best(self.wanted, price, INTERLEAVED_FROM)
-        ways = interleaved(self.swimmer, shapes, (few.first, few.last), breadth.orders, self.clearance)
-        loops = shape_loops(self.swimmer, shapes, self.clearance)
-        outer = with_shape_loops(OuterPhases(*ways), loops, self.wanted, price)
+        price = ArcPrice(tightest(self.fans)).numbers
+        outer = with_shape_loops(self.ways(breadth.orders), self.shape_loops, self.wanted, price)
         pairs = best_pairs(outer, self.wanted, price, breadth.pairs)
-        return pairs.checked(self.swimmer, shapes, self.wanted)
+        return pairs.checked(self.swimmer, (self.start, self.goal), self.wanted)

@@ -7,14 +7,12 @@ import itertools
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.pairs import PriceNumbers
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import ROUGH
-from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
+from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.candidate import Candidate
@@ -24,11 +22,9 @@ from purcell_cli.planner.library.random_plans import free_segment
 from purcell_cli.planner.limbs.pairs import LimbPairs, best_pairs
 from purcell_cli.planner.problem import Problem
 from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach
-from purcell_cli.planner.refine.minimum_travel import NAME, Pace, merged, minimise_travel, offered
+from purcell_cli.planner.refine.minimum_travel import NAME, Pace, merged, minimise_travel, offered, offered_at
 from purcell_cli.planner.refine.shooting import Equations
 
-_EVERY = PrimitiveSequence(np.arange(6), np.zeros(6))
-"""Every control, turned by nothing."""
 LIBRARY_PLAN = "a library plan"
 """What such candidates are made of."""
 _REACH_RAD, _PATIENCE, _STUCK = 0.6, 8, 2
@@ -91,16 +87,9 @@ def _arrived(swimmer: Swimmer, lap: PrimitiveSequence, each: Array, offering: bo
         offering: Whether every control is offered at every switch, not only at a few.
     """
     empty, bend = Equations(swimmer, (), COLLINEAR, COLLINEAR, each, ROUGH), swimmer.max_bend_rad - MARGIN_RAD
-    begun = empty.of([free_segment(offered(lap, 1) if offering else _with_controls(lap))])
+    begun = empty.of([free_segment(offered(lap, 1) if offering else offered_at(lap, _OFFERED))])
     near, _, off = approach(begun, bend, _REACH_RAD, _PATIENCE, _STUCK)
     return near.of([free_segment(merged(near.sequence))]), off
-
-
-def _with_controls(lap: PrimitiveSequence) -> PrimitiveSequence:
-    """Return a lap with every control offered, at angle zero, at its beginning and at some switches."""
-    stops = [len(lap) * k // _OFFERED for k in range(_OFFERED + 1)]
-    parts = [[_EVERY, lap[low:high]] for low, high in itertools.pairwise(stops)]
-    return joined(list(itertools.chain.from_iterable(parts)))
 
 
 def _shortened(lap: Equations, laps: int, pace: Pace, pairs: LimbPairs, pair: int) -> tuple[Block, ...]:

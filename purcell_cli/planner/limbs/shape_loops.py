@@ -24,7 +24,7 @@ from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
 from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
-from purcell_cli.planner.limbs.straightening import Straightenings
+from purcell_cli.planner.limbs.straightening import MOST_LOOPS, Straightenings
 
 _SIDES_RAD = (-1.6, -0.8, 0.8, 1.6)
 """Angles of the squares' sides, for either limb [rad]."""
@@ -59,6 +59,31 @@ class ShapeLoops:
             (matmul(self.displacement[:, None], ways.displacement)).reshape(-1, 4, 4),
             (EMPTY, *self.sequence),
         )
+        return ways.and_(more)
+
+    def drawn(self, ways: Straightenings, most: int, seed: int = 0) -> Straightenings:
+        """Return straightenings, and as many of them as asked with one, two or three loops before, drawn at random.
+
+        Args:
+            ways: The straightenings.
+            most: How many with each number of loops.
+            seed: Seed of what is drawn.
+        """
+        n = len(self.sequence)
+        if not n:
+            return ways
+        rng, place = np.random.default_rng(seed), np.arange(MOST_LOOPS)
+        way, loop = (
+            rng.integers(len(ways), size=MOST_LOOPS * most),
+            rng.integers(1, n + 1, (MOST_LOOPS * most, MOST_LOOPS)),
+        )
+        loop[place > np.repeat(place, most)[:, None]] = 0
+        moves = np.concatenate([np.eye(4)[None], self.displacement])
+        moved = ways.displacement[way]
+        for k in range(MOST_LOOPS)[::-1]:
+            moved = matmul(moves[loop[:, k]], moved)
+        travel = np.append(0.0, self.joint_travel_rad)[loop].sum(axis=1) + ways.joint_travel_rad[way]
+        more = Straightenings(ways.limbs, ways.order[way], ways.way[way], loop, travel, moved, (EMPTY, *self.sequence))
         return ways.and_(more)
 
 

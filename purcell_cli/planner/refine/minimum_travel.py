@@ -13,6 +13,7 @@ exact l1 penalty and a second-order correction.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Callable, Sequence
 
@@ -21,7 +22,7 @@ import numpy as np
 from purcell_cli.geometry.reproducible import normal_numbers
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import ROUGH, SEARCHING
-from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.planner.refine.inequalities import ACTIVE, least_cosines, rows_besides
 from purcell_cli.planner.refine.segments import Segment, free_primitives
 from purcell_cli.planner.refine.shooting import Equations
@@ -88,6 +89,14 @@ def offered(sequence: PrimitiveSequence, split: int, every: Sequence[int] = rang
             controls += [control, *(c for c in every if c != control)]
             angles += [angle / split, *[0.0] * (len(every) - 1)]
     return PrimitiveSequence(np.array(controls), np.array(angles))
+
+
+def offered_at(sequence: PrimitiveSequence, places: int, every: Sequence[int] = range(6)) -> PrimitiveSequence:
+    """Return a sequence with every control that there is offered, at angle zero, at so many of its switches."""
+    idle = PrimitiveSequence(np.array(every), np.zeros(len(every)))
+    stops = [len(sequence) * k // places for k in range(places + 1)]
+    parts = [[idle, sequence[low:high]] for low, high in itertools.pairwise(stops)]
+    return joined(list(itertools.chain.from_iterable(parts)))
 
 
 def offering(segments: Sequence[Segment], every: Sequence[int]) -> list[Segment]:

@@ -1,0 +1,104 @@
+"""Loops of bent limbs: what is drawn does what it says, ways that all but meet are found, and plans become shorter."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from helpers import assert_close, missed
+
+from purcell_cli import Configuration, PlanOptions, Swimmer, plan
+from purcell_cli.files.builtin import stored_gaits
+from purcell_cli.geometry import se3
+from purcell_cli.kernel.pairs import MeetingPrices, meetings
+from purcell_cli.mechanics.configuration import displacement_between
+from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.lift import flow
+from purcell_cli.planner.effort import Breadth
+from purcell_cli.planner.limbs.bent_loops import BENT_LOOPS, bent_loops
+from purcell_cli.planner.problem import Problem
+
+BODY = Swimmer().scaled()
+
+
+def rotation(*vector: float) -> np.ndarray:
+    """Return the rotation by a rotation vector [rad]."""
+    return se3.exp(np.array([0.0, 0.0, 0.0, *vector]))[:3, :3]
+
+
+START = Configuration(np.eye(4), np.stack([rotation(0.34, 0.93, 0.67), rotation(1.91, 1.37, -1.2)]))
+GOAL = Configuration(
+    se3.pose(rotation(0.09, 0.15, 0.04), [-0.017, 0.0082, 0.0161]),
+    np.stack([rotation(0.72, -1.62, -1.6), rotation(0.65, -1.15, -1.56)]),
+)
+PRICES = MeetingPrices(swing=2.0, far=3.0, aside=5.0, along=1.5)
+
+
+def problem(start: Configuration = START, goal: Configuration = GOAL) -> Problem:
+    return Problem(BODY, start.shape, goal.shape, displacement_between(start, goal, Swimmer().length_m), stored_gaits())
+
+
+def spent_on(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return what is missing of straight ways by the formula, without their length, of all pairs."""
+    way = second[None, :, :3] - first[:, None, :3]
+    on = np.sum(way * first[:, None, 3:], axis=-1)
+    length = np.linalg.norm(way, axis=-1)
+    toward = np.where(on < 0.0, -1.0, 1.0)[..., None] * way / length[..., None]
+    swing = np.linalg.norm(first[:, None, 3:] - second[None, :, 3:], axis=-1)
+    near = PRICES.swing * swing + PRICES.aside * np.sqrt(length**2 - on**2)
+    far = np.linalg.norm(first[:, None, 3:] - toward, axis=-1) + np.linalg.norm(second[None, :, 3:] - toward, axis=-1)
+    return np.minimum(near, PRICES.far * far)
+
+
+def test_ways_that_meet_are_those_of_the_formula() -> None:
+    """What is missing is bounded by what is spent; with a lower bound (the foil) other pairs are found."""
+    rng = np.random.default_rng(1)
+    first, second = rng.normal(size=(2, 40, 6))
+    for poses in (first, second):
+        poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
+    before, after = rng.uniform(1.0, 6.0, 40), np.sort(rng.uniform(1.0, 6.0, 40))
+    lacking = spent_on(first, second)
+    length = np.linalg.norm(second[None, :, :3] - first[:, None, :3], axis=-1)
+    own = before[:, None] + after
+    found = {}
+    for missing in (np.inf, 0.6):
+        cost = np.where(lacking <= missing * own, own + lacking + PRICES.along * length, np.inf)
+        found[missing], index = meetings(first, second, before, after, PRICES, 1e9, 1e6, missing)
+        some = np.isfinite(cost.min(axis=1))
+        assert_close(found[missing][some], cost.min(axis=1)[some], 1e-12)
+        assert np.all(index == np.where(some, cost.argmin(axis=1), -1))
+    assert np.sum(found[0.6] > found[np.inf] + 0.1) > 5
+    least = found[np.inf].min()
+    few, index = meetings(first, second, before, after, PRICES, 1.5 * least, 1.5, np.inf)
+    assert few.min() == least
+    assert np.all((index >= 0) == np.isfinite(few))
+    assert 0 < np.sum(index >= 0) < 40
+
+
+def test_what_is_drawn_moves_the_base_by_what_it_says() -> None:
+    """On the exact flow; without its loops, the foil, it does something else."""
+    query = problem()
+    ways = query.ways(4).first
+    drawn = query.shape_loops[0].drawn(ways, 5)
+    assert len(drawn) == len(ways) + 15
+    assert sorted(np.sum(drawn.loop[len(ways) :] > 0, axis=1)) == [1] * 5 + [2] * 5 + [3] * 5
+    for k in range(len(ways), len(drawn), 4):
+        sequence = drawn.sequence(k)
+        assert sequence.joint_travel_rad == pytest.approx(drawn.joint_travel_rad[k], abs=1e-12)
+        assert_close(sequence.shapes(query.start)[-1], COLLINEAR, 1e-12)
+        does = flow(BODY, sequence, query.start)
+        assert missed(drawn.displacement[k], does) < 0.02
+        assert (
+            missed(drawn.displacement[k], flow(BODY, sequence[len(sequence) - 6 :], sequence.shapes(query.start)[-7]))
+            > 0.05
+        )
+
+
+def test_phases_1_and_3_bring_bent_limbs_to_the_goal_at_less_than_half_the_cost() -> None:
+    """A quick plan, the foil, does without; with straight limbs there are none."""
+    found = plan(START, GOAL)
+    quick = plan(START, GOAL, options=PlanOptions(effort="quick"))
+    assert found.verdict == quick.verdict == "reached"
+    assert BENT_LOOPS in found.plan.structures[0].words
+    assert found.joint_travel_rad < 0.5 * quick.joint_travel_rad
+    straight = displacement_between(Configuration(), Configuration(se3.pose(np.eye(3), [0.02, 0.0, 0.0])), 0.1)
+    assert bent_loops(Problem(BODY, COLLINEAR, COLLINEAR, straight, stored_gaits()), Breadth()) == []
