@@ -132,6 +132,6 @@ def test_other_swimmers_and_bent_limbs_use_the_library_too() -> None:
     limbs = (30.0, 10.0, 0.0), (-20.0, 0.0, 40.0)
     start = Configuration.from_angles([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], *limbs)
     goal = Configuration.from_angles([0.003, 0.002, -0.001], [2.0, -3.0, 4.0], *limbs)
-    found = plan(start, goal, swimmer=Swimmer(0.1, 0.06, 0.02, max_bend_rad=1.3))
+    found = plan(start, goal, swimmer=Swimmer(0.1, 0.06, 0.02, max_bend_rad=1.2))
     assert found.verdict == "reached"
     assert any("library plan" in s.words for s in found.plan.structures)

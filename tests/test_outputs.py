@@ -122,7 +122,7 @@ def test_every_argument_that_names_a_file_is_known_here() -> None:
     named = {
         (command, p.name)
         for command, p in parameters()
-        if p.metavar in {"FILE", "DIR", "FILE...", "PATH...", "START", "GOAL", "TRAJECTORY", "MEASURED...", "PLAN"}
+        if p.metavar in {"FILE", "DIR", "FILE...", "PATH", "START", "GOAL", "TRAJECTORY", "MEASURED", "PLAN"}
     }
     named.add(("plot", "what"))  # or a gait's name
     assert named == INPUTS.keys() | OUTPUTS.keys() | NEITHER, "a new argument needs its place in one of these tables"

@@ -257,7 +257,7 @@ def test_labels_of_places_near_each_other_lie_apart(monkeypatch: pytest.MonkeyPa
         return sum(a.overlaps(b) for a, b in itertools.combinations(boxes, 2))
 
     assert overlapping() == 0
-    monkeypatch.setattr("purcell_cli.pictures.space_plot.draw_apart", lambda *_: None)
+    monkeypatch.setitem(space_figure.__globals__, "draw_apart", lambda *_: None)
     assert overlapping() > 3
 
 

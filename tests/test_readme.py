@@ -22,7 +22,17 @@ from purcell_cli.mechanics.swimmer import Swimmer
 
 BLOCKS = {page: update.blocks(text) for page, text in PAGES.items()}
 MARKS = {"setup", "transcript", "file", "columns", "library"}
-TABLES = {"classes", "planners", "all at once", "numerics", "times", "figures"}
+TABLES = {
+    "classes",
+    "planar",
+    "planners",
+    "all at once",
+    "numerics",
+    "times",
+    "figures",
+    "missions via",
+    "missions past obstacles",
+}
 """What a comment may mark besides a block: tables that scripts write."""
 
 
