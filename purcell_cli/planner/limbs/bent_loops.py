@@ -56,7 +56,7 @@ _APART = 2
 _REACH_RAD, _PATIENCE, _STUCK = 0.6, 8, 2
 """How Newton's method brings motions to the goal; see `approach`."""
 _SHORTENED = 0.75
-"""Factor by which shortening is estimated to shorten such motions."""
+"""Factor by which shortening is estimated to shorten such motions, the straight way left out."""
 _SHORT_WAY = 0.1
 """Straight ways below this are left to Newton's method [L]."""
 
@@ -78,7 +78,9 @@ def bent_loops(problem: Problem, breadth: Breadth, known: Sequence[Candidate] = 
         near = _arrived(problem, drawn.around(i, _straight(problem, way), j))
         if near is not None:
             make = functools.cache(functools.partial(_shortened, near, problem.clearance, breadth.bent_pace))
-            out.append(Candidate(BENT_LOOPS, _SHORTENED * near.joint_travel_rad, make))
+            straight = sum(s.joint_travel_rad for s in near.segments if s.phase == 2)
+            rest = near.joint_travel_rad - straight
+            out.append(Candidate(BENT_LOOPS, straight + _SHORTENED * rest, make))
             if len(out) == breadth.met:
                 break
     return out
