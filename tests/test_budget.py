@@ -12,6 +12,8 @@ from helpers import Run, runner
 from purcell_cli import Configuration, PlanOptions, Swimmer, plan, read_csv, write_csv
 from purcell_cli.errors import ParameterError
 from purcell_cli.files.builtin import stored_gaits
+from purcell_cli.mechanics.drag import LinkSize, LinkSizes
+from purcell_cli.mechanics.joints import Joint
 from purcell_cli.missions import plan_mission
 from purcell_cli.motion import memory
 from purcell_cli.motion.coordinates import refuse_large
@@ -24,6 +26,8 @@ from purcell_cli.planner.refinement import Refinement
 from purcell_cli.solution import carried_out
 
 QUICK = PlanOptions(effort="quick")
+HINGE = Joint("hinge", "yaw")
+THIN_LIMBS = [Swimmer(links=LinkSizes(limb2=LinkSize(slenderness=thin))) for thin in (2e-4, 1e-4)]
 
 
 @pytest.fixture
@@ -152,6 +156,24 @@ def test_a_swimmer_of_too_many_strokes_is_told_what_takes_fewer() -> None:
         carried_out(dataclasses.replace(few, swimmer=weak), short)
     with pytest.raises(ParameterError, match=r"^max-memory: (?!.*max_bend_rad)"):
         carried_out(few, short)
+
+
+@pytest.mark.parametrize(
+    ("kept", "other"),
+    [
+        (Swimmer(slenderness=2e-4), Swimmer(slenderness=1.9e-4)),
+        THIN_LIMBS,
+        (Swimmer(joints=(HINGE, HINGE), max_bend_rad=0.3), Swimmer(joints=(HINGE, HINGE), max_bend_rad=0.29)),
+        (
+            Swimmer(joints=(Joint("hinge", "yaw", (-80.0, 25.0)), HINGE)),
+            Swimmer(joints=(Joint("hinge", "yaw", (-80.0, -25.0)), HINGE)),
+        ),
+    ],
+    ids=["thin", "a thin limb", "bends", "a range"],
+)
+def test_plans_are_promised_from_here_on(kept: Swimmer, other: Swimmer) -> None:
+    assert promised(kept, stored_gaits())
+    assert not promised(other, stored_gaits())
 
 
 def test_the_largest_coordinate_says_a_quarter_of_the_tolerance() -> None:
