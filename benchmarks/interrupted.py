@@ -21,6 +21,7 @@ import numpy as np
 
 from purcell_cli import Swimmer, plan, read_csv, write_csv
 from purcell_cli.files.builtin import find_scenario
+from purcell_cli.files.plan_file import PlanDocument, write_plan
 from purcell_cli.motion.options import PlanOptions
 
 PURCELL = (sys.executable, "-P", "-m", "purcell_cli")
@@ -30,6 +31,7 @@ COMMANDS = {
     "gait": ("gait x-motion --cycles 200 --out out.csv", ("out.csv",)),
     "simulate": ("simulate rows.csv --swimmer truth.yaml --out out.csv", ("out.csv",)),
     "track": ("track along-x --truth truth.yaml --out out.csv", ("out.csv",)),
+    "replan": ("replan --from measured.yaml whole.json --out out.csv", ("out.csv",)),
     "fit": ("fit rows.csv --out out.yaml", ("out.yaml",)),
     "export": ("export rows.csv --to servo --map map.yaml --rate 5000 --out out.csv", ("out.csv",)),
     "view": ("view rows.csv --out out.html", ("out.html",)),
@@ -63,6 +65,8 @@ class Interrupted:
         query = find_scenario("along-x")
         rows = plan(query.start, query.goal, swimmer=Swimmer(), options=PlanOptions(effort="quick", dt_s=1e-3))
         write_csv(rows.trajectory, self._inputs / "rows.csv")
+        write_plan(PlanDocument(rows.plan, rows.options), self._inputs / "whole.json")
+        (self._inputs / "measured.yaml").write_text("base: {position_m: [0.001, 0, 0]}\n")
         (self._inputs / "truth.yaml").write_text("slenderness: 0.02\n")
         servos = "lock_margin_deg: 4.0\n"
         (self._inputs / "map.yaml").write_text(servos)
