@@ -49,8 +49,9 @@ def solution() -> Solution:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the working folder, with a start and a goal file in it."""
+    """Return the working folder, with a start, a goal and a scenario file in it."""
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "whole.yaml").write_text("name: whole\nstart: {}\ngoal: {}\n")
     (tmp_path / "start.yaml").write_text(START)
     (tmp_path / "goal.yaml").write_text(GOAL)
     return tmp_path
@@ -481,6 +482,14 @@ BAD_COMMANDS: dict[str, tuple[list[str], str]] = {
         "missing.yaml: wanted a file, or a stored swimmer",
     ),
     "no scenario": (["plan", "start.yaml"], "the goal is missing: start.yaml is a configuration"),
+    "a scenario for a start": (
+        ["plan", "whole.yaml", "goal.yaml"],
+        "whole.yaml is a scenario, with a start",
+    ),
+    "a scenario for a goal": (
+        ["plan", "start.yaml", "whole.yaml"],
+        "whole.yaml is a scenario, with a start",
+    ),
     "unknown scenario": (["plan", "nonesuch-scenario"], "nonesuch-scenario: wanted a file, or a stored scenario"),
     "no arguments": (["plan"], "Missing argument 'START'"),
     "too many arguments": (["plan", "start.yaml", "goal.yaml", "goal.yaml"], "unexpected extra argument"),

@@ -120,16 +120,33 @@ def refuse_lone_part(name: str) -> None:
     Raises:
         InputError: It is one, by its keys.
     """
-    if name == "-" or not is_file(name):
-        return
-    try:
-        place = compose_file(name)
-    except InputError:
-        return  # told by who reads it
-    keys = {str(key.value) for key, _ in place.node.value} if isinstance(place.node, yaml.MappingNode) else set()
-    if isinstance(place.node, yaml.MappingNode) and keys <= CONFIGURATION_FIELDS.keys():
+    keys = _keys(name)
+    if keys is not None and keys <= CONFIGURATION_FIELDS.keys():
         shown = shortened(name, 1000)
         raise InputError(f"the goal is missing: {shown} is a configuration; wanted a goal's file after it, found none")
+
+
+def refuse_whole_scenario(name: str) -> None:
+    """Refuse a file that is a scenario where a start or a goal is wanted.
+
+    Raises:
+        InputError: It is one, by its keys.
+    """
+    keys = _keys(name)
+    if keys is not None and {"start", "goal"} & keys:
+        shown = shortened(name, 1000)
+        raise InputError(f"{shown} is a scenario, with a start and a goal of its own: wanted it alone, found two files")
+
+
+def _keys(name: str) -> set[str] | None:
+    """Return the keys of a file's document; None where that is told by who reads it."""
+    if name == "-" or not is_file(name):
+        return None
+    try:
+        node = compose_file(name).node
+    except InputError:
+        return None
+    return {str(key.value) for key, _ in node.value} if isinstance(node, yaml.MappingNode) else None
 
 
 def find_scenario(name: str) -> Scenario:
