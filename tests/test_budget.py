@@ -169,8 +169,9 @@ def test_a_swimmer_of_too_many_strokes_is_told_what_takes_fewer() -> None:
             Swimmer(joints=(Joint("hinge", "yaw", (-80.0, -25.0)), HINGE)),
         ),
         (Swimmer(limb_half_length_m=0.01), Swimmer(limb_half_length_m=0.009, joints=(HINGE, HINGE))),
+        (Swimmer(limb_half_length_m=1.1), Swimmer(limb_half_length_m=1.1, joints=(HINGE, HINGE))),
     ],
-    ids=["thin", "a thin limb", "bends", "a range", "a short limb"],
+    ids=["thin", "a thin limb", "bends", "a range", "a short limb", "a long limb"],
 )
 def test_plans_are_promised_from_here_on(kept: Swimmer, other: Swimmer) -> None:
     assert promised(kept, stored_gaits())
