@@ -14,7 +14,6 @@ into docs/how-to/joints.md.
 from __future__ import annotations
 
 import argparse
-import json
 import statistics
 import sys
 import time
@@ -27,6 +26,7 @@ from joint_queries import EVERY, joint_faults, plane_fault, random_query
 from reintegrated import missed
 
 from benchmarks import pages
+from benchmarks.resumed import Row, outcomes
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.motion.verdict import Verdict
@@ -95,20 +95,14 @@ def main() -> int:
     )
     options.add_argument("--write", action="store_true", help="put the table into docs/how-to/joints.md")
     asked = options.parse_args()
-    known = asked.out.read_text(encoding="utf-8").splitlines() if asked.out and asked.out.exists() else []
-    rows = [json.loads(line) for line in known]
-    done, begun = {row["seed"] for row in rows}, time.monotonic()
-    for seed in range(asked.first, asked.first + asked.count):
-        if time.monotonic() - begun > asked.seconds:
-            break
-        if seed in done:
-            continue
-        rows.append(outcome(seed))
-        if rows[-1]["faults"]:
-            print(f"{seed} {rows[-1]['joints']}: {'; '.join(rows[-1]['faults'])}", flush=True)
-        if asked.out:
-            with asked.out.open("a", encoding="utf-8") as stream:
-                stream.write(json.dumps(rows[-1]) + "\n")
+    begun = time.monotonic()
+
+    def told(row: Row) -> None:
+        if row["faults"]:
+            print(f"{row['seed']} {row['joints']}: {'; '.join(row['faults'])}", flush=True)
+
+    seeds = range(asked.first, asked.first + asked.count)
+    rows = outcomes(asked.out, seeds, outcome, told, lambda: time.monotonic() - begun <= asked.seconds)
     text = "\n".join(table(rows))
     print(text)
     if asked.write:

@@ -11,7 +11,6 @@ water. `--out` gains a line a mission, so that a run may be done in pieces.
 from __future__ import annotations
 
 import argparse
-import json
 import statistics
 import time
 from pathlib import Path
@@ -21,6 +20,7 @@ import numpy as np
 
 from benchmarks import pages
 from benchmarks.missions import confirmed
+from benchmarks.resumed import outcomes, printed
 from purcell_cli import Configuration, Mission, PlanOptions, Waypoint, plan_mission
 from purcell_cli.environment.obstacle import Obstacle
 from purcell_cli.environment.scene import Scene
@@ -98,15 +98,8 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=1e9, help="begin no mission after so much processor time")
     parser.add_argument("--write", action="store_true", help="put the table into the documentation")
     asked = parser.parse_args()
-    rows = [json.loads(line) for line in asked.out.read_text().splitlines()] if asked.out.exists() else []
-    known = {row["seed"] for row in rows}
-    for seed in range(asked.count):
-        if seed in known or time.process_time() > asked.seconds:
-            continue
-        rows.append(outcome(seed))
-        print(json.dumps(rows[-1]), flush=True)
-        with asked.out.open("a") as file:
-            file.write(json.dumps(rows[-1]) + "\n")
+    seeds = range(asked.count)
+    rows = outcomes(asked.out, seeds, outcome, printed, lambda: time.process_time() <= asked.seconds)
     lines = table(rows)
     print("\n".join(lines))
     if asked.write:

@@ -13,7 +13,6 @@ into docs/how-to/missions.md.
 from __future__ import annotations
 
 import argparse
-import json
 import statistics
 import time
 from pathlib import Path
@@ -22,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import pages
+from benchmarks.resumed import outcomes, printed
 from purcell_cli import Configuration, Mission, Waypoint, plan_mission
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.solution import planned
@@ -101,15 +101,14 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=1e9, help="begin no mission after so much processor time")
     parser.add_argument("--write", action="store_true", help="put the table into the documentation")
     asked = parser.parse_args()
-    rows = [json.loads(line) for line in asked.out.read_text().splitlines()] if asked.out.exists() else []
-    known = {row["seed"] for row in rows}
-    for seed in range(asked.first, asked.first + asked.missions):
-        if seed in known or time.process_time() > asked.seconds:
-            continue
-        rows.append(outcome(seed, asked.waypoints))
-        print(json.dumps(rows[-1]), flush=True)
-        with asked.out.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(rows[-1]) + "\n")
+    seeds = range(asked.first, asked.first + asked.missions)
+    rows = outcomes(
+        asked.out,
+        seeds,
+        lambda seed: outcome(seed, asked.waypoints),
+        printed,
+        lambda: time.process_time() <= asked.seconds,
+    )
     lines = table(rows)
     print("\n".join(lines))
     if asked.write:

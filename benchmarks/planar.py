@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import pages
+from benchmarks.resumed import outcomes
 from purcell_cli import Configuration, Swimmer, plan
 from purcell_cli.files.builtin import find_swimmer
 from purcell_cli.geometry import se3
@@ -150,17 +151,13 @@ def main() -> None:
     options.add_argument("--out", type=Path, help="a file that gains a line a query; those in it are not done again")
     options.add_argument("--write", action="store_true", help="put the table into docs/how-to/joints.md")
     asked = options.parse_args()
-    known = asked.out.read_text(encoding="utf-8").splitlines() if asked.out and asked.out.exists() else []
-    rows = [json.loads(line) for line in known]
-    done = {row["seed"] for row in rows}
-    for seed in range(asked.first, asked.first + asked.count):
-        if seed in done:
-            continue
-        rows.append(outcome(seed, asked.seconds))
-        print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
-        if asked.out:
-            with asked.out.open("a", encoding="utf-8") as stream:
-                stream.write(json.dumps(rows[-1]) + "\n")
+    seeds = range(asked.first, asked.first + asked.count)
+    rows = outcomes(
+        asked.out,
+        seeds,
+        lambda seed: outcome(seed, asked.seconds),
+        lambda row: print(json.dumps(row), file=sys.stderr, flush=True),
+    )
     text = "\n".join(table(rows))
     print(text)
     if asked.write:
