@@ -13,6 +13,21 @@ class ParameterError(PurcellError, ValueError):
     """A number or array that no swimmer, shape or motion can have."""
 
 
+class PointError(ParameterError):
+    """A point of a line that cannot be.
+
+    Args:
+        message: What is wrong.
+        point: The point's index, from 0.
+        wanted: What is wanted.
+        found: What was found.
+    """
+
+    def __init__(self, message: str, point: int, wanted: str, found: str) -> None:
+        super().__init__(message)
+        self.point, self.wanted, self.found = point, wanted, found
+
+
 class InputError(PurcellError, ValueError):
     """A file that does not say what purcell needs; the message names file, line and key."""
 

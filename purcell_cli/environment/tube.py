@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.environment.obstacle import Obstacle, Point, along, dot, length, point
-from purcell_cli.errors import ParameterError
+from purcell_cli.errors import ParameterError, PointError
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.distances import inside_cones
 
@@ -33,18 +33,11 @@ _JUST = 0.9
 """A polygon round a circle of the tube's own radius is allowed: it turns this much tighter than the circle at most."""
 
 
-class CentrelineError(ParameterError):
-    """A point of a centreline that cannot be.
-
-    Attributes:
-        point: Its index, from 0.
-        wanted: What is wanted.
-        found: What was found.
-    """
+class CentrelineError(PointError):
+    """A point of a centreline that cannot be; see `PointError`."""
 
     def __init__(self, point: int, wanted: str, found: str) -> None:
-        super().__init__(f"centreline: {wanted} are wanted, found {found} at point {point + 1}")
-        self.point, self.wanted, self.found = point, wanted, found
+        super().__init__(f"centreline: {wanted} are wanted, found {found} at point {point + 1}", point, wanted, found)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.errors import ParameterError
+from purcell_cli.errors import ParameterError, PointError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, angle_between, from_matrix
@@ -21,18 +21,11 @@ _LARGEST_TURN_RAD = 3.0
 """The largest turn of the orientation from a point to the next [rad]: of larger ones the sense could be mistaken."""
 
 
-class CurveError(ParameterError):
-    """A point of a curve that cannot be.
-
-    Attributes:
-        point: Its index, from 0.
-        wanted: What is wanted.
-        found: What was found.
-    """
+class CurveError(PointError):
+    """A point of a curve that cannot be; see `PointError`."""
 
     def __init__(self, point: int, wanted: str, found: str) -> None:
-        super().__init__(f"point {point + 1} of the curve: {wanted} is wanted, found {found}")
-        self.point, self.wanted, self.found = point, wanted, found
+        super().__init__(f"point {point + 1} of the curve: {wanted} is wanted, found {found}", point, wanted, found)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
