@@ -130,8 +130,7 @@ class StrokeBook:
             raise GaitError(f"gait {gait.name!r} makes no {motion.amount:g} along {motion.along} for this swimmer")
         if motion.amount * reach < 0:
             stroke = stroke.inverse()
-        parts = [(stroke.approach, 1), (stroke.cycle, cycles - 1), (stroke.cycle, 1), (stroke.approach.inverse(), 1)]
-        return [Block(2, gait.name, s, n, stroke.amplitude_rad) for s, n in parts if len(s) and n]
+        return blocks_of(stroke, cycles)
 
     def _of(self, gait: Gait, amount: float) -> Stroke | None:
         """Return the stroke that goes an amount, or None where there is none within the bend limit.
@@ -146,6 +145,12 @@ class StrokeBook:
         except GaitError:
             return None
         return stroke if stroke.bend_rad() <= self.swimmer.max_bend_rad * _BEND_SLACK else None
+
+
+def blocks_of(stroke: Stroke, cycles: int) -> list[Block]:
+    """Return a number of cycles of a stroke as blocks of phase 2; the last cycle is one of its own."""
+    parts = [(stroke.approach, 1), (stroke.cycle, cycles - 1), (stroke.cycle, 1), (stroke.approach.inverse(), 1)]
+    return [Block(2, stroke.gait, s, n, stroke.amplitude_rad) for s, n in parts if len(s) and n]
 
 
 def largest_stroke(gait: Gait, swimmer: Swimmer) -> Stroke:

@@ -21,15 +21,12 @@ from purcell_cli.planner.library.plan_library import library_for
 from purcell_cli.planner.library.random_plans import free_segment
 from purcell_cli.planner.limbs.pairs import LimbPairs, best_pairs
 from purcell_cli.planner.problem import Problem
-from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach
+from purcell_cli.planner.refine.exact_arrival import CLOSE, FROM_FAR, MARGIN_RAD, approach
 from purcell_cli.planner.refine.minimum_travel import NAME, Pace, merged, minimise_travel, offered, offered_at
 from purcell_cli.planner.refine.shooting import Equations
 
 LIBRARY_PLAN = "a library plan"
 """What such candidates are made of."""
-_REACH_RAD, _PATIENCE, _STUCK = 0.6, 8, 2
-"""How Newton's method brings library plans to the goal: the largest change of an angle in a step [rad], rounds without
-a halved residual, and steps in a row of which little helps, before one is given up: plans that arrive do so soon."""
 _OFFERED = 6
 """At so many switches of a library plan every control is offered for it to arrive."""
 _TRIED = 3
@@ -88,7 +85,7 @@ def _arrived(swimmer: Swimmer, lap: PrimitiveSequence, each: Array, offering: bo
     """
     empty, bend = Equations(swimmer, (), COLLINEAR, COLLINEAR, each, ROUGH), swimmer.max_bend_rad - MARGIN_RAD
     begun = empty.of([free_segment(offered(lap, 1) if offering else offered_at(lap, _OFFERED))])
-    near, _, off = approach(begun, bend, _REACH_RAD, _PATIENCE, _STUCK)
+    near, _, off = approach(begun, bend, *FROM_FAR)
     return near.of([free_segment(merged(near.sequence))]), off
 
 

@@ -28,11 +28,11 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.effort import Breadth
-from purcell_cli.planner.gait_sequence import largest_stroke
+from purcell_cli.planner.gait_sequence import blocks_of, largest_stroke
 from purcell_cli.planner.limbs.pairs import OuterPhases
 from purcell_cli.planner.limbs.straightening import Straightenings
 from purcell_cli.planner.problem import Problem
-from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach
+from purcell_cli.planner.refine.exact_arrival import CLOSE, FROM_FAR, MARGIN_RAD, approach
 from purcell_cli.planner.refine.minimum_travel import NAME, Pace, minimise_travel, offered_at
 from purcell_cli.planner.refine.segments import segments_of
 from purcell_cli.planner.refine.shooting import Equations
@@ -53,8 +53,6 @@ _DEARER = 1.3
 """Pairs of which more is missing and spent than so many times the least are none."""
 _APART = 2
 """Every control is offered after so many rotations."""
-_REACH_RAD, _PATIENCE, _STUCK = 0.6, 8, 2
-"""How Newton's method brings motions to the goal; see `approach`."""
 _SHORTENED = 0.75
 """Factor by which shortening is estimated to shorten such motions, the straight way left out."""
 _SHORT_WAY = 0.1
@@ -137,8 +135,7 @@ def _straight(problem: Problem, way: float) -> list[Block]:
     aside, cycle = (s.with_angles(part * s.angle) for s in whole)
     if way * reach < 0.0:
         cycle = cycle.inverse()
-    parts = [(aside, 1), (cycle, count - 1), (cycle, 1), (aside.inverse(), 1)]
-    return [Block(2, stroke.gait, s, n, part * stroke.amplitude_rad) for s, n in parts if len(s) and n]
+    return blocks_of(Stroke(stroke.gait, part * stroke.amplitude_rad, aside, cycle), count)
 
 
 @functools.lru_cache(maxsize=64)
@@ -162,7 +159,7 @@ def _arrived(problem: Problem, blocks: Sequence[Block]) -> Equations | None:
         for s in segments_of(blocks)
     ]
     begun = query.of(segments)
-    near, _, off = approach(begun, problem.swimmer.max_bend_rad - MARGIN_RAD, _REACH_RAD, _PATIENCE, _STUCK)
+    near, _, off = approach(begun, problem.swimmer.max_bend_rad - MARGIN_RAD, *FROM_FAR)
     return near if off < CLOSE else None
 
 

@@ -56,6 +56,10 @@ _SPOILT = 30.0
 """Residual at which the last rotations take over, in units of what rounding to the clock adds to the residual."""
 _NEVER = 1000
 """More steps than `approach` takes."""
+FROM_FAR = 0.6, 8, 2
+"""How Newton's method brings a motion to a goal that it begins far from: the largest change of an angle in a step
+[rad], rounds without a halved residual, and steps in a row of which little helps, before it is given up: motions that
+arrive do so soon."""
 _LOST = 2
 """Rounds without a halved residual before `approach` gives a motion up."""
 
