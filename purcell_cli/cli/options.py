@@ -138,14 +138,18 @@ def trajectory_file(out: Path | None, form: str | None, name: str) -> tuple[str,
 
 def query_of(start: str, goal: str | None, swimmer: Path | None) -> Scenario:
     """Return what is asked for: two files as a scenario, or a scenario, with the swimmer of the option."""
+    from purcell_cli.errors import InputError
     from purcell_cli.files.builtin import find_scenario, refuse_lone_part, refuse_whole_scenario
     from purcell_cli.files.configuration_file import load_configuration, load_goal
     from purcell_cli.files.scenario_file import Scenario
 
     if goal is not None:
-        refuse_whole_scenario(start)
-        refuse_whole_scenario(goal)
-        begin, end = load_configuration(start), load_goal(goal)
+        try:
+            begin, end = load_configuration(start), load_goal(goal)
+        except InputError:
+            refuse_whole_scenario(start)
+            refuse_whole_scenario(goal)
+            raise
         return Scenario("query", begin, end.configuration, _swimmer(swimmer), workspace=end.workspace)
     refuse_lone_part(start)
     scenario = find_scenario(start)

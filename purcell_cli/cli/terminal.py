@@ -140,10 +140,9 @@ def fitting_swimmer(path: Path | None, table: Table, trajectory: Path, scenario:
     from purcell_cli.files.plan_file import is_plan
     from purcell_cli.verification.verify import MISFIT, misfit
 
-    if path is None and scenario is not None and not is_plan(scenario):
-        body = ready(find_scenario(scenario).swimmer)
-    else:
-        body = ready(swimmer_of(path if path is not None or scenario is None else Path(scenario)))
+    if path is None and scenario is not None and is_plan(scenario):
+        path = Path(scenario)
+    body = ready(swimmer_of(path) if path is not None or scenario is None else find_scenario(scenario).swimmer)
     if (off := misfit(table, body)) > MISFIT:
         text = f"{trajectory}: its rows move otherwise than this swimmer does (off by {off:.2g} of the joints' rates)"
         warnings.warn(f"{text}; --swimmer takes the swimmer's file or the plan document", PurcellWarning, stacklevel=2)
