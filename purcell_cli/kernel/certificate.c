@@ -17,7 +17,7 @@ struct link {
 
 #define NUMBER double
 #define MANY lane
-#define WIDTH LANES
+#define AT_ONCE LANES
 #define TOGETHER(first, second) ((lane){first, second})
 #define ONE_OF(many, k) ((many)[k])
 #define NAMED(name) name
@@ -25,7 +25,7 @@ struct link {
 
 #define NUMBER long double
 #define MANY long double
-#define WIDTH 1
+#define AT_ONCE 1
 #define TOGETHER(first, second) ((long double)(first))
 #define ONE_OF(many, k) (many)
 #define NAMED(name) name##_extended

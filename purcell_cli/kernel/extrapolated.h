@@ -1,4 +1,4 @@
-/* The certificate's integrator, for numbers of one kind: `NUMBER`, of which `MANY` holds `WIDTH` pieces' at once.
+/* The certificate's integrator, for numbers of one kind: `NUMBER`, of which `MANY` holds `AT_ONCE` pieces' at once.
  *
  * Included once for each kind; see `certificate.c`. */
 /* P xi + q = 0. With K = d_2 1 + (d_1 - d_2) a a^T, and T of the torques likewise, a limb adds
@@ -84,7 +84,7 @@ API void NAMED(purcell_extrapolated)(const double *numbers, SIZE n, SIZE t, cons
                               const NUMBER *length, SIZE r, const SIZE *steps, const SIZE *place, NUMBER *fine,
                               NUMBER *rough) {
     const struct link *links = (const struct link *)numbers;
-    for (SIZE p = 0; p < n; p += WIDTH) {
+    for (SIZE p = 0; p < n; p += AT_ONCE) {
         const SIZE other = p + 1 < n ? p + 1 : p;
         const MANY lasts = TOGETHER(length[p], length[other]);
         MANY xi[MOST_TIMES][6], u[2][3], column[MOST_ROWS][4][3];
@@ -125,7 +125,7 @@ API void NAMED(purcell_extrapolated)(const double *numbers, SIZE n, SIZE t, cons
                 column[row][i / 3][i % 3] = here;
             }
         }
-        for (int w = 0; w < WIDTH && p + w < n; w++)
+        for (int w = 0; w < AT_ONCE && p + w < n; w++)
             for (int i = 0; i < 3; i++)
                 for (int c = 0; c < 4; c++) {
                     fine[12 * (p + w) + 4 * i + c] = ONE_OF(column[r - 1][c][i], w);
@@ -136,7 +136,7 @@ API void NAMED(purcell_extrapolated)(const double *numbers, SIZE n, SIZE t, cons
 
 #undef NUMBER
 #undef MANY
-#undef WIDTH
+#undef AT_ONCE
 #undef TOGETHER
 #undef ONE_OF
 #undef NAMED

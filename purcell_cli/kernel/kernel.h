@@ -2,7 +2,8 @@
  *
  * The same bits on every machine and with every compiler: all numbers are IEEE doubles, all sums and products stand in
  * one order, nothing is contracted (-ffp-contract=off), and of the C library only sqrt and fabs are called, which IEEE
- * rounds correctly. Sizes and shapes are checked by the Python side, which owns all memory; matrices are row by row.
+ * rounds correctly. The certificate alone has a function in extended precision too, whose digits are the machine's.
+ * Sizes and shapes are checked by the Python side, which owns all memory; matrices are row by row.
  */
 #ifndef PURCELL_KERNEL_H
 #define PURCELL_KERNEL_H

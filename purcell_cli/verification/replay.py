@@ -40,7 +40,7 @@ _DRIFT_STEP = 1e-5
 """Turn of a limb by which displacements are differenced [rad]: errors of 1e-7 of the first order."""
 _CARES = ((np.float64, 1.0), (np.float64, 0.6), (np.longdouble, 0.6), (np.longdouble, 0.3))
 """The precision of the numbers, and the length of pieces in units of the usual length: one after the other, until the
-bound is small. Extended precision takes some sixty times as long. Two in one precision measure rounding."""
+bound is small. Extended precision takes some seven times as long. Two in one precision measure rounding."""
 _SMALL = 0.1
 """A bound below this part of the tolerance is small."""
 _LEFT = 0.07
