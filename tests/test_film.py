@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from purcell_cli import Configuration, read_csv
 from purcell_cli.cli import terminal
 from purcell_cli.motion.trajectory import as_table
+from purcell_cli.pictures.film_frames import Stage
 
 Image: Any = pytest.importorskip("PIL.Image", reason="no pillow: no films are drawn (pip install '.[video]')")
 BLUE, ORANGE = (0, 114, 178), (213, 94, 0)
@@ -88,6 +90,19 @@ def test_frames_show_the_limbs_where_they_are(run: Run, tmp_path: Path) -> None:
     swapped = np.array(pixels).reshape(-1, 2, 2)[:, ::-1].reshape(-1, 2)
     other, *_ = np.linalg.lstsq(np.array(places), swapped, rcond=None)
     assert float(np.max(np.abs(np.array(places) @ other - swapped))) > 12.0, "limb 1 is blue"
+
+
+def test_the_body_is_a_disc_of_its_size() -> None:
+    """Twice the radius covers some four times the pixels, none of them at the frame's edge."""
+    dark = []
+    for radius in (0.03, 0.06):
+        swimmer = dataclasses.replace(SWIMMER, body_radius_m=radius)
+        stage = Stage(as_table(usual()), swimmer, np.array([0.0, usual().time_s[-1]]), (640, 480))
+        dark.append(np.abs(np.asarray(stage.frame(1)).astype(int) - (34, 34, 34)).max(axis=2) < 24)
+    small, large = (np.count_nonzero(one) for one in dark)
+    assert 2.8 < large / small < 4.2
+    assert not dark[1][[0, -1]].any()
+    assert not dark[1][:, [0, -1]].any()
 
 
 def test_a_film_shows_what_is_around_the_motion(run: Run, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import itertools
 import json
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 from helpers import assert_close, is_close
 from matplotlib.image import AxesImage
+from matplotlib.patches import Circle
 
 from purcell_cli import Configuration, Swimmer, plan, realise, stored_gaits
 from purcell_cli.cli import pictures as commands
@@ -243,6 +245,21 @@ def test_a_motion_is_drawn_in_space_among_what_is_around_it() -> None:
     follow = Follow(Curve(np.array([[0.0, 0, 0], [0.1, 0, 0]])), 0.05)
     figure = space_figure(table, PAPER, "a stroke", Surroundings(follow=follow))
     assert [text.get_text() for text in figure.legends[0].get_texts()][-2:] == ["curve", "its tolerance"]
+
+
+def test_the_body_is_drawn_in_its_size_where_the_base_is() -> None:
+    """At every swimmer that is shown, and inside the picture; a swimmer without one has none."""
+    swimmer, table = dataclasses.replace(PAPER, body_radius_m=0.06), as_table(cycle("z-motion"))
+    figure = space_figure(table, swimmer, "a stroke", Surroundings())
+    (axes,) = figure.axes
+    bodies = [patch for patch in axes.patches if isinstance(patch, Circle)]
+    path = next(line.get_xydata() for line in axes.get_lines() if len(line.get_xdata()) == len(table.time_s))
+    assert [body.radius for body in bodies] == [0.06] * len(bodies)
+    assert_close(np.array([bodies[0].center, bodies[-1].center]), path[[0, -1]], 1e-12)
+    low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
+    assert all(np.all(low < np.array(one.center) - 0.06) for one in bodies)
+    assert all(np.all(np.array(one.center) + 0.06 < high) for one in bodies)
+    assert not space_figure(table, PAPER, "a stroke", Surroundings()).axes[0].patches
 
 
 def test_labels_of_places_near_each_other_lie_apart(monkeypatch: pytest.MonkeyPatch) -> None:

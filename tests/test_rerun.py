@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import importlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from helpers import Run, assert_close, is_close, runner
-from motions import usual, written
+from motions import motion, usual, written
 from scipy.spatial.transform import Rotation
 
-from purcell_cli import read_csv
+from purcell_cli import Configuration, Swimmer, read_csv
+from purcell_cli.files.builtin import find_swimmer
 from purcell_cli.mechanics.primitives import CONTROL_NAMES
+from purcell_cli.motion.trajectory import as_table
 
 chunk: Any = pytest.importorskip("rerun.chunk", reason="no rerun-sdk, 660 MB: no recording is written or read")
 
@@ -82,3 +85,16 @@ def test_the_links_are_capsules_of_their_length_and_radius_along_their_own_x(run
         assert_close(first, [begin, 0.0, 0.0], 1e-7)
         assert_close(first + turn.apply([0.0, 0.0, length]), [end, 0.0, 0.0], 1e-7)
         assert_close(numbers(told["radii"], 1), [radius], 1e-8)
+
+
+def test_the_body_is_a_ball_at_the_middle_of_the_base(tmp_path: Path) -> None:
+    rerun_file = importlib.import_module("purcell_cli.exports.rerun_file")  # wants rerun-sdk
+    swimmer = Swimmer(body_radius_m=0.03, joints=find_swimmer("universal").joints)
+    table = as_table(motion([("limb1 pitch", 0.4), ("limb1 base yaw", 0.9)], Configuration(), 0.05, swimmer))
+    for name, body in (("with", swimmer), ("without", Swimmer())):
+        with (tmp_path / name).open("wb") as stream:
+            assert rerun_file.write_rerun(table, body, name, stream) == len(table.time_s)
+    found = recorded(tmp_path / "with")
+    assert_close(numbers(found["/world/base/body"]["Ellipsoids3D:half_sizes"], 3), [0.03] * 3, 1e-8)
+    assert_close(numbers(found["/world/base"]["Transform3D:translation"], -1, 3), table.position_m, 1e-7)
+    assert "/world/base/body" not in recorded(tmp_path / "without")

@@ -169,6 +169,8 @@ def test_hinges_and_universal_joints_are_as_the_swimmer_has_them(
         wanted[:, :3, :3] = Rotation.from_quat(rows.limbs[k], scalar_first=True).as_matrix()
         wanted[:, 0, 3] = b, -b
         assert_close(in_base(found, joints, angles[k]), wanted, 1e-9)
+    fastest = {joint: found.joint_map[joint].limit.velocity for joint in joints}
+    assert fastest == {joint: swimmer.rate_of(int(joint[4]) - 1) for joint in joints}, "a hinge's own rate"
     for limb, joint in enumerate(swimmer.joints, 1):
         for angle, turn in (("psi", "yaw"), ("theta", "pitch")):
             if joint.range_deg(angle) is not None:

@@ -57,8 +57,10 @@ def write_urdf(swimmer: Swimmer, servo_map: ServoMap, stream: IO[bytes]) -> tupl
 def _limb(robot: ET.Element, swimmer: Swimmer, servo_map: ServoMap, chain: HingeChain) -> None:
     """Add a limb's hinges and links."""
     half, radius, limb = swimmer.halves_m[chain.limb], swimmer.radii_m[chain.limb], f"limb{chain.limb}"
-    # A hinge turns faster than the limb, most where it is as near to its lock as the map allows.
-    fastest = math.sqrt(3.0) * swimmer.rate_of(chain.limb - 1) / math.sin(servo_map.lock_margin_rad)
+    fastest, kind = swimmer.rate_of(chain.limb - 1), swimmer.joints[chain.limb - 1]
+    if kind.ball or chain != ServoMap.of_swimmer(swimmer).chains[chain.limb - 1]:
+        # A hinge in place of a ball turns faster than the limb, most where it is as near to its lock as the map allows.
+        fastest *= math.sqrt(3.0) / math.sin(servo_map.lock_margin_rad)
     parent, at = "base", joint_m(swimmer, chain.limb)
     for k, (axis, name) in enumerate(zip(chain.order, chain.names, strict=True)):
         child = limb if k == len(chain.order) - 1 else f"{name}_link"

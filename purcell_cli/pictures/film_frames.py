@@ -86,7 +86,10 @@ class Stage:
             ]
         )
         self._screen, self._towards = np.stack([right, -up]), np.cross(right, up)
-        seen = np.concatenate([self._ends.reshape(-1, 3), self._marks.reshape(-1, 3), self._way]) @ self._screen.T
+        middles, radius = self._ends[:, 0].mean(axis=1), swimmer.body_radius_m
+        body = [middles + side * radius * axis for axis in self._screen for side in (-1.0, 1.0)] if radius else []
+        drawn = [self._ends.reshape(-1, 3), self._marks.reshape(-1, 3), self._way, *body]
+        seen = np.concatenate(drawn) @ self._screen.T
         low, high = seen.min(axis=0), seen.max(axis=0)
         skins = [(one, one.triangles - table.origin_m) for one in around.skins(table)]
         marks = [one.place_m - table.origin_m for one in around.marks(table)]

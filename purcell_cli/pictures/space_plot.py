@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Circle, Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 from matplotlib.transforms import BboxBase
@@ -64,6 +64,8 @@ def space_figure(table: Table, swimmer: Swimmer, title: str, around: Surrounding
     rows = _shown_rows(table.position_m, _APART_L * swimmer.length_m)
     swimmers = _link_points(table, swimmer, rows)
     seen = [table.position_m, swimmers.reshape(-1, 3), curve, np.array([one.place_m for one in marks]).reshape(-1, 3)]
+    bodies = table.position_m[rows] if swimmer.body_radius_m else np.zeros((0, 3))
+    seen += [bodies + side * swimmer.body_radius_m * axis for axis in _VIEW for side in (-1.0, 1.0)]
     low, high = _bounds(np.concatenate(seen), [one.triangles.reshape(-1, 3) for one in skins])
     size = high - low
     with styled():
@@ -79,6 +81,8 @@ def space_figure(table: Table, swimmer: Swimmer, title: str, around: Surrounding
         for k, points in enumerate(swimmers):
             at_end = k in {0, len(swimmers) - 1}
             draw_links(axes, points @ _VIEW.T, 1.0 if at_end else 0.45, width=3.0, level=6)
+        for middle in bodies @ _VIEW.T:
+            axes.add_patch(Circle(middle.tolist(), swimmer.body_radius_m, color=BLACK, alpha=0.4, zorder=5))
         ends = (("start", swimmers[0]), ("goal", swimmers[-1]))
         labels = [_label(axes, points[3], name, (6, 5)) for name, points in ends]
         for mark in marks:
