@@ -26,7 +26,7 @@ from purcell_cli.geometry.rotations import Array, from_euler
 from purcell_cli.lie_brackets.control_fields import frame
 from purcell_cli.lie_brackets.controllability import controllability
 from purcell_cli.lie_brackets.joint_fields import joint_frame
-from purcell_cli.lie_brackets.joint_reach import weak_directions
+from purcell_cli.lie_brackets.joint_reach import usual_depth, weak_directions
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joints import Joint, limb_at
 from purcell_cli.mechanics.lift import displacements, flow
@@ -434,6 +434,25 @@ def test_only_joints_that_move_the_base_in_every_direction_are_strong() -> None:
     straight = COLLINEAR.tobytes()
     assert weak_directions(Swimmer(joints=(YAW, PITCH)).scaled(), straight) == ()
     assert "surge" in weak_directions(Swimmer(joints=(UNIVERSAL, FIXED)).scaled(), straight)
+
+
+def test_brackets_are_looked_at_as_deep_as_few_joints_want() -> None:
+    """At 4, as ball joints have it, crossed hinges miss two directions; see the table of controllability."""
+    depths = {(): 4, (YAW, PITCH): 6, (UNIVERSAL, FIXED): 6, (Joint(), FIXED): 5, (UNIVERSAL, UNIVERSAL): 4}
+    for joints, depth in depths.items():
+        swimmer = Swimmer(joints=joints) if joints else Swimmer()
+        assert usual_depth(swimmer) == depth
+        assert usual_depth(dataclasses.replace(swimmer, fluid="beads")) == 4
+
+
+def test_one_hinge_alone_has_no_brackets_and_is_told_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "swimmer.yaml").write_text("joints: {limb1: hinge, limb2: fixed}")
+    run = runner(capsys, "controllability", "--swimmer", str(tmp_path / "swimmer.yaml"))
+    code, out, err = run()
+    assert (code, err) == (1, "")
+    assert "growth vector (1, 1, 1, 1, 1, 1) of 7" in out
+    assert "not seen up to depth 6: 6 directions are missing" in out
+    assert json.loads(run("--json", "--depth", "2")[1])["depths"][0]["gap"] is None
 
 
 def test_a_ball_joint_is_strong_wherever_the_limb_beside_it_is_fixed(monkeypatch: pytest.MonkeyPatch) -> None:

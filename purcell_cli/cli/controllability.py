@@ -41,7 +41,12 @@ def controllability(
     ] = None,
     swimmer: SwimmerFile = None,
     depth: Annotated[
-        int | None, typer.Option("--depth", metavar="K", help="The deepest brackets, 2 to 6; default: 4, of --map 3.")
+        int | None,
+        typer.Option(
+            "--depth",
+            metavar="K",
+            help="The deepest brackets, 2 to 6; default: 4, 5 or 6 where three controls or fewer turn, of --map 3.",
+        ),
     ] = None,
     planar: Annotated[
         bool, typer.Option("--planar", help="Let the yaw joints alone turn: the planar swimmer.")
@@ -60,6 +65,7 @@ def controllability(
     from purcell_cli.files.configuration_file import load_configuration
     from purcell_cli.lie_brackets.controllability import checked_depth
     from purcell_cli.lie_brackets.controllability import controllability as analysed
+    from purcell_cli.lie_brackets.joint_reach import usual_depth
     from purcell_cli.mechanics.configuration import Configuration
 
     body = swimmer_of(swimmer)
@@ -70,7 +76,7 @@ def controllability(
     if plot is not None:
         raise InputError("--plot: wanted with --map, found without")
     at = Configuration() if shape is None else load_configuration(shape)
-    deepest = checked_depth(4 if depth is None else depth)
+    deepest = checked_depth(usual_depth(body) if depth is None else depth)
     ready(body, walled=True)
     with busy("taking brackets"):
         found = analysed(body, at.shape, deepest, planar, at.pose)

@@ -289,7 +289,7 @@ def makers(found: Controllability, direction: int) -> Sequence[Bracket]:
     floors = {level.number: level.rank.floor for level in found.depths}
     for depth in floors:
         mine = [b for b in found.brackets if len(b.word) == depth]
-        sizes = np.array([b.twist for b in mine])
+        sizes = np.array([b.twist for b in mine]).reshape(-1, 6)
         shares = np.abs(sizes[:, direction]) / np.maximum(np.linalg.norm(sizes, axis=1), 1e-300)
         there = np.abs(sizes[:, direction]) > floors[depth]
         use = there & (np.abs(sizes[:, direction]) >= WEAK) & (shares >= 0.5)

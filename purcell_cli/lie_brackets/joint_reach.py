@@ -25,11 +25,20 @@ Beside a limb at 30 degrees it has 0.065 or more and 0.1 L takes 1,000 rad; at 1
 to 0.027, and no plan was found."""
 _DEPTHS = {1: 6, 2: 6, 3: 5, 4: 4, 5: 3, 6: 3}
 """The deepest brackets that are looked at, by the number of controls."""
+_USUAL_DEPTH = 4
+"""The deepest brackets of ball joints, which reach all at 3: one more shows how weak they are."""
 _BENT_RAD = ((0.6, 0.4), (0.4, -0.6), (-0.6, 0.4), (0.4, 0.6))
 """The psi and theta of the shapes looked at until nothing is weak: without symmetry, but beside a limb that is fixed to
 some side, brackets may vanish at one of them by chance [rad]."""
 _SHARE = 0.05
 """A direction with more than this share in what is weak is named."""
+
+
+def usual_depth(swimmer: Swimmer) -> int:
+    """Return the depth of brackets that shows what a swimmer's joints reach: the fewer turn, the deeper it is."""
+    if swimmer.ball_joints or swimmer.fluid == "beads":
+        return _USUAL_DEPTH
+    return max(_USUAL_DEPTH, _DEPTHS.get(len(swimmer.controls), _USUAL_DEPTH))
 
 
 @functools.lru_cache(maxsize=64)

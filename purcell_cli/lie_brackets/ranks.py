@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Literal
 
 import numpy as np
@@ -49,9 +50,9 @@ class Rank:
 
     @property
     def gap(self) -> float:
-        """The smallest singular value that counts over the largest that does not, or over rounding."""
-        rest = self.singular_values[self.dimension :]
-        return self.smallest / max(self.floor, float(rest.max(initial=0.0)))
+        """The smallest singular value that counts over the largest that does not, or over rounding; infinite over 0."""
+        below = max(self.floor, float(self.singular_values[self.dimension :].max(initial=0.0)))
+        return self.smallest / below if below else math.inf
 
     @property
     def robustness(self) -> Literal["clear", "weak", "undecided"]:
