@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +13,17 @@ from helpers import UNIT, assert_close, dop853_rates, in_lengths
 
 from purcell_cli.cli.app import _run
 from purcell_cli.errors import GaitError, ParameterError, UnknownNameError
-from purcell_cli.files.builtin import stored_gaits
+from purcell_cli.files.builtin import find_swimmer, stored_gaits
 from purcell_cli.files.gait_file import gait_text, load_gait, write_gait
 from purcell_cli.gaits import design as designer
 from purcell_cli.gaits.design import design
 from purcell_cli.gaits.design_problem import DesignTask, Problem
 from purcell_cli.gaits.gait import Gait
+from purcell_cli.gaits.joint_fit import bend_room_rad, refuse_joints
 from purcell_cli.gaits.pure_stroke import realise
 from purcell_cli.geometry.rotations import as_euler, as_vector
 from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.joints import Joint
 from purcell_cli.mechanics.lift import EXACT
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.pieces import Pieces
@@ -196,3 +200,21 @@ def test_the_stored_strokes_do_what_docs_say_of_them(
     sweeps = LimbCircles.of(Pieces.of(played))
     assert np.max(sweeps.largest_bends()[0]) < limit_rad + 2e-6
     assert stroke.closure_rad() < 1e-10
+
+
+def test_strokes_that_joints_cannot_play_are_not_looked_for() -> None:
+    """Before any search: the axis, the range and the kind; where there is room, the stroke is played."""
+    planar, robot = find_swimmer("planar"), find_swimmer("robot")
+    lopsided = dataclasses.replace(robot, joints=(Joint("hinge", "yaw", (5.0, 90.0)), robot.joints[1]))
+    for swimmer, task, message in (
+        (planar, DesignTask("z"), "joints that pitch.*limb 1 on a yaw hinge"),
+        (robot, DesignTask("z", max_bend_rad=0.8), "at most 0.785398 rad.*found 0.8"),
+        (robot, DesignTask("x", planar=False), "ball joints.*found a universal joint and a universal joint"),
+        (lopsided, DesignTask("x"), "limb 1's psi to both sides of 0.*found .5.0, 90.0. degrees"),
+    ):
+        with pytest.raises(ParameterError, match=message):
+            design(swimmer, task, starts=1)
+    assert bend_room_rad(robot, 1) == math.radians(45.0)
+    assert bend_room_rad(UNIT, None) == bend_room_rad(planar, 2) == math.inf
+    found = design(robot, DesignTask("z", max_bend_rad=math.radians(45.0), controls="primitive", moves=4), starts=1)
+    refuse_joints(robot, realise(found.gait, robot))

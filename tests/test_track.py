@@ -16,15 +16,17 @@ from purcell_cli.environment.solids import HalfSpace, Sphere
 from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.drag_factors import What, factors_of, with_factors
 from purcell_cli.feedback.drag_filter import DragFilter
-from purcell_cli.feedback.measured import EXACTLY, Measuring
+from purcell_cli.feedback.measured import EXACTLY, Measuring, in_its_plane
 from purcell_cli.feedback.replan import done_by
 from purcell_cli.feedback.simulate import simulate
 from purcell_cli.feedback.track import _until, track
 from purcell_cli.feedback.tracker import Tracker
+from purcell_cli.files.builtin import find_swimmer
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.kernel.shapes import shapes_along
-from purcell_cli.mechanics.configuration import Deviation
+from purcell_cli.mechanics.configuration import Deviation, displacement_between
+from purcell_cli.mechanics.joint_motion import refuse_displacement
 from purcell_cli.mechanics.joints import Joint
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
@@ -127,6 +129,21 @@ def test_with_noise_it_ends_within_what_the_noise_hides() -> None:
 
 
 @pytest.mark.slow
+def test_what_parallel_hinges_cannot_make_of_a_measurement_is_noise() -> None:
+    """They stay in the plane of the start, tilted here, so that the rest can be planned; other joints may leave it."""
+    swimmer, rng = find_swimmer("planar"), np.random.default_rng(3)
+    start = Configuration.from_angles((0.1, 0.2, 0.3), (20, 30, 40))
+    there = Configuration(start.pose @ Configuration.from_angles((0.03, 0.01, 0), (170, 0, 0)).pose, start.shape)
+    seen = Measuring(1e-3, 0.1).of(there, swimmer.length_m, rng.normal(size=(2, 3)))
+    kept = in_its_plane(swimmer, start, seen)
+    refuse_displacement(swimmer, start, kept)
+    with pytest.raises(ParameterError, match="plane"):
+        refuse_displacement(swimmer, start, seen)
+    off = displacement_between(there, kept, 1.0) - displacement_between(there, seen, 1.0)
+    assert_close(off[[0, 1, 0, 1], [3, 3, 1, 0]], np.zeros(4), 1e-5)
+    assert in_its_plane(find_swimmer("universal"), start, seen) is seen
+
+
 def test_measurements_have_the_noise_that_is_asked_for() -> None:
     rng = np.random.default_rng(0)
     measuring = Measuring(2e-3, 0.5)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from pathlib import Path
 from typing import Annotated
@@ -29,7 +30,10 @@ def design(
         typer.Option("--maximize", metavar="WHAT", help="speed, by joint travel; or efficiency, by dissipation."),
     ] = "speed",
     max_bend: Annotated[
-        float | None, typer.Option("--max-bend", metavar="RAD", help="Limit of the bends; default: the swimmer's.")
+        float | None,
+        typer.Option(
+            "--max-bend", metavar="RAD", help="Limit of the bends; default: the swimmer's, and in its ranges."
+        ),
     ] = None,
     planar: Annotated[bool, typer.Option("--planar/--spatial", help="Bend in one plane, or anyhow.")] = True,
     controls: Annotated[
@@ -49,16 +53,12 @@ def design(
     from purcell_cli.files.gait_file import write_gait
     from purcell_cli.gaits.design import design as search
     from purcell_cli.gaits.design_problem import DesignTask
+    from purcell_cli.gaits.joint_fit import bend_room_rad
 
     body = ready(swimmer_of(swimmer))
-    task = DesignTask(
-        ANGLES.get(direction, direction),
-        maximize,
-        body.max_bend_rad if max_bend is None else max_bend,
-        planar,
-        controls,
-        moves,
-    )
+    task = DesignTask(ANGLES.get(direction, direction), maximize, 1.0, planar, controls, moves)
+    limit = min(body.max_bend_rad, bend_room_rad(body, task.axis)) if max_bend is None else max_bend
+    task = dataclasses.replace(task, max_bend_rad=limit)
     writable(out, "--out", ("yaml", "yml"))
     name = re.sub(r"[^A-Za-z0-9._-]", "-", out.stem).lstrip(".")[:100] or "designed"
     with bar("designing") as report:

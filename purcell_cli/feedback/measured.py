@@ -13,6 +13,8 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.joint_motion import flattened, plane_axis
+from purcell_cli.mechanics.swimmer import Swimmer
 
 _MOST = {"position_l": 1.0, "base_deg": 45.0}
 """The most noise of each kind: beyond, nothing is measured."""
@@ -85,3 +87,17 @@ class Measuring:
 
 EXACTLY = Measuring()
 """Measurements without noise."""
+
+
+def in_its_plane(swimmer: Swimmer, start: Configuration, measured: Configuration) -> Configuration:
+    """Return a measurement without what two parallel hinges cannot have made since the start; others are as they are.
+
+    Args:
+        swimmer: The swimmer.
+        start: A configuration that it has been in, which tells the plane that its base stays in.
+        measured: Where it was measured to be.
+    """
+    if plane_axis(swimmer) is None:
+        return measured
+    away = flattened(swimmer, matmul(se3.inverse(start.pose), measured.pose))
+    return Configuration(se3.normalised(matmul(start.pose, away)), measured.shape)

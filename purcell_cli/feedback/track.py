@@ -19,7 +19,7 @@ import numpy as np
 
 from purcell_cli.environment.scene import Scene
 from purcell_cli.errors import ParameterError, PurcellWarning
-from purcell_cli.feedback.measured import EXACTLY, Measuring
+from purcell_cli.feedback.measured import EXACTLY, Measuring, in_its_plane
 from purcell_cli.feedback.replan import done_by, way_of
 from purcell_cli.feedback.simulate import refuse_other_joints, simulate
 from purcell_cli.feedback.tracker import TOLERANCE_L, TOLERANCE_RAD, Aim, Tracker
@@ -178,19 +178,15 @@ def track(
     noise = np.random.default_rng(measuring.seed)
     parts: list[Part] = []
 
-    def measured_in(swum: Trajectory, row: int) -> Configuration:
-        at = Configuration(swum.pose[row], swum.shape[row])
-        return measuring.of(at, body.length_m, normal_numbers(noise, (2, 3)))
-
-    def measured_at_rest(at: Configuration) -> Configuration:
-        many = measuring.at_rest
-        return measuring.of(at, body.length_m, np.add.reduce(normal_numbers(noise, (many, 2, 3))) / many)
+    def measured_at(at: Configuration, many: int = measuring.at_rest) -> Configuration:
+        normal = np.add.reduce(normal_numbers(noise, (many, 2, 3))) / many
+        return in_its_plane(body, start, measuring.of(at, body.length_m, normal))
 
     def so_far(arrived: bool) -> Tracking:
         return Tracking(start, goal, truth, tuple(parts), arrived, follow, options.obstacles).judged()
 
     here, swum_s = start, math.inf
-    measured = measured_at_rest(here)
+    measured = measured_at(here)
     every = legs or (Aim(goal),)
     for leg, aim in enumerate(every):
         tracker.turn_to(aim, measured, swum_s)
@@ -200,7 +196,7 @@ def track(
             if solution is None:
                 return so_far(False)
             swum_s = _until(solution, first=not parts) if tried < replans else math.inf
-            swum, swum_s, measured = _swum(tracker, solution, truth, here, swum_s, measured_in, measured_at_rest)
+            swum, swum_s, measured = _swum(tracker, solution, truth, here, swum_s, measured_at)
             here = swum.end
             travel = done_by(solution.plan, min(swum_s, solution.duration_s))
             parts.append(Part(solution, travel, measured, here, swum, leg, aim))
@@ -232,8 +228,7 @@ def _swum(
     truth: Swimmer,
     here: Configuration,
     swum_s: float,
-    measured_in: Callable[[Trajectory, int], Configuration],
-    measured_at_rest: Callable[[Configuration], Configuration],
+    measured_at: Callable[..., Configuration],
 ) -> tuple[Trajectory, float, Configuration]:
     """Return what happens where a plan is swum for some time, for how long it is [s], and the measurement after it.
 
@@ -241,8 +236,11 @@ def _swum(
     """
     while True:
         swum = simulate(as_table(solution.trajectory.until(swum_s)), truth, begun=here.pose).trajectory
-        seen = [(float(swum.time_s[row]), measured_in(swum, row)) for row in _seen_on_the_way(swum)]
-        measured = measured_at_rest(swum.end)
+        rows = _seen_on_the_way(swum)
+        seen = [
+            (float(swum.time_s[row]), measured_at(Configuration(swum.pose[row], swum.shape[row]), 1)) for row in rows
+        ]
+        measured = measured_at(swum.end)
         if swum_s == math.inf or not tracker.on_its_way(measured, swum_s):
             break
         swum_s = math.inf

@@ -17,6 +17,7 @@ from purcell_cli.errors import GaitError, ParameterError
 from purcell_cli.gaits.atlas import Entry, entry
 from purcell_cli.gaits.design_problem import DesignTask, Problem, Values
 from purcell_cli.gaits.gait import Gait, Turn
+from purcell_cli.gaits.joint_fit import refuse_bends
 from purcell_cli.gaits.shape_curves import WayPoints, size_rad
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_vector
@@ -238,12 +239,13 @@ def design(
         progress: Is called with how far the search is.
 
     Raises:
-        ParameterError: No start, or more than 10,000.
+        ParameterError: No start, or more than 10,000; or joints that cannot play what is wanted.
         GaitError: No start led to a stroke.
         KeyboardInterrupt: Interrupted before any stroke was found.
     """
     if not 1 <= starts <= 10_000:
         raise ParameterError(f"starts: a whole number at least 1 and at most 10000 is wanted, found {starts}")
+    refuse_bends(swimmer, task.axis, task.max_bend_rad)
     rng = np.random.default_rng(seed)
     best: tuple[float, Problem, Array] | None = None
     done = 0

@@ -1,4 +1,4 @@
-"""Whether joints can play a gait: its strokes turn limbs about axes that some joints have not."""
+"""Whether joints can play a gait, or one that is to be designed: strokes turn limbs about axes that some have not."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.gaits.gait import Stroke
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joint_motion import angle_rates, angles_along, excess_of_ranges
-from purcell_cli.mechanics.joints import ANGLES, MISFIT_RAD, RANGE_SLACK_RAD
+from purcell_cli.mechanics.joints import ANGLES, MISFIT_RAD, RANGE_SLACK_RAD, named
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 
@@ -50,3 +50,48 @@ def refuse_joints(swimmer: Swimmer, stroke: Stroke) -> None:
             f"gait {stroke.gait!r}: ranges that it stays in are wanted, found limb {limb + 1}'s {name}, "
             f"{far:.4g} degrees out of its own"
         )
+
+
+def bend_room_rad(swimmer: Swimmer, axis: int | None) -> float:
+    """Return how far both limbs bend to both sides in a plane, infinite where there are no ranges [rad].
+
+    Args:
+        swimmer: The swimmer.
+        axis: The limbs' own axis that a stroke in a plane turns them about, 1 for pitch and 2 for yaw; None in space.
+
+    Raises:
+        ParameterError: Joints that have not this axis, or a range that leaves nothing to one side of collinear.
+    """
+    if swimmer.ball_joints:
+        return np.inf
+    if axis is None:
+        wanted = "ball joints, since strokes in space turn limbs about all axes,"
+        raise ParameterError(f"swimmer: {wanted} are wanted, found {named(swimmer.joints)}; design a planar stroke")
+    room, angle = np.inf, ANGLES[2 - axis]
+    for limb, joint in enumerate(swimmer.joints, 1):
+        if not joint.ball and angle not in joint.angles:
+            wanted = f"joints that {_AXES[axis]}, as strokes this way do,"
+            raise ParameterError(f"swimmer: {wanted} are wanted, found limb {limb} on a {joint.name}")
+        low, high = joint.range_rad(angle)
+        if not low < 0.0 < high:
+            wanted = f"a range of limb {limb}'s {angle} to both sides of 0, where strokes begin,"
+            raise ParameterError(f"swimmer: {wanted} is wanted, found {list(joint.range_deg(angle) or ())} degrees")
+        room = min(room, -low, high)
+    return room
+
+
+def refuse_bends(swimmer: Swimmer, axis: int | None, max_bend_rad: float) -> None:
+    """Refuse to design a stroke that the joints could not play.
+
+    Args:
+        swimmer: The swimmer.
+        axis: See `bend_room_rad`.
+        max_bend_rad: How far the stroke may bend limbs [rad].
+
+    Raises:
+        ParameterError: The joints have not the axis, or not the room.
+    """
+    room = bend_room_rad(swimmer, axis)
+    if max_bend_rad > room + RANGE_SLACK_RAD:
+        wanted = f"at most {room:.6g} rad, the room in the joints' ranges,"
+        raise ParameterError(f"max_bend: {wanted} is wanted, found {max_bend_rad!r}")
