@@ -11,13 +11,13 @@ J. Fluid Mech. 741, R5 (2014). Conventions: `connection`.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import os
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.arrays import Whole
@@ -37,7 +37,7 @@ LOWER = (
 """Rows and columns of the entries of a resistance, in the kernel's order: P, Q^T, and what only the power needs."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Beads:
     """The beads of a swimmer.
 

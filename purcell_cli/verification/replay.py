@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.rotations import Array, hat, running
@@ -50,7 +51,7 @@ _BATCH = 1 << 14
 """Segments that are put together at once: bounds the memory of a long motion."""
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@frozen_dataclass(slots=False, eq=False)
 class Replay:
     """A motion replayed from its controls alone; all in extended precision where nothing else is said.
 
