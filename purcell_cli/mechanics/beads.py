@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import functools
 import os
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -151,6 +150,8 @@ def entries_of_many(swimmer: Swimmer, axes: Array, beside: Array | None) -> Arra
     Returns:
         See `resistance_entries`. Shape (n, 78).
     """
+    from concurrent.futures import ThreadPoolExecutor  # only those who swim among beads wait for it
+
     seen = [None] * len(axes) if beside is None else beside
     out = np.empty((len(axes), len(LOWER[0])))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
