@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from operator import attrgetter
 from typing import Any, TypeVar, cast, dataclass_transform, overload
 
 Kind = TypeVar("Kind")
@@ -51,7 +52,7 @@ def frozen_dataclass(
         if slots:
             own |= {"__getstate__": _state, "__setstate__": _restore}
         if eq:
-            own |= {"__eq__": _equal, "__hash__": _hash}
+            own |= _comparison(fields)
         for name, method in (methods | {name: one for name, one in own.items() if name not in vars(plain)}).items():
             setattr(out, name, method)
         return out
@@ -114,6 +115,21 @@ class _Signature:
         return Signature([parameter(f) for f in sorted(asked, key=lambda f: bool(f.kw_only))], return_annotation=None)
 
 
+def _comparison(fields: tuple[dataclasses.Field[Any], ...]) -> dict[str, object]:
+    """Return `__eq__` and `__hash__` by the fields that are compared; instances are keys of many caches."""
+    compared = attrgetter(*(f.name for f in fields if f.compare), "__class__")
+
+    def equal(self: object, other: object) -> bool:
+        if other.__class__ is not self.__class__:
+            return cast("bool", NotImplemented)
+        return bool(compared(self) == compared(other))
+
+    def hashed(self: object) -> int:
+        return hash(compared(self))
+
+    return {"__eq__": equal, "__hash__": hashed}
+
+
 def _refuse_to_set(_self: object, name: str, _value: object) -> None:
     raise dataclasses.FrozenInstanceError(f"cannot assign to field {name!r}")
 
@@ -122,27 +138,13 @@ def _refuse_to_delete(_self: object, name: str) -> None:
     raise dataclasses.FrozenInstanceError(f"cannot delete field {name!r}")
 
 
-def _values(instance: object, keep: Callable[[dataclasses.Field[Any]], object]) -> list[object]:
-    return [getattr(instance, f.name) for f in dataclasses.fields(cast(Any, instance)) if keep(f)]
-
-
 def _words(self: object) -> str:
     shown = [f.name for f in dataclasses.fields(cast(Any, self)) if f.repr]
     return f"{type(self).__qualname__}({', '.join(f'{name}={getattr(self, name)!r}' for name in shown)})"
 
 
-def _equal(self: object, other: object) -> bool:
-    if other.__class__ is not self.__class__:
-        return cast("bool", NotImplemented)
-    return bool(_values(self, lambda f: f.compare) == _values(other, lambda f: f.compare))
-
-
-def _hash(self: object) -> int:
-    return hash(tuple(_values(self, lambda f: f.compare if f.hash is None else f.hash)))
-
-
 def _state(self: object) -> list[object]:
-    return _values(self, lambda _: True)
+    return [getattr(self, f.name) for f in dataclasses.fields(cast(Any, self))]
 
 
 def _restore(self: object, state: list[object]) -> None:
