@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from pathlib import Path
 from typing import Annotated
@@ -48,6 +47,8 @@ def design(
     json: Json = False,
 ) -> None:
     """Design a closed stroke that does most for its cost, and write it as a gait that purcell gait plays."""
+    import dataclasses
+
     from purcell_cli.cli.reports import design
     from purcell_cli.files.atomic_file import writable
     from purcell_cli.files.gait_file import write_gait
