@@ -40,6 +40,7 @@ from purcell_cli.motion.limb_circles import bends
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Blocked, Plan
 from purcell_cli.motion.trajectory import schedule
+from purcell_cli.planner.missions import mission_legs
 from purcell_cli.planner.missions.leg_price import LegPrice
 from purcell_cli.planner.missions.mission_legs import MissionLegs, Stop
 from purcell_cli.planner.missions.on_the_way import blocks_before
@@ -175,6 +176,25 @@ def test_what_strokes_pass_anyway_costs_little(one: Waypoint, more: float) -> No
     for limb, wanted in zip(shape, (one.limb1, one.limb2), strict=True):
         if wanted is not None:
             assert_close(limb, wanted, 1e-9)
+
+
+@pytest.mark.slow
+def test_limbs_need_not_straighten_where_a_whole_pose_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the line and turned from it by 10 degrees: with straight limbs there it takes arcs."""
+    via = (at(0.3, 0.0, 0.0, orientation=about_axis(2, 0.17)),)
+    mission = Mission(Configuration(), Configuration.from_angles((0.6, 0.0, 0.0)), via)
+
+    def bent(solution: Solution) -> float:
+        shapes = starting_shapes(solution.plan.blocks, COLLINEAR)
+        return float(np.max(bends(shapes[solution.plan.passages[0].block, :, :, 0])))
+
+    found = plan_mission(mission, options=QUICK)
+    assert found.verdict == "reached"
+    assert bent(found) > 0.2
+    monkeypatch.setattr(mission_legs, "legs_through", lambda *_: None)
+    straight = plan_mission(mission, options=QUICK)
+    assert bent(straight) < 1e-9
+    assert found.joint_travel_rad < 0.95 * straight.joint_travel_rad
 
 
 def test_strokes_before_and_after_a_cut_are_the_whole() -> None:
