@@ -1,6 +1,6 @@
 """What it costs to follow a curve, against the tolerance: joint travel per length, and over that of a straight way.
 
-    python -m benchmarks.missions_follow [--plot docs/pictures/follow.svg]
+    python -m benchmarks.missions_follow [--write]
 
 Curves in units of L: a straight line of 6, a circle of radius 3, one turn of a helix of radius 3 that rises by 3, the
 letter Z, 3 high, and the circle 20 times.
@@ -14,7 +14,9 @@ import time
 
 import numpy as np
 
-from purcell_cli import Configuration, Curve, Follow, Mission, PlanOptions, PurcellError, plan, plan_mission
+from benchmarks import pages
+from benchmarks.resumed import Row, printed
+from purcell_cli import Configuration, Curve, Follow, Mission, PlanOptions, plan, plan_mission
 
 L_M = 0.1
 TOLERANCES = {
@@ -25,6 +27,14 @@ TOLERANCES = {
     "loop": (1.0, 0.5),
 }
 """The tolerances that each curve is followed within [L]."""
+WORDS = {
+    "line": "a straight line",
+    "circle": "a circle of radius 3 L",
+    "helix": "a helix of radius 3 L that rises by 3 L",
+    "Z": "the letter Z, 3 L high",
+    "loop": "the circle 20 times",
+}
+"""What the table calls the curves."""
 
 
 def circle(turns: float, rise_l: float = 0.0) -> Curve:
@@ -45,44 +55,56 @@ def curves() -> dict[str, Curve]:
     }
 
 
+def outcome(name: str, curve: Curve, tolerance: float, straight: float) -> Row:
+    """Follow a curve within a tolerance [L], and return the figures."""
+    begun = time.process_time()
+    follow, length = Follow(curve, tolerance * L_M), curve.length_m / L_M
+    start = Configuration.from_angles(curve.point_m[0])
+    mission = Mission(start, follow.goal(start), follow=follow)
+    found = plan_mission(mission, options=PlanOptions(effort="quick"))
+    off = found.limits.off_curve
+    row: Row = {"curve": name, "length": length, "tolerance": tolerance, "verdict": str(found.verdict)}
+    row |= {"off": math.nan if off is None else off.most_m / L_M, "each": found.joint_travel_rad / length}
+    return {**row, "over": row["each"] / straight, "seconds": time.process_time() - begun}
+
+
+def table(rows: list[Row]) -> list[str]:
+    """Return what came of curves and tolerances, a line each."""
+    lines = [
+        "| curve | length [L] | tolerance [L] | distance [L] | travel [rad / L] | over straight | verdict "
+        "| processor time [s] |",
+        "| --- " * 8 + "|",
+    ]
+    for k, row in enumerate(rows):
+        named = not k or rows[k - 1]["curve"] != row["curve"]
+        which = f"{WORDS[row['curve']]} | {row['length']:.1f}" if named else " | "
+        lines.append(
+            f"| {which} | {row['tolerance']} | {row['off']:.3f} | {row['each']:.1f} | {row['over']:.2f} "
+            f"| {row['verdict']} | {row['seconds']:.0f} |"
+        )
+    return lines
+
+
 def main() -> None:
-    """Follow each curve within each tolerance, and print a row of a table for each."""
+    """Follow each curve within each tolerance, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--plot", metavar="FILE", help="draw the travel against the tolerance")
     parser.add_argument("--only", metavar="NAME", nargs="*", help="the curves to follow")
+    parser.add_argument("--write", action="store_true", help="put table and picture into the documentation")
     asked = parser.parse_args()
     straight = plan(Configuration(), Configuration.from_angles((6.0 * L_M, 0.0, 0.0))).joint_travel_rad / 6.0
-    print(
-        "| curve | length [L] | tolerance [L] | largest distance [L] | travel [rad / L] | over straight | verdict | s |"
-    )
-    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
-    drawn: dict[str, list[tuple[float, float]]] = {}
+    rows = []
     for name, curve in curves().items():
-        if asked.only and name not in asked.only:
-            continue
-        for tolerance in TOLERANCES[name]:
-            begun = time.process_time()
-            follow = Follow(curve, tolerance * L_M)
-            start = Configuration.from_angles(curve.point_m[0])
-            length = curve.length_m / L_M
-            try:
-                mission = Mission(start, follow.goal(start), follow=follow)
-                found = plan_mission(mission, options=PlanOptions(effort="quick"))
-            except PurcellError as error:
-                print(f"| {name} | {length:.1f} | {tolerance} | {error} |", flush=True)
-                continue
-            off = found.limits.off_curve
-            most = math.nan if off is None else off.most_m / L_M
-            each = found.joint_travel_rad / length
-            print(
-                f"| {name} | {length:.1f} | {tolerance} | {most:.3f} | {each:.1f} | {each / straight:.2f} | "
-                f"{found.verdict} | {time.process_time() - begun:.0f} |",
-                flush=True,
-            )
-            if found.verdict == "reached":
-                drawn.setdefault(name, []).append((tolerance, each))
-    if asked.plot:
-        draw(drawn, straight, asked.plot)
+        for tolerance in TOLERANCES[name] if not asked.only or name in asked.only else ():
+            rows.append(outcome(name, curve, tolerance, straight))
+            printed(rows[-1])
+    lines = table(rows)
+    print("\n".join(lines))
+    if asked.write:
+        pages.put("how-to/missions.md", "missions follow", "\n".join(lines))
+        drawn: dict[str, list[tuple[float, float]]] = {}
+        for row in rows:
+            drawn.setdefault(row["curve"], []).append((row["tolerance"], row["each"]))
+        draw(drawn, straight, str(pages.DOCS / "pictures" / "follow.svg"))
 
 
 def draw(drawn: dict[str, list[tuple[float, float]]], straight: float, file: str) -> None:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import pages
-from benchmarks.missions import confirmed
+from benchmarks.missions_worlds import confirmed
 from benchmarks.resumed import outcomes, printed
 from purcell_cli import Configuration, Mission, PlanOptions, Waypoint, plan_mission
 from purcell_cli.environment.obstacle import Obstacle
@@ -71,7 +71,7 @@ def outcome(seed: int) -> dict[str, Any]:
     told["blocked"] = None if found.plan.blocked is None else found.plan.blocked.words
     if found.verdict == Verdict.REACHED:
         told["empty"] = plan_mission(mission, options=PlanOptions(dt_s=0.2)).joint_travel_rad
-        near, bound = confirmed(found, scene), found.limits.obstacle
+        near, bound = confirmed(found.trajectory, found.plan.swimmer, scene), found.limits.obstacle
         told["sampled_m"], told["bound_m"] = near, None if bound is None else bound.distance_m
         if bound is None or not near >= bound.distance_m - 1e-6:
             raise AssertionError(f"{seed}: the bound is above what sampling shows")

@@ -21,12 +21,13 @@ from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.mission import Follow, Mission, Order, Passage, Waypoint
 from purcell_cli.motion.options import Controls, PlanOptions
 from purcell_cli.motion.plan import Plan, Structure
+from purcell_cli.motion.verdict import Verdict
 from purcell_cli.planner.missions.curve_legs import CurveLegs
 from purcell_cli.planner.missions.leg_price import LegPrice
 from purcell_cli.planner.missions.limbs_in_place import in_place, limbs_turned
 from purcell_cli.planner.missions.mission_legs import MissionLegs, Stop
 from purcell_cli.planner.missions.one_motion import one_motion
-from purcell_cli.planner.missions.waypoint_order import best_order, leg_prices
+from purcell_cli.planner.missions.waypoint_order import cheapest_orders, leg_prices
 from purcell_cli.planner.missions.waypoint_poses import Touring
 from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.query import refuse_query
@@ -36,6 +37,12 @@ from purcell_cli.wording import counted
 _DEARER, _EACH_RAD = 1.4, 25.0
 """A mission may take so many times the price of its legs, and so much more for each [rad], and still fit its clock: up
 to then times in it are exact. Short legs take more than their price."""
+
+_ORDERS = {"quick": 1, "standard": 4, "thorough": 12}
+"""How many orders of waypoints are planned at most, by effort, where obstacles do not make each plan dear: plans take
+some 6 % more or less than orders that are priced alike promise."""
+_AS_CHEAP = 1.03
+"""Orders that are priced at more than so many times the cheapest are not planned."""
 
 
 def plan_mission(
@@ -73,7 +80,31 @@ def plan_mission(
     if body.fluid == "beads":
         bead_table(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
     touring = Touring(body, LegPrice(body), Limits.of(options))
-    order = passing_order(mission, touring)
+    dear = options.controls == Controls.SIMULTANEOUS or options.obstacles is not None
+    orders = passing_orders(mission, touring, 1 if dear else _ORDERS[options.effort])
+    made: list[Plan] = []
+    for k, order in enumerate(orders):
+        made.append(_in_order(mission, order, touring, options, gaits, _part(progress, k, len(orders), "order")))
+    made.sort(key=lambda one: (one.blocked is not None, one.joint_travel_rad))
+    every = (carried_out(one, options) for one in made)
+    best = next(every)
+    return (
+        best
+        if best.verdict == Verdict.REACHED
+        else next((one for one in every if one.verdict == Verdict.REACHED), best)
+    )
+
+
+def _in_order(
+    mission: Mission,
+    order: Sequence[int],
+    touring: Touring,
+    options: PlanOptions,
+    gaits: Mapping[str, Gait] | None,
+    progress: Progress,
+) -> Plan:
+    """Return a plan that passes a mission's waypoints in an order; arguments as of `plan_mission`."""
+    body = touring.swimmer
     chosen = configurations(mission, order, touring)
     for k, one in zip(order, chosen, strict=True):
         if one is not None:
@@ -86,7 +117,7 @@ def plan_mission(
 
     def leg(start: Configuration, goal: Configuration, bent: float) -> Plan:
         planned_legs[0] += 1
-        part = _part(progress, min(planned_legs[0] - 1, len(order)), len(order) + 1)
+        part = _part(progress, min(planned_legs[0] - 1, len(order)), len(order) + 1, "leg")
         careful = dataclasses.replace(body, max_bend_rad=bent * body.max_bend_rad)
         return planned(
             start, goal, swimmer=careful, options=options, gaits=gaits, progress=part, clock_s=limits.clock_s
@@ -100,7 +131,7 @@ def plan_mission(
     legs = MissionLegs(body, touring.price, limits, leg, in_place, touring.others, dear).between(
         mission.start, stops, mission.goal
     )
-    return carried_out(joined(body, mission, order, legs), options)
+    return joined(body, mission, order, legs)
 
 
 def turned_in_place(
@@ -177,21 +208,26 @@ def refuse_waypoints(mission: Mission, swimmer: Swimmer, options: PlanOptions) -
         )
 
 
-def passing_order(mission: Mission, touring: Touring) -> list[int]:
-    """Return the order in which a mission's waypoints are passed, as indices into its list.
+def passing_orders(mission: Mission, touring: Touring, most: int) -> list[list[int]]:
+    """Return orders in which a mission's waypoints may be passed, as indices into its list, the cheapest first.
 
-    Where it is free, those that name limbs alone come first: they cost the same anywhere.
+    Where the order is free, those that name limbs alone come first: they cost the same anywhere.
+
+    Args:
+        mission: The mission.
+        touring: The choice of poses.
+        most: How many orders, at most.
     """
     every = list(range(len(mission.via)))
     if mission.order == Order.GIVEN or len(every) < 2:
-        return every
+        return [every]
     first = [k for k in every if in_place(mission.via[k])]
     others = [k for k in every if k not in first]
-    if len(others) > 1:
-        via = [mission.via[k] for k in others]
-        best, _ = best_order(*leg_prices(touring, mission.start.pose, via, mission.goal.pose))
-        others = [others[k] for k in best]
-    return first + others
+    if len(others) < 2:
+        return [first + others]
+    prices = leg_prices(touring, mission.start.pose, [mission.via[k] for k in others], mission.goal.pose)
+    found = cheapest_orders(*prices, most)
+    return [first + [others[k] for k in order] for order, price in found if price <= _AS_CHEAP * found[0][1]]
 
 
 def configurations(mission: Mission, order: Sequence[int], touring: Touring) -> list[Configuration | None]:
@@ -235,11 +271,12 @@ def joined(swimmer: Swimmer, mission: Mission, order: Sequence[int], legs: Seque
     )
 
 
-def _part(progress: Progress, k: int, of: int) -> Progress:
-    """Return what is told of the progress of the k-th of some legs."""
+def _part(progress: Progress, k: int, of: int, name: str) -> Progress:
+    """Return what is told of the progress of the k-th of some legs or orders; of one alone its parts speak."""
 
     def tell(done: int, among: int, news: str) -> None:
         whole = max(among, 1)
-        progress(k * whole + int(np.clip(done, 0, whole)), of * whole, f"leg {k + 1} of {of}, {news}")
+        words = news if of == 1 else f"{name} {k + 1} of {of}, {news}"
+        progress(k * whole + int(np.clip(done, 0, whole)), of * whole, words)
 
     return tell

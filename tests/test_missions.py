@@ -40,10 +40,11 @@ from purcell_cli.motion.limb_circles import bends
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Blocked, Plan
 from purcell_cli.motion.trajectory import schedule
+from purcell_cli.planner.missions import mission_legs
 from purcell_cli.planner.missions.leg_price import LegPrice
 from purcell_cli.planner.missions.mission_legs import MissionLegs, Stop
 from purcell_cli.planner.missions.on_the_way import blocks_before
-from purcell_cli.planner.missions.waypoint_order import best_order, leg_prices, price_of_order
+from purcell_cli.planner.missions.waypoint_order import cheapest_orders, leg_prices, price_of_order
 from purcell_cli.planner.missions.waypoint_poses import Touring, cheapest_way
 from purcell_cli.planner.rest import blocks_after
 from purcell_cli.planner.routes.around import ended
@@ -177,6 +178,25 @@ def test_what_strokes_pass_anyway_costs_little(one: Waypoint, more: float) -> No
             assert_close(limb, wanted, 1e-9)
 
 
+@pytest.mark.slow
+def test_limbs_need_not_straighten_where_a_whole_pose_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the line and turned from it by 10 degrees: with straight limbs there it takes arcs."""
+    via = (at(0.3, 0.0, 0.0, orientation=about_axis(2, 0.17)),)
+    mission = Mission(Configuration(), Configuration.from_angles((0.6, 0.0, 0.0)), via)
+
+    def bent(solution: Solution) -> float:
+        shapes = starting_shapes(solution.plan.blocks, COLLINEAR)
+        return float(np.max(bends(shapes[solution.plan.passages[0].block, :, :, 0])))
+
+    found = plan_mission(mission, options=QUICK)
+    assert found.verdict == "reached"
+    assert bent(found) > 0.2
+    monkeypatch.setattr(mission_legs, "legs_through", lambda *_: None)
+    straight = plan_mission(mission, options=QUICK)
+    assert bent(straight) < 1e-9
+    assert found.joint_travel_rad < 0.95 * straight.joint_travel_rad
+
+
 def test_strokes_before_and_after_a_cut_are_the_whole() -> None:
     wanted = planned(Configuration(), Configuration.from_angles((0.3, 0.0, 0.0)), options=PlanOptions(effort="quick"))
     for share in (0.0, 0.013, 0.5, 0.77, 1.0):
@@ -225,10 +245,12 @@ def test_the_free_order_is_the_best_of_all_orders() -> None:
         rng.uniform(1.0, 9.0, (6, 3, 6, 3)),
         rng.uniform(1.0, 9.0, (6, 3)),
     )
-    order, price = best_order(first, between, last)
+    found = cheapest_orders(first, between, last, 40)
     prices = {way: price_of_order(way, first, between, last) for way in itertools.permutations(range(6))}
-    assert_close(price, min(prices.values()), 1e-5)
-    assert_close(prices[tuple(order)], price, 1e-5)
+    assert_close([price for _, price in found], sorted(prices.values())[:40], 1e-5)
+    assert_close([prices[tuple(order)] for order, _ in found], [price for _, price in found], 1e-5)
+    assert len({tuple(order) for order, _ in found}) == 40
+    price = found[0][1]
     assert prices[tuple(np.argsort(first.min(axis=1)).tolist())] > 1.02 * price
 
 
@@ -237,7 +259,8 @@ def test_waypoints_on_a_line_are_passed_one_after_the_other() -> None:
     places = (0.9, 0.3, 0.6)
     via = [at(x, 0.0, 0.0) for x in places]
     goal = se3.pose(np.eye(3), np.array([1.2, 0.0, 0.0]))
-    order, _ = best_order(*leg_prices(Touring(Swimmer(), LegPrice(Swimmer())), np.eye(4), via, goal))
+    prices = leg_prices(Touring(Swimmer(), LegPrice(Swimmer())), np.eye(4), via, goal)
+    (order, _), *_ = cheapest_orders(*prices, 1)
     assert [places[k] for k in order] == sorted(places)
 
 

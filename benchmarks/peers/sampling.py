@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -92,16 +93,18 @@ class _Propagator:
         self._buffer.set_res(0, memoryview(self._out))
 
     def __call__(self, state: Any, control: Any, seconds: float, result: Any) -> None:
-        x = self._x
-        pose = state[0]
-        x[0], x[1], x[2] = pose.getX(), pose.getY(), pose.getZ()
-        for k, q in ((3, pose.rotation()), (7, state[1]), (11, state[2])):
-            x[k], x[k + 1], x[k + 2], x[k + 3] = q.w, q.x, q.y, q.z
+        self._x[:] = read(state)
         for k in range(CONTROLS):
             self._u[k] = control[k]
         self._h[0] = seconds
         self._run()
         write(result, self._out.tolist())
+
+
+def read(state: Any) -> tuple[float, ...]:
+    """Return the 15 numbers of an OMPL state."""
+    pose, turns = state[0], (state[0].rotation(), state[1], state[2])
+    return (pose.getX(), pose.getY(), pose.getZ(), *(x for q in turns for x in (q.w, q.x, q.y, q.z)))
 
 
 def write(state: Any, x: list[float]) -> None:
@@ -144,7 +147,9 @@ def _project(settings: Settings, space: Any, first: np.ndarray, last: np.ndarray
     return projection
 
 
-def answer(planner: str, settings: Settings, query: Query, cap_s: float, seed: int) -> Answer | None:
+def answer(
+    planner: str, settings: Settings, query: Query, cap_s: float, seed: int, clear: Callable[[Any], bool] | None = None
+) -> Answer | None:
     """Return what a planner finds, exact or nearest, within a time; None if it finds nothing.
 
     Args:
@@ -153,6 +158,7 @@ def answer(planner: str, settings: Settings, query: Query, cap_s: float, seed: i
         query: The query.
         cap_s: The processor time it has [s].
         seed: Of OMPL's random numbers.
+        clear: Whether a state is clear of obstacles; None for empty water.
     """
     ou.setLogLevel(ou.LogLevel.LOG_ERROR)
     ou.RNG.setSeed(seed + 1)
@@ -169,7 +175,8 @@ def answer(planner: str, settings: Settings, query: Query, cap_s: float, seed: i
     info.setStatePropagator(propagator)
     info.setPropagationStepSize(settings.step_s)
     info.setMinMaxControlDuration(1, round(settings.longest_s / settings.step_s))
-    setup.setStateValidityChecker(info.satisfiesBounds)
+    checks = [info.satisfiesBounds, *([] if clear is None else [clear])]
+    setup.setStateValidityChecker(lambda state: all(check(state) for check in checks))
     start, goal = space.allocState(), space.allocState()
     write(start, first.tolist())
     write(goal, last.tolist())

@@ -19,7 +19,7 @@ from purcell_cli.motion.mission import Waypoint
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.missions.leg_price import LegPrice
 from purcell_cli.planner.missions.limbs_in_place import in_place
-from purcell_cli.planner.missions.on_the_way import detours_rad, legs_through
+from purcell_cli.planner.missions.on_the_way import detours_rad, legs_through, whole_pose
 from purcell_cli.planner.routes.one_motion import ended
 
 LegPlanner = Callable[[Configuration, Configuration, float], Plan]
@@ -34,6 +34,8 @@ _STRAIGHT = 0.8
 _ON_THE_WAY = 0.9
 """Waypoints are on the way from one stop to another where going there straight away costs at least this part of going
 through them."""
+_BESIDE_THE_WAY = 0.7
+"""The same of waypoints that name the whole pose: to be there exactly costs arcs, whose price is uncertain."""
 _ROOM = 0.96
 """A plan that is to be brought through waypoints bends limbs up to this part of their limit: so its strokes can go some
 8 % farther."""
@@ -171,7 +173,9 @@ class MissionLegs:
             if one is None or (k < len(stops) and stops[k].waypoint.position_m is None):
                 continue
             poses.append(one.pose)
-            if k > first and _straight(poses) and self._price(poses[0], poses[-1]) >= _ON_THE_WAY * self._price(*poses):
+            whole = all(whole_pose(stop.waypoint) for stop in stops[first:k])
+            part = _BESIDE_THE_WAY if whole else _ON_THE_WAY
+            if k > first and _straight(poses) and self._price(poses[0], poses[-1]) >= part * self._price(*poses):
                 last = k
         return last
 
@@ -188,8 +192,9 @@ class MissionLegs:
         if found is None and any(_looks_anywhere(one) for one in via):
             looking = [_looking(one.waypoint, one.configuration) for one in stops]
             found = legs_through(self.swimmer, direct, looking, self.limits)
-        promised = self._price(here.pose, *(one.pose for one in every if one is not None))
-        enough = max(promised, _AS_SHORT * direct.joint_travel_rad)
+        enough = _AS_SHORT * direct.joint_travel_rad
+        if not any(whole_pose(one) for one in via):
+            enough = max(enough, self._price(here.pose, *(one.pose for one in every if one is not None)))
         enough += detours_rad(via, home_shape(self.swimmer, here.shape))
         return found, found is not None and _travel_rad(found) < enough
 

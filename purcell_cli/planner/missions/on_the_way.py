@@ -1,7 +1,8 @@
 """Waypoints on the way: a plan that ignores them passes near, so it is cut there and its strokes go on through them.
 
 Limbs are at a waypoint as they are in the stroke: they do not straighten, and cruising goes on. Limbs that it names
-turn there from the stroke, and back.
+turn there from the stroke, and back. Where it names both the position and the orientation limbs may straighten part of
+the way there, since a stroke has the base aside of its line or turned from it.
 """
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ import numpy as np
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul, norm
-from purcell_cli.geometry.rotations import Array, angle_between
+from purcell_cli.geometry.rotations import Array, angle_between, as_vector
 from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.joint_motion import home_shape
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
@@ -39,6 +41,8 @@ _AS_FAR_RAD = 10.0
 """Limbs that turn so far count as much as what a way may pass beside a waypoint [rad]: about what 0.5 L take."""
 _PLACES, _APART_RAD = 3, 2.0
 """Places that are tried at most for a waypoint, and how far apart they are [rad]: half a side of a stroke's loop."""
+_SHARES = (1.0, 0.8, 0.6, 0.4)
+"""What is left of a stroke's bends at a waypoint that names the whole pose, tried one by one: 0 straightens."""
 _MOST_FREE = 2000
 """Plans of more primitives are not brought through waypoints: each primitive may change by itself."""
 
@@ -64,7 +68,8 @@ def legs_through(swimmer: Swimmer, direct: Plan, via: Sequence[Waypoint], limits
             return None
         way = PlanPath.of(rest)
         for place in _places(way, waypoint, next((one for one in via[k + 1 :] if not in_place(one)), None)):
-            cut = _cut(swimmer, rest, way, place, waypoint, limits)
+            cuts = (_cut(swimmer, rest, way, place, waypoint, limits, share) for share in _shares(waypoint))
+            cut = next((one for one in cuts if one is not None), None)
             if cut is not None:
                 break
         else:
@@ -75,11 +80,15 @@ def legs_through(swimmer: Swimmer, direct: Plan, via: Sequence[Waypoint], limits
 
 
 def _cut(
-    swimmer: Swimmer, plan: Plan, way: PlanPath, place: int, waypoint: Waypoint, limits: Limits
+    swimmer: Swimmer, plan: Plan, way: PlanPath, place: int, waypoint: Waypoint, limits: Limits, share: float
 ) -> tuple[Plan, Plan] | None:
-    """Return a plan cut at a place on its way, both parts brought to the waypoint there; None where that fails."""
+    """Return a plan cut at a place on its way, both parts brought to the waypoint there; None where that fails.
+
+    Limbs that it leaves free keep a share of their bends in the stroke.
+    """
     done_rad, begun = float(way.travel_rad[0] - way.travel_rad[place]), way.shape[place]
-    named = waypoint.filled(Configuration(plan.start.pose, begun)).shape
+    free = begun if share == 1.0 else _part_way(home_shape(swimmer, begun), begun, share)
+    named = waypoint.filled(Configuration(plan.start.pose, free)).shape
     there, back = _turned(swimmer, begun, named), _turned(swimmer, named, begun)
     if there is None or back is None:
         return None
@@ -90,6 +99,21 @@ def _cut(
         return None
     rest = brought(swimmer, ended(leg), plan.goal, (*back, *blocks_after(plan, done_rad)), limits)
     return None if rest is None else (leg, rest)
+
+
+def whole_pose(waypoint: Waypoint) -> bool:
+    """Return whether a waypoint names the position and the orientation."""
+    return waypoint.position_m is not None and waypoint.orientation is not None
+
+
+def _shares(waypoint: Waypoint) -> tuple[float, ...]:
+    return _SHARES if whole_pose(waypoint) else _SHARES[:1]
+
+
+def _part_way(begin: Array, end: Array, share: float) -> Array:
+    """Return the shape a share of the way from one to another, each limb turned about one axis. Shape (2, 3, 3)."""
+    turned = matmul(begin.transpose(0, 2, 1), end)
+    return np.asarray(matmul(begin, np.stack([se3.rotation(share * as_vector(one)) for one in turned])))
 
 
 def detours_rad(via: Sequence[Waypoint], home: Array) -> float:

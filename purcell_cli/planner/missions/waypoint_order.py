@@ -1,4 +1,4 @@
-"""The order of waypoints that costs least: dynamic programming over the sets that are passed already.
+"""The orders of waypoints that cost least: dynamic programming over the sets that are passed already.
 
 Held and Karp (1962), J. SIAM 10, 196; the state has the candidate pose at the last waypoint too, since what a leg
 costs depends on the headings at both its ends.
@@ -6,6 +6,7 @@ costs depends on the headings at both its ends.
 
 from __future__ import annotations
 
+import heapq
 import itertools
 from collections.abc import Sequence
 
@@ -58,43 +59,57 @@ def leg_prices(touring: Touring, start: Array, via: Sequence[Waypoint], goal: Ar
     return first, touring.price.between_all(every, every).reshape(n, each, n, each), last
 
 
-def best_order(first: Array, between: Array, last: Array) -> tuple[list[int], float]:
-    """Return the order of least price, and its price [rad].
+def cheapest_orders(first: Array, between: Array, last: Array, count: int) -> list[tuple[list[int], float]]:
+    """Return the orders of least price, the cheapest first, and their prices [rad].
+
+    The table says exactly what comes before the last waypoints of an order costs at least, so that A* from the goal
+    backwards (Hart, Nilsson and Raphael, 1968, IEEE Trans. Systems Science and Cybernetics 4, 100) ends at one order
+    after the other.
 
     Args:
         first: Prices from the start to each waypoint's candidates. Shape (n, h).
         between: Prices between candidates. Shape (n, h, n, h).
         last: Prices from candidates to the goal. Shape (n, h).
+        count: How many orders, at most.
+    """
+    paid, n = _paid(first, between), len(first)
+    every = (1 << n) - 1
+    out: list[tuple[list[int], float]] = []
+    queue: list[tuple[float, tuple[int, ...], Array]] = [
+        (round(float(np.min(paid[every, k] + last[k])), 6), (k,), np.round(last[k], 6)) for k in range(n)
+    ]
+    heapq.heapify(queue)
+    while queue and len(out) < count:
+        price, order, rest = heapq.heappop(queue)
+        if len(order) == n:
+            out.append(([*order], price))
+            continue
+        left = every - sum(1 << k for k in order)
+        for k in (k for k in range(n) if left >> k & 1):
+            more = np.round(np.min(between[k, :, order[0]] + rest, axis=1), 6)
+            heapq.heappush(queue, (round(float(np.min(paid[left, k] + more)), 6), (k, *order), more))
+    return out
+
+
+def _paid(first: Array, between: Array) -> Array:
+    """Return the least price at which a set of waypoints is passed, one of them last, at each of its candidates [rad].
+
+    Shape (2**n, n, h).
     """
     n, h = first.shape
     paid = np.full((1 << n, n, h), np.inf)
-    back = np.full((1 << n, n, h), -1, dtype=np.int64)
     for k in range(n):
         paid[1 << k, k] = np.round(first[k], 6)
     for done in range(1, 1 << n):
         inside = [k for k in range(n) if done >> k & 1]
-        if len(inside) < 2:
-            continue
-        for k in inside:
+        for k in inside if len(inside) > 1 else ():
             before = paid[done ^ (1 << k)].reshape(n * h)
-            whole = np.round(before[:, None] + between[:, :, k].reshape(n * h, h), 6)
-            back[done, k] = np.argmin(whole, axis=0)
-            paid[done, k] = np.min(whole, axis=0)
-    done = (1 << n) - 1
-    ends = np.round(paid[done] + last, 6).ravel()
-    state = int(np.argmin(ends))
-    price, order = float(ends[state]), []
-    while True:
-        k, pose = divmod(state, h)
-        order.append(k)
-        state = int(back[done, k, pose])
-        done ^= 1 << k
-        if not done:
-            return order[::-1], price
+            paid[done, k] = np.min(np.round(before[:, None] + between[:, :, k].reshape(n * h, h), 6), axis=0)
+    return paid
 
 
 def price_of_order(order: Sequence[int], first: Array, between: Array, last: Array) -> float:
-    """Return the least price of an order, its candidates the best for it [rad]; arguments as of `best_order`."""
+    """Return the least price of an order, its candidates the best for it [rad]; arguments as of `cheapest_orders`."""
     paid = first[order[0]]
     for a, b in itertools.pairwise(order):
         paid = np.min(paid[:, None] + between[a, :, b], axis=0)
