@@ -9,8 +9,9 @@
    strokes by yaws alone, or by pitches alone, stay so, since out of a plane the roll of the base
    changes too fast with the rotations; then all moves that are played once are free.
 
-Hinges turn about one axis, a ball joint beside them about all three; there limbs are not rolled first. On a universal
-joint psi and theta do not turn at once at constant rates in the limb's frame, so it has no moves.
+Hinges turn about one axis, a ball joint beside them about all three; there limbs are not rolled first. A universal
+joint turns psi or theta on a move, since a limb that turns both does not turn at a constant rate about an axis of its
+own: a primitive becomes one move for each angle of the other limb that may join it (`joint_turns`).
 
 A result that is no quicker, not exact, or beyond a limit is rejected. Conventions: `rotations`.
 """
@@ -28,7 +29,7 @@ from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.configuration import displacement_between
 from purcell_cli.mechanics.joint_motion import flattened
-from purcell_cli.mechanics.joints import AT_ONCE
+from purcell_cli.mechanics.joint_turns import choices, rotation_vectors
 from purcell_cli.mechanics.lift import ROUGH
 from purcell_cli.mechanics.moves import MoveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -43,7 +44,7 @@ from purcell_cli.planner.refine.coarser_moves import coarser
 from purcell_cli.planner.refine.minimum_energy import EnergyProgram, paced
 from purcell_cli.planner.refine.minimum_time import QUICKEST, SHORTEST, Found, Program, minimised, settled
 from purcell_cli.planner.refine.move_program import MoveProgram, Weights
-from purcell_cli.planner.refine.rounded_loops import as_it_is, segments_by_moves
+from purcell_cli.planner.refine.rounded_loops import Ways, as_it_is, segments_by_moves
 from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
 from purcell_cli.planner.refine.trust_region import FIRST_REACH
 
@@ -78,6 +79,9 @@ some 7 GB at 9,000."""
 _OUTER_PHASES = 2
 """Phases 1 and 3, each of which may have to stay as it is."""
 
+_TOGETHER = 2
+"""So many angles of joints must be able to turn at once for a plan to be made quicker."""
+
 TOGETHER, ROLLED = "simultaneous moves", "limb rolls"
 """Names of strokes that are not in the primitive plan."""
 
@@ -97,7 +101,7 @@ def quickened(plan: Plan, limits: Limits | None = None, objective: str = "time",
     """
     if not plan.blocks or sum(len(block.sequence) for block in plan.blocks) > _MOST_MOVES:
         return plan
-    if not all(joint.kind in AT_ONCE for joint in plan.swimmer.joints):
+    if max(map(len, choices(plan.swimmer))) < _TOGETHER:
         return plan
     search = _Search(plan, limits, effort, "time" if objective == "switches" else objective)
     return search.run()
@@ -114,13 +118,13 @@ class _Search:
         self.plan, self.limits, self.effort, self.objective = plan, limits, effort, objective
         self.best, self.total = plan, (1.0 - _SPARE) * math.fsum(b.duration for b in plan.blocks)
         swimmer = plan.swimmer
-        self.axes = None if swimmer.ball_joints else np.eye(6)[:, swimmer.controls]
+        self.ways = None if swimmer.ball_joints else tuple(choices(swimmer))
         rates = swimmer.rate_of(0) / swimmer.joint_rate_rad_s, swimmer.rate_of(1) / swimmer.joint_rate_rad_s
         self.rates = None if rates == (1.0, 1.0) else np.repeat(rates, 3)
 
     def run(self) -> Plan:
         """Return the best plan: what takes least time is where the search of others begins too."""
-        across = (_ACROSS_RAD, 0.0) if self.axes is None else (0.0,)
+        across = (_ACROSS_RAD, 0.0) if self.ways is None else (0.0,)
         found = self.descended(self.starts(*across), functools.partial(self._weighed, QUICKEST))
         if self.objective == "travel":
             self.descended([*found, *self.starts(0.0)], functools.partial(self._weighed, SHORTEST))
@@ -138,7 +142,7 @@ class _Search:
         inner = dataclasses.replace(unit, max_bend_rad=max(unit.max_bend_rad - _MARGIN_RAD, 0.5 * unit.max_bend_rad))
         if all(block.phase != 2 for block in plan.blocks):
             across_rad = across_rad[-1:]
-        every = [_segments(plan, unit, across, self.axes) for across in across_rad]
+        every = [_segments(plan, unit, across, self.ways) for across in across_rad]
         return [MoveShooting(inner, s, plan.start.shape, plan.goal.shape, wanted, ROUGH) for s in every]
 
     def descended(self, starts: list[MoveShooting], program: Maker) -> list[MoveShooting]:
@@ -154,7 +158,7 @@ class _Search:
         for one in sorted(begun, key=lambda one: one.merit):
             if ended and self.effort != "thorough":
                 break
-            freed, reach = _freed(one.motion, self.axes), max(one.reach, _LEAST_REACH)
+            freed, reach = _freed(one.motion, self.ways), max(one.reach, _LEAST_REACH)
             ended += self._followed(Found(freed, one.merit, reach), program)
         return [one.motion for one in sorted(ended, key=lambda one: one.merit)]
 
@@ -215,22 +219,22 @@ class _Search:
     def _spent(self, plan: Plan) -> tuple[float, float, float]:
         """Return what plans are compared by: the objective, time, joint travel."""
         swimmer, blocks = played_at_pace(plan.swimmer, plan.start.shape, plan.blocks)
-        spent = cost(self.objective, swimmer, blocks, plan.start.shape)
+        spent = cost(self.objective, swimmer, plan.blocks if self.objective == "travel" else blocks, plan.start.shape)
         return spent, cost("time", swimmer, blocks, plan.start.shape), plan.joint_travel_rad
 
 
-def _segments(plan: Plan, swimmer: Swimmer, across_rad: float, axes: Array | None) -> list[MoveSegment]:
+def _segments(plan: Plan, swimmer: Swimmer, across_rad: float, ways: Ways | None) -> list[MoveSegment]:
     """Return the segments of a plan, its limbs rolled in phase 2 by an angle, opposite ways [rad].
 
     Args:
         plan: The plan.
         swimmer: Its swimmer, scaled.
         across_rad: The angle [rad].
-        axes: The axes that joints have, where they are not all ball joints. Shape (6, p).
+        ways: What may turn at once, where joints are not all ball joints.
     """
     out: dict[int, list[MoveSegment]] = {1: [], 2: [], 3: []}
     for block, shape in zip(plan.blocks, starting_shapes(plan.blocks, plan.start.shape), strict=False):
-        out[block.phase] += segments_by_moves(block, shape, swimmer, axes)
+        out[block.phase] += segments_by_moves(block, shape, swimmer, ways)
     if across_rad:
         roll = across_rad * np.array([[1.0, 0.0, 0.0, -1.0, 0.0, 0.0]])
         rolled = [_seen_rolled(segment, across_rad) for segment in out[2]]
@@ -275,9 +279,11 @@ def _seen_rolled(segment: MoveSegment, across_rad: float) -> MoveSegment:
     return dataclasses.replace(segment, turn=turn, axes=seen(segment.axes), tie=seen(segment.tie))
 
 
-def _freed(motion: MoveShooting, axes: Array | None) -> MoveShooting:
-    """Return the motion with every turn that is made once free about all axes that joints have."""
-    free = [s if s.tie is not None else dataclasses.replace(s, axes=axes) for s in motion.segments]
+def _freed(motion: MoveShooting, ways: Ways | None) -> MoveShooting:
+    """Return the motion with every turn that is made once free about all axes that joints have; some begin so."""
+    if ways is not None:
+        return motion
+    free = [s if s.tie is not None else dataclasses.replace(s, axes=None) for s in motion.segments]
     return motion.of(_joined(free))
 
 
@@ -312,22 +318,25 @@ def _on_the_clock(motion: MoveShooting, rate_rad_s: float, lasting: Array | None
         rate_rad_s: The joints' rate [rad/s].
         lasting: How long each move lasts, at a joint rate of 1 rad/s; as short as it can where it is not given [s].
     """
+    counts = np.cumsum([len(segment.turn) for segment in motion.segments])[:-1]
     turns = np.concatenate([segment.turn for segment in motion.segments])
+    vectors = np.split(rotation_vectors(motion.swimmer, motion.start, turns), counts)
     each = np.max(np.abs(turns), axis=1) if lasting is None else lasting
     step = clock_step(1.01 * float(matmul(motion.cycles, each)) / rate_rad_s) * rate_rad_s
-    durations = np.split(each, np.cumsum([len(segment.turn) for segment in motion.segments])[:-1])
     out: list[Block] = []
-    for segment, own in zip(motion.segments, durations, strict=True):
+    for segment, vector, own in zip(motion.segments, vectors, np.split(each, counts), strict=True):
         gait = TOGETHER if segment.phase == 2 and segment.cycles == 1 else segment.gait
         amplitude = segment.amplitude_rad if segment.cycles > 1 else math.nan
         felt = (np.max(np.abs(segment.turn), axis=1) > _UNFELT_RAD) | (segment.cycles > 1)
-        block = Block(segment.phase, gait, _ticking(segment.turn[felt], own[felt], step), segment.cycles, amplitude)
+        moves = _ticking(vector[felt], segment.turn[felt], own[felt], step)
+        block = Block(segment.phase, gait, moves, segment.cycles, amplitude)
         if out and block.cycles == out[-1].cycles == 1 and block.phase == out[-1].phase:
             block = Block(segment.phase, gait, joined([out.pop().sequence, block.sequence]))
         out.append(block)
     return [block for block in out if len(block.sequence)]
 
 
-def _ticking(turn: Array, lasting: Array, step: float) -> MoveSequence:
+def _ticking(vector: Array, turn: Array, lasting: Array, step: float) -> MoveSequence:
     ticks = np.maximum(np.ceil(lasting / step), 1.0)
-    return MoveSequence(np.clip(turn / (ticks * step)[:, None], -1.0, 1.0), ticks * step)
+    rate, joint_rate = (np.clip(each / (ticks * step)[:, None], -1.0, 1.0) for each in (vector, turn))
+    return MoveSequence(rate, ticks * step, joint_rate)
