@@ -24,7 +24,7 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joint_motion import bend_limits, home_shape, joint_rates
 from purcell_cli.mechanics.joint_turns import by_turns, choices, columns, rotation_vectors
 from purcell_cli.mechanics.joints import Joint, limb_at
-from purcell_cli.mechanics.lift import SEARCHING, displacements
+from purcell_cli.mechanics.lift import displacements
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
@@ -35,7 +35,7 @@ from purcell_cli.motion.trajectory import Trajectory
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.planner.arcs.primitive_counts import LEAST_BEND_RAD
 from purcell_cli.planner.joints.loops import loops_of
-from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting, range_rows
+from purcell_cli.planner.refine.move_inequalities import range_rows
 from purcell_cli.solution import plan
 
 QUICK = PlanOptions(effort=Effort.QUICK)
@@ -137,8 +137,7 @@ def test_room_in_the_ranges_of_joints_is_linear_in_the_turns() -> None:
     turn[:, [2, 4]] = rng.uniform(-0.01, 0.01, (3, 2))
 
     def room(turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        motion = MoveShooting(swimmer, [MoveSegment(2, "any", turn)], COLLINEAR, COLLINEAR, np.eye(4), SEARCHING)
-        return range_rows(motion, turn)
+        return range_rows(swimmer, np.stack([COLLINEAR] * 3), turn)
 
     here, slope = room(turn)
     change = np.zeros((3, 6))

@@ -25,17 +25,13 @@ from purcell_cli.kernel import moves
 from purcell_cli.mechanics.collocation import Accuracy, flow_of
 from purcell_cli.mechanics.joint_motion import home_shape
 from purcell_cli.mechanics.joint_turns import by_turns, rotation_vectors
-from purcell_cli.mechanics.joints import ANGLES
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.planner.refine.inequalities import least_cosines
+from purcell_cli.planner.refine.move_inequalities import distance_rows, range_rows
 from purcell_cli.planner.refine.segments import phase_ends
 
 _ACTIVE = 0.5
 """Limbs within this of the bend limit on a move are constraints, as a part of it; both as 1 - cos of the bend."""
-_ACTIVE_RANGE_RAD = 0.35
-"""Joints within this of an end of their range are constraints, the same as of primitives [rad]."""
-_RANGE_MARGIN_RAD = 1e-7
-"""Margin inside joints' ranges: a hundred times what the last steps may change [rad]."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -149,6 +145,7 @@ class MoveShooting:
         goal: Shape it must end at. Shape (2, 3, 3).
         displacement: Body displacement the motion must make, in units of L. Shape (4, 4).
         accuracy: Of the flow.
+        apart: How far the limbs' surfaces stay from each other; None where they cannot meet [L].
     """
 
     def __init__(
@@ -159,8 +156,9 @@ class MoveShooting:
         goal: Array,
         displacement: Array,
         accuracy: Accuracy,
+        apart: float | None = None,
     ) -> None:
-        self.swimmer, self.start, self.goal, self.accuracy = swimmer, start, goal, accuracy
+        self.swimmer, self.start, self.goal, self.accuracy, self.apart = swimmer, start, goal, accuracy, apart
         self.segments, self.displacement = tuple(segments), displacement
         self._wanted_inverse = se3.inverse(displacement)
         counts = [len(segment.turn) for segment in self.segments]
@@ -172,7 +170,8 @@ class MoveShooting:
 
     def of(self, segments: Sequence[MoveSegment], accuracy: Accuracy | None = None) -> MoveShooting:
         """Return the same equations for another motion, on the flow computed otherwise if an accuracy is given."""
-        return MoveShooting(self.swimmer, segments, self.start, self.goal, self.displacement, accuracy or self.accuracy)
+        ends = self.start, self.goal, self.displacement
+        return MoveShooting(self.swimmer, segments, *ends, accuracy or self.accuracy, self.apart)
 
     @property
     def duration(self) -> float:
@@ -261,9 +260,12 @@ class MoveShooting:
         found = moves.equations(flow, self.start, vectors, self._repeats, self._wanted_inverse, stops, ends)
         near = float(_ACTIVE * (1.0 - cos(self.swimmer.max_bend_rad)))
         slack, slope = moves.bends(found, self._least_cosine, near)
+        if self.apart is not None:
+            gaps, gaps_slope = distance_rows(self.swimmer, found, vectors, self.apart)
+            slack, slope = np.concatenate([slack, gaps]), np.concatenate([slope, gaps_slope])
         derivative, slope = (by_turns(self.swimmer, self.start, turn, d) for d in (found.derivative, slope))
         if not self.swimmer.ball_joints:
-            left, left_slope = range_rows(self, turn)
+            left, left_slope = range_rows(self.swimmer, np.stack([self.start, self.goal, self.home]), turn)
             slack, slope = np.concatenate([slack, left]), np.concatenate([slope, left_slope])
         return Values(turn, found.residual, self.by_unknown(derivative), slack, self.by_unknown(slope))
 
@@ -277,35 +279,3 @@ class MoveShooting:
     def _least_cosine(self) -> Array:
         """The least cosine of the bend of each limb on each move. Shape (n, 2)."""
         return least_cosines(self.phase, self.start, self.goal, self.swimmer.max_bend_rad, self.home)
-
-
-def range_rows(motion: MoveShooting, turn: Array) -> tuple[Array, Array]:
-    """Return the room left in the ranges of joints where it is small, and its derivative by all turns.
-
-    A range is kept with a margin, but where the start, the goal or the shape between the phases is nearer its end.
-
-    Args:
-        motion: The motion; one cycle of a loop that repeats brings joints back.
-        turn: Turns of its joints [rad]. Shape (n, 6).
-
-    Returns:
-        Angles left at the ends of moves [rad], shape (k,), and their derivative, shape (k, 6 n).
-    """
-    n = len(turn)
-    slacks, slopes = [np.empty(0)], [np.empty((0, 6 * n))]
-    for limb, joint in enumerate(motion.swimmer.joints):
-        for k, name in enumerate(ANGLES):
-            if name not in joint.angles or joint.range_deg(name) is None:
-                continue
-            column = 3 * limb + 2 - k
-            known = [joint.read(shape[limb])[k] for shape in (motion.start, motion.goal, motion.home)]
-            angle = known[0] + np.cumsum(turn[:, column])
-            low, high = joint.range_rad(name)
-            low, high = min(low + _RANGE_MARGIN_RAD, *known), max(high - _RANGE_MARGIN_RAD, *known)
-            for slack, sign in ((angle - low, 1.0), (high - angle, -1.0)):
-                active = np.flatnonzero(slack < _ACTIVE_RANGE_RAD)
-                acts = np.zeros((len(active), n, 6))
-                acts[:, :, column] = np.where(np.arange(n) <= active[:, None], sign, 0.0)
-                slacks.append(slack[active])
-                slopes.append(acts.reshape(-1, 6 * n))
-    return np.concatenate(slacks), np.concatenate(slopes)
