@@ -17,6 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.linear_systems import least_squares
 from purcell_cli.geometry.reproducible import cos, matmul
@@ -34,7 +35,7 @@ _ACTIVE = 0.5
 """Limbs within this of the bend limit on a move are constraints, as a part of it; both as 1 - cos of the bend."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class MoveSegment:
     """A part of a motion.
 
@@ -110,7 +111,7 @@ class MoveSegment:
         return self if not self.unknowns else dataclasses.replace(self, turn=self.turned(unknown))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Values:
     """The equations at some unknowns.
 
