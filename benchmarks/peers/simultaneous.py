@@ -4,7 +4,8 @@
     python -m benchmarks.peers.simultaneous --count 10 --cap 120 --out all-at-once.jsonl
 
 The queries are those of `benchmarks.peers`. CasADi minimises squared controls over three horizons; this package least
-time and least joint travel. Begun again with the same file, it goes on after the last query that is in it.
+time and least joint travel. `--only` and `--planner` pick some.
+Begun again with the same file, it goes on after the last query that is in it.
 """
 
 from __future__ import annotations
