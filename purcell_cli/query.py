@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from purcell_cli.errors import ParameterError
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.joint_motion import refuse_displacement
-from purcell_cli.mechanics.joints import AT_ONCE, named
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.mechanics.wall import refuse_wall
 from purcell_cli.motion.coordinates import refuse_large
 from purcell_cli.motion.limits import Limits
-from purcell_cli.motion.options import Controls, PlanOptions
+from purcell_cli.motion.options import PlanOptions
 
 
 def refuse_query(
@@ -35,21 +33,16 @@ def refuse_query(
         refuse_large(swimmer, name, configuration)
         limits.refuse(swimmer, name, configuration)
     if not swimmer.ball_joints:
-        _refuse_joints(swimmer, start, goal, options)
+        _refuse_joints(swimmer, start, goal)
 
 
-def _refuse_joints(swimmer: Swimmer, start: Configuration, goal: Configuration, options: PlanOptions) -> None:
+def _refuse_joints(swimmer: Swimmer, start: Configuration, goal: Configuration) -> None:
     """Refuse what no plan by the joints can do, whatever the way.
 
     Raises:
-        ParameterError: A goal out of reach, joints that cannot move the base, or simultaneous controls.
+        ParameterError: A goal out of reach, or joints that cannot move the base.
     """
     from purcell_cli.lie_brackets.joint_reach import refuse_weak_joints
 
     refuse_displacement(swimmer, start, goal)
     refuse_weak_joints(swimmer, start.shape)
-    if options.controls == Controls.SIMULTANEOUS and {joint.kind for joint in swimmer.joints}.difference(AT_ONCE):
-        raise ParameterError(
-            "controls: primitive, since only ball joints and hinges turn at once so far, is wanted, "
-            f"found simultaneous with {named(swimmer.joints)}"
-        )

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 import types
+from pathlib import Path
 from typing import cast
 
 import numpy as np
@@ -14,13 +16,16 @@ from joint_queries import COMBINATIONS, EVERY, Query, joint_faults, plane_fault,
 from reintegrated import displacement
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.files.plan_file import PlanDocument, load_plan, write_plan
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import from_euler
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.mechanics.joint_motion import bend_limits, home_shape
+from purcell_cli.mechanics.joint_motion import bend_limits, home_shape, joint_rates
+from purcell_cli.mechanics.joint_turns import by_turns, choices, columns, rotation_vectors
 from purcell_cli.mechanics.joints import Joint, limb_at
-from purcell_cli.mechanics.lift import SEARCHING, displacements
+from purcell_cli.mechanics.lift import displacements
+from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -30,7 +35,7 @@ from purcell_cli.motion.trajectory import Trajectory
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.planner.arcs.primitive_counts import LEAST_BEND_RAD
 from purcell_cli.planner.joints.loops import loops_of
-from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting, hinge_rows
+from purcell_cli.planner.refine.move_inequalities import range_rows
 from purcell_cli.solution import plan
 
 QUICK = PlanOptions(effort=Effort.QUICK)
@@ -50,10 +55,9 @@ def test_a_random_query_arrives_by_the_axes_and_within_the_ranges_of_its_joints(
     assert plane_fault(query, name, solution.trajectory) < 1e-12
 
 
-HINGED = [
+AT_ONCE = [
     pytest.param(name, marks=pytest.mark.slow if name == "yaw hinges" else NIGHTLY)
-    for name in COMBINATIONS
-    if "universal" not in name
+    for name in (*COMBINATIONS, "ball joint and fixed limb")
 ]
 
 
@@ -61,12 +65,13 @@ SEEDS = {"yaw hinges": 1, "yaw and pitch hinge": 4}
 """Of the first queries of these, one has ranges that leave no room to round corners, and one gains less than asked."""
 
 
-@pytest.mark.parametrize("name", HINGED)
-def test_hinges_and_ball_joints_turn_at_once(name: str) -> None:
+@pytest.mark.parametrize("name", AT_ONCE)
+def test_joints_turn_at_once(name: str) -> None:
     """In less time than one by one, as exactly, by the axes and within the ranges of the joints, and at their rates."""
     query = random_query(name, SEEDS.get(name, 0), 5.0)
     first, second = query.swimmer.joints
-    swimmer = dataclasses.replace(query.swimmer, joints=(first.at_rate(0.5), second))
+    slow = first if first.kind == "fixed" else first.at_rate(0.5)
+    swimmer = dataclasses.replace(query.swimmer, joints=(slow, second))
     query = dataclasses.replace(query, swimmer=swimmer)
     asked = (PlanOptions(effort=Effort.QUICK, controls=controls) for controls in Controls)
     plain, quick = (plan(query.start, query.goal, swimmer=swimmer, options=options) for options in asked)
@@ -77,11 +82,54 @@ def test_hinges_and_ball_joints_turn_at_once(name: str) -> None:
     rows = quick.trajectory
     assert joint_faults(query, rows) == []
     assert plane_fault(query, name, rows) < 1e-12
-    busy = np.max(np.abs(rows.rate_rad_s).reshape(-1, 2, 3), axis=(0, 2))
-    assert_close(busy, [0.5, swimmer.joint_rate_rad_s], 1e-9)
+    turning = joint_rates(swimmer, rows.shape, rows.rate_rad_s)
+    busy = np.max(np.abs(turning).reshape(-1, 2, 3), axis=(0, 2))
+    assert_close(
+        busy, [swimmer.rate_of(limb) if swimmer.joints[limb].kind != "fixed" else 0.0 for limb in (0, 1)], 1e-9
+    )
 
 
-def test_room_in_the_ranges_of_hinges_is_linear_in_the_turns() -> None:
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["universal joints", "ball and universal joint"])
+def test_universal_joints_turn_at_once_with_the_other_joint(name: str, tmp_path: Path) -> None:
+    """One angle of each limb at once, each about an axis that is constant in the limb; its file makes the same plan."""
+    swimmer, goal = Swimmer(joints=COMBINATIONS[name]), Configuration.from_angles((0.003, 0.001, 0.0))
+    asked = (PlanOptions(effort=Effort.QUICK, controls=controls) for controls in Controls)
+    plain, quick = (plan(Configuration(), goal, swimmer=swimmer, options=options) for options in asked)
+    assert (quick.verdict, quick.controls) == (Verdict.REACHED, Controls.SIMULTANEOUS)
+    assert quick.duration_s < 0.8 * plain.duration_s
+    assert quick.certificate.deviation.within(1e-9 * swimmer.length_m, 1e-9)
+    assert joint_faults(Query(swimmer, Configuration(), goal), quick.trajectory) == []
+    write_plan(PlanDocument(quick.plan), tmp_path / "plan.json")
+    again = load_plan(tmp_path / "plan.json").plan
+    assert_close(again.joint_travel_rad, quick.plan.joint_travel_rad, 1e-12)
+    # The foil: limb rates say that universal joints turn further than they do.
+    felt = sum(float(np.sum(np.abs(block.sequence.rates()))) for block in quick.plan.blocks)
+    known = sum(float(np.sum(np.abs(cast(MoveSequence, block.sequence).joint_rate))) for block in quick.plan.blocks)
+    assert felt > known + 1e-3
+
+
+@pytest.mark.parametrize("joints", [COMBINATIONS[name] for name in ("universal joints", "ball and universal joint")])
+def test_rotation_vectors_of_universal_joints_change_with_the_turns_before(joints: tuple[Joint, Joint]) -> None:
+    """The shapes are those of psi and theta, and derivatives those of small changes; without tilts (the foil) not."""
+    swimmer, rng = Swimmer(joints=joints), np.random.default_rng(5)
+    turn = np.zeros((6, 6))
+    for k, way in enumerate(itertools.islice(itertools.cycle(choices(swimmer)), 6)):
+        turn[k, list(way)] = rng.uniform(-1.0, 1.0, len(way))
+    start = np.stack([limb_at(0.3, -0.6)] * 2)
+    made = MoveSequence.of_turns(rotation_vectors(swimmer, start, turn)).shapes(start)[-1, 1]
+    psi, theta = 0.3 + np.sum(turn[:, 5]), -0.6 + np.sum(turn[:, 4])
+    assert_close(made, limb_at(psi, theta), 1e-14)
+    slope = by_turns(swimmer, start, turn, np.eye(36))
+    change = np.zeros((6, 6))
+    change[:, columns(swimmer)] = 1e-6 * rng.normal(size=(6, len(columns(swimmer))))
+    more, less = (rotation_vectors(swimmer, start, turn + sign * change) for sign in (1.0, -1.0))
+    assert_close(slope @ change.ravel(), 0.5 * (more - less).ravel(), 1e-14)
+    tilts = slope.reshape(6, 6, 6, 6)[2:, :, 0]  # of later vectors by the first turn
+    assert np.max(np.abs(tilts)) > 0.1
+
+
+def test_room_in_the_ranges_of_joints_is_linear_in_the_turns() -> None:
     """Only the range that is near is looked at: limb 2's pitch; its yaw (the foil) changes nothing."""
     joints = (Joint("hinge", "yaw", psi_deg=(-25.0, 30.0)), Joint("hinge", "pitch", theta_deg=(-18.0, 18.0)))
     swimmer, rng = Swimmer(joints=joints).scaled(), np.random.default_rng(2)
@@ -89,8 +137,7 @@ def test_room_in_the_ranges_of_hinges_is_linear_in_the_turns() -> None:
     turn[:, [2, 4]] = rng.uniform(-0.01, 0.01, (3, 2))
 
     def room(turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        motion = MoveShooting(swimmer, [MoveSegment(2, "any", turn)], COLLINEAR, COLLINEAR, np.eye(4), SEARCHING)
-        return hinge_rows(motion, turn)
+        return range_rows(swimmer, np.stack([COLLINEAR] * 3), turn)
 
     here, slope = room(turn)
     change = np.zeros((3, 6))

@@ -35,7 +35,7 @@ from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits_check import check
-from purcell_cli.motion.options import Controls, Effort
+from purcell_cli.motion.options import Effort
 from purcell_cli.motion.pace import paced
 from purcell_cli.motion.trajectory import as_table, sample
 from purcell_cli.motion.verdict import Verdict
@@ -260,16 +260,6 @@ def test_joints_that_cannot_move_the_base_are_refused_with_the_directions() -> N
     ):
         with pytest.raises(ParameterError, match=f"do not move it, or hardly, in: {named}"):
             plan(Configuration(), goal, swimmer=Swimmer(joints=joints))
-
-
-def test_simultaneous_controls_are_refused_for_universal_joints() -> None:
-    with pytest.raises(ParameterError, match=r"primitive.*is wanted, found simultaneous with a universal joint"):
-        plan(
-            Configuration(),
-            Configuration.from_angles(position_m=(0.01, 0, 0)),
-            swimmer=Swimmer(joints=(UNIVERSAL, UNIVERSAL)),
-            options=PlanOptions(controls=Controls.SIMULTANEOUS),
-        )
 
 
 def test_a_gait_that_a_joint_cannot_play_says_so(run: Run) -> None:

@@ -15,7 +15,9 @@ from purcell_cli import Configuration, PlanOptions, Swimmer, plan, read_csv, wri
 from purcell_cli.errors import UnknownNameError
 from purcell_cli.files.builtin import find_scenario
 from purcell_cli.files.plan_file import PlanDocument, load_plan
-from purcell_cli.geometry.rotations import angle_between
+from purcell_cli.geometry.rotations import Array, angle_between
+from purcell_cli.kernel import moves
+from purcell_cli.mechanics.collocation import flow_of
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.moves import MoveSequence
@@ -27,6 +29,8 @@ from purcell_cli.motion.options import Controls
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.reconfiguration import reconfigure
 from purcell_cli.planner.refine.minimum_energy import Dissipation, durations
+from purcell_cli.planner.refine.move_inequalities import distance_rows
+from purcell_cli.planner.refine.random_starts import random_starts
 from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
 from purcell_cli.planner.refine.simultaneous import quickened
 from purcell_cli.solution import Solution, carried_out
@@ -172,6 +176,55 @@ def test_a_tiny_way_of_few_bends_gets_a_quick_plan() -> None:
     plain, quick = (plan(start, goal, options=PlanOptions(effort="quick", controls=c)) for c in Controls)
     assert (plain.verdict, quick.verdict) == ("reached", "reached")
     assert quick.duration_s < 0.8 * plain.duration_s
+
+
+@pytest.mark.slow
+def test_limbs_that_may_fold_swing_at_random_to_begin_with() -> None:
+    """In much less time than loops take, all in one phase, and limbs do not touch each other."""
+    goal = Configuration.from_angles((0.06, 0.02, -0.03), (50.0, -20.0, 40.0), (60, 10, 0), (-40, 20, 0))
+    swimmer = Swimmer(max_bend_rad=math.pi)
+    plain, quick = (
+        plan(BENT, goal, swimmer=swimmer, options=PlanOptions(effort="quick", controls=c)) for c in Controls
+    )
+    assert quick.verdict == "reached"
+    assert 3.0 * quick.duration_s < plain.duration_s
+    made = quick.plan
+    assert check(made.swimmer, made.start, made.blocks).kept
+    assert {block.phase for block in made.blocks} == {2}
+
+
+def test_random_motions_end_at_the_goals_shape_the_nearest_first() -> None:
+    wanted = Configuration.from_angles((0.05, 0.0, 0.0)).pose
+    swimmer = Swimmer(max_bend_rad=2.0).scaled()
+    motion = MoveShooting(swimmer, [], BENT.shape, COLLINEAR, wanted, SEARCHING)
+    found = random_starts(motion, "any", 12.0, 20, 20, 1)
+    off = [float(np.linalg.norm(one.at(one.unknown).residual[:6])) for one in found]
+    assert len(found) == 20
+    assert off == sorted(off)
+    assert off[-1] > 2.0 * off[0]
+    for one in found:
+        assert_close(MoveSequence.of_turns(one.segments[0].turn).shapes(BENT.shape)[-1], COLLINEAR, 1e-12)
+
+
+def test_the_room_between_limbs_is_linear_in_the_turns_where_they_are_nearest() -> None:
+    """At the end of the last move, where they are nearest; with one limb's part alone (the foil) it is not."""
+    swimmer, rng = Swimmer(max_bend_rad=math.pi).scaled(), np.random.default_rng(4)
+    turn = np.zeros((3, 6))
+    turn[:, 2], turn[:, 5] = 0.75, -0.6
+    turn += 0.05 * rng.normal(size=(3, 6))
+
+    def room(turn: Array) -> tuple[Array, Array]:
+        ends = np.array([3]), np.stack([COLLINEAR])[:1]
+        found = moves.equations(flow_of(swimmer, SEARCHING), COLLINEAR, turn, np.empty((0, 3)), np.eye(4), *ends)
+        return distance_rows(swimmer, found, turn, 3.0)
+
+    left, slope = room(turn)
+    change = 1e-5 * rng.normal(size=(3, 6))
+    more, less = room(turn + change)[0], room(turn - change)[0]
+    assert len(left) == len(more) == len(less) > 0
+    assert_close(slope[-1] @ change.ravel(), 0.5 * (more - less)[-1], 1e-8)
+    change[:, 3:] = 0.0
+    assert abs(slope[-1] @ change.ravel() - 0.5 * (more - less)[-1]) > 1e-6
 
 
 @functools.cache

@@ -4,7 +4,8 @@
     python -m benchmarks.peers.simultaneous --count 10 --cap 120 --out all-at-once.jsonl
 
 The queries are those of `benchmarks.peers`. CasADi minimises squared controls over three horizons; this package least
-time and least joint travel. Begun again with the same file, it goes on after the last query that is in it.
+time and least joint travel. `--only` and `--planner` pick some.
+Begun again with the same file, it goes on after the last query that is in it.
 """
 
 from __future__ import annotations
@@ -57,7 +58,8 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=3, help="queries of each class")
     parser.add_argument("--cap", type=float, default=60.0, help="processor time for each query [s]")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--only", choices=tuple(CLASSES), help="one class alone")
+    parser.add_argument("--only", choices=tuple(CLASSES), nargs="+", default=list(CLASSES), help="these classes alone")
+    parser.add_argument("--planner", choices=tuple(PLANNERS), nargs="+", default=list(PLANNERS), help="these alone")
     parser.add_argument("--out", type=Path, required=True, help="a file with a line for every answer")
     asked = parser.parse_args()
     os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # for the planners' processes
@@ -65,11 +67,11 @@ def main() -> None:
     done = {(r["kind"], r["number"], r["planner"]) for r in results if not r["fault"]}
     with asked.out.open("a", encoding="utf-8") as file:
         for number in range(asked.count):
-            for kind in [asked.only] if asked.only else CLASSES:
-                for name, planner in PLANNERS.items():
+            for kind in asked.only:
+                for name in asked.planner:
                     if (kind, number, name) in done:
                         continue
-                    found = outcome(planner, query(kind, number, asked.seed), asked.cap, asked.seed)
+                    found = outcome(PLANNERS[name], query(kind, number, asked.seed), asked.cap, asked.seed)
                     results.append({"planner": name, "cap_s": asked.cap, **found})
                     file.write(json.dumps(results[-1]) + "\n")
                     file.flush()

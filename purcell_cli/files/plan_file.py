@@ -32,7 +32,7 @@ from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.moves import ControlSequence, MoveSequence
 from purcell_cli.mechanics.primitives import PRIMITIVE_NAMES, PrimitiveSequence
-from purcell_cli.motion.blocks import Block
+from purcell_cli.motion.blocks import Block, with_joint_rates
 from purcell_cli.motion.memory import MOST_ROWS
 from purcell_cli.motion.mission import Passage
 from purcell_cli.motion.options import PlanOptions
@@ -152,7 +152,8 @@ def _plan_read(value: dict[str, Any], place: Place) -> PlanDocument:
             wanted = f"a number of blocks from {fewest} to {len(blocks)}"
             raise place.at("via", k, "block").error(wanted, str(passage.block))
     ends = value["swimmer"], value["start"], value["goal"]
-    plan = Plan(*ends, tuple(blocks), passages=tuple(passages), follow=value.get("follow"))
+    known = with_joint_rates(value["swimmer"], value["start"].shape, blocks)
+    plan = Plan(*ends, known, passages=tuple(passages), follow=value.get("follow"))
     if plan.primitives > MOST_ROWS:
         raise place.at("blocks").error(f"at most {MOST_ROWS:.0e} primitives", f"{plan.primitives}")
     options = options_read(value)

@@ -19,8 +19,6 @@ from purcell_cli.geometry.rotations import Array, as_euler, from_euler
 
 Kind = Literal["ball", "universal", "hinge", "fixed"]
 """The kinds of joints."""
-AT_ONCE: tuple[str, ...] = ("ball", "hinge")
-"""The kinds whose limbs turn at constant rates about axes of their own, so that all may turn at once."""
 Axis = Literal["yaw", "pitch"]
 """The axes of hinges: psi is the angle of a yaw hinge, theta of a pitch hinge."""
 KINDS: tuple[str, ...] = get_args(Kind)

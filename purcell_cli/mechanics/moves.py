@@ -6,6 +6,7 @@ in it. A primitive is a move on which one control acts. Conventions: `rotations`
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable, Sequence
 from typing import Protocol, Self
 
@@ -68,10 +69,12 @@ class MoveSequence:
     Attributes:
         rate: The six controls at a joint rate of 1 rad/s, none above 1 [rad/s]. Shape (n, 6).
         duration: How long each move lasts at that joint rate [s]. Shape (n,).
+        joint_rate: How fast the joints turn; the controls, where it is not given. Shape (n, 6).
     """
 
     rate: Array
     duration: Array
+    joint_rate: Array = dataclasses.field(default_factory=lambda: np.empty((0, 6)))
 
     def __repr__(self) -> str:
         return f"<MoveSequence: {len(self)} moves, joint travel {self.joint_travel_rad:.6g} rad>"
@@ -84,7 +87,9 @@ class MoveSequence:
             raise ParameterError("rates must be finite, and durations finite and not negative")
         if np.any(np.abs(rate) > 1.0):
             raise ParameterError(f"rates of at most 1 rad/s are wanted, found {float(np.max(np.abs(rate)))!r}")
-        for name, value in (("rate", rate), ("duration", duration)):
+        given = np.array(self.joint_rate, dtype=np.float64)
+        joint_rate = given.reshape(rate.shape) if len(given) else rate
+        for name, value in (("rate", rate), ("duration", duration), ("joint_rate", joint_rate)):
             value.setflags(write=False)
             object.__setattr__(self, name, value)
 
@@ -108,10 +113,10 @@ class MoveSequence:
         return len(self.duration)
 
     def __add__(self, other: MoveSequence) -> MoveSequence:
-        return MoveSequence(np.concatenate([self.rate, other.rate]), np.concatenate([self.duration, other.duration]))
+        return joined([self, other])
 
     def __getitem__(self, part: slice) -> MoveSequence:
-        return MoveSequence(self.rate[part], self.duration[part])
+        return MoveSequence(self.rate[part], self.duration[part], self.joint_rate[part])
 
     @property
     def turn(self) -> Array:
@@ -120,8 +125,8 @@ class MoveSequence:
 
     @property
     def joint_travel_rad(self) -> float:
-        """The sum over all moves and joints of |rate| times duration [rad]."""
-        return float(np.sum(np.abs(self.rate) * self.duration[:, None]))
+        """The sum over all moves and joints of |rate of the joint| times duration [rad]."""
+        return float(np.sum(np.abs(self.joint_rate) * self.duration[:, None]))
 
     def rates(self, shapes: Array | None = None) -> Array:  # noqa: ARG002  # moves know their rates
         """Return the limb rates at a joint rate of 1 rad/s [rad/s]. Shape (n, 6)."""
@@ -129,11 +134,11 @@ class MoveSequence:
 
     def inverse(self) -> MoveSequence:
         """Return the sequence run backwards, which undoes the motion (no inertia)."""
-        return MoveSequence(-self.rate[::-1], self.duration[::-1])
+        return MoveSequence(-self.rate[::-1], self.duration[::-1], -self.joint_rate[::-1])
 
     def lasting(self, piece: NDArray[np.int64], duration: Array) -> MoveSequence:
         """Return some of the moves, at the rates they have, each for a time of its own [s]."""
-        return MoveSequence(self.rate[piece], duration)
+        return MoveSequence(self.rate[piece], duration, self.joint_rate[piece])
 
     def turns(self, shapes: Array | None = None) -> Array:  # noqa: ARG002
         """Return how each move turns the limbs, in their own frames. Shape (n, 2, 3, 3)."""
@@ -159,6 +164,7 @@ def chained(sequences: Sequence[ControlSequence]) -> ControlSequence:
 
 def joined(sequences: Iterable[ControlSequence]) -> MoveSequence:
     """Return sequences of any kind as moves, one after the other."""
-    parts = list(sequences)
-    rate = np.concatenate([np.empty((0, 6)), *(s.rates() for s in parts)])
-    return MoveSequence(rate, np.concatenate([np.empty(0), *(s.duration for s in parts)]))
+    parts = [s if isinstance(s, MoveSequence) else MoveSequence.of_controls(s) for s in sequences]
+    duration = np.concatenate([np.empty(0), *(s.duration for s in parts)])
+    rate = np.concatenate([np.empty((0, 6)), *(s.rate for s in parts)])
+    return MoveSequence(rate, duration, np.concatenate([np.empty((0, 6)), *(s.joint_rate for s in parts)]))

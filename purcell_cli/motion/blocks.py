@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 
@@ -11,9 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.collocation import Accuracy
+from purcell_cli.mechanics.joint_motion import joint_rates
+from purcell_cli.mechanics.joint_turns import has_universal
 from purcell_cli.mechanics.lift import EXACT, piece_work, run_displacements
-from purcell_cli.mechanics.moves import ControlSequence, chained
+from purcell_cli.mechanics.moves import ControlSequence, MoveSequence, chained
 from purcell_cli.mechanics.pieces import Pieces
+from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 
 
@@ -87,6 +91,26 @@ def starting_shapes(blocks: Sequence[Block], start: ArrayLike) -> Array:
     """Return the shape before each block, and after the last. Shape (k + 1, 2, 3, 3)."""
     pieces = BlockPieces.of(blocks, start)
     return np.asarray(pieces.shapes[np.cumsum([0, *pieces.counts])])
+
+
+def with_joint_rates(swimmer: Swimmer, start: Array, blocks: Sequence[Block]) -> tuple[Block, ...]:
+    """Return blocks whose moves know how fast universal joints turn, which limb rates do not say.
+
+    Args:
+        swimmer: The swimmer.
+        start: Shape before the motion. Shape (2, 3, 3).
+        blocks: The motion.
+    """
+    if not has_universal(swimmer) or all(isinstance(block.sequence, PrimitiveSequence) for block in blocks):
+        return tuple(blocks)
+    out = []
+    for block, shape in zip(blocks, starting_shapes(blocks, start), strict=False):
+        sequence = block.sequence
+        if isinstance(sequence, MoveSequence):
+            turning = joint_rates(swimmer, sequence.shapes(shape)[:-1], sequence.rate)
+            sequence = dataclasses.replace(sequence, joint_rate=turning)
+        out.append(dataclasses.replace(block, sequence=sequence))
+    return tuple(out)
 
 
 def block_displacements(

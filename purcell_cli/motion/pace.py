@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,17 +77,18 @@ def _laws(swimmer: Swimmer, sequence: ControlSequence, start: Array) -> _Laws:
     for k, way in enumerate(sequence.duration.tolist()):
         if way == 0.0:
             continue
-        parts, times = _ramped(way, *_fastest(swimmer, sequence, units, k))
+        parts, times = _ramped(way, *_fastest(swimmer, sequence, k))
         turns.append(parts[:, None] * units[k])
         seconds.append(times)
     return _Laws(np.concatenate(turns), np.concatenate(seconds))
 
 
-def _fastest(swimmer: Swimmer, sequence: ControlSequence, units: Array, k: int) -> tuple[float, float]:
+def _fastest(swimmer: Swimmer, sequence: ControlSequence, k: int) -> tuple[float, float]:
     """Return the greatest rate and acceleration of a piece's duration as it is run: no joint is faster then."""
-    if isinstance(sequence, PrimitiveSequence):
-        return swimmer.rate_of(int(sequence.limb[k])), swimmer.joint_acceleration_rad_s2 or math.inf
-    return _factors(swimmer, units[k])
+    if isinstance(sequence, MoveSequence):
+        return _factors(swimmer, sequence.joint_rate[k])
+    primitives = cast(PrimitiveSequence, sequence)
+    return swimmer.rate_of(int(primitives.limb[k])), swimmer.joint_acceleration_rad_s2 or math.inf
 
 
 def _factors(swimmer: Swimmer, rates: Array) -> tuple[float, float]:

@@ -22,6 +22,7 @@ from purcell_cli.kernel.convex import Blocks, least
 from purcell_cli.kernel.flow import connection
 from purcell_cli.mechanics.base_velocity import kernel_numbers
 from purcell_cli.mechanics.collocation import flow_of
+from purcell_cli.mechanics.joint_turns import by_turns, frames, has_universal, rotation_vectors
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.planner.refine.active_set import loose
@@ -43,7 +44,7 @@ def durations(work: Array, turn: Array, cycles: Array, total: float) -> Array:
 
     Args:
         work: What each takes in unit time. Shape (n,).
-        turn: Their rotation vectors [rad]. Shape (n, 6).
+        turn: Turns of their joints [rad]. Shape (n, 6).
         cycles: How often each is played. Shape (n,).
         total: The time of all of them [s].
     """
@@ -75,37 +76,44 @@ class Dissipation:
         self.numbers = kernel_numbers(motion.swimmer)
 
     def work(self, turn: Array) -> Array:
-        """Return what each move takes in unit time. Shape (n, 6) to (n,)."""
-        return self.flow.work(MoveSequence.of_turns(turn).shapes(self.motion.start)[:-1], turn, np.ones(len(turn)))
+        """Return what turns of joints take in unit time. Shape (n, 6) to (n,)."""
+        shapes, vectors = self._played(turn)
+        return self.flow.work(shapes[:-1], vectors, np.ones(len(turn)))
+
+    def _played(self, turn: Array) -> tuple[Array, Array]:
+        """Return the shapes along turns of joints, (n + 1, 2, 3, 3), and the rotation vectors that they are, (n, 6)."""
+        vectors = rotation_vectors(self.motion.swimmer, self.motion.start, turn)
+        return MoveSequence.of_turns(vectors).shapes(self.motion.start), vectors
 
     def slope(self, turn: Array, each: Array) -> Array:
         """Return the derivative of the energy by the turns, the durations as they are. Shape (n, 6).
 
         Args:
-            turn: Rotation vectors [rad]. Shape (n, 6).
+            turn: Turns of joints [rad]. Shape (n, 6).
             each: Cycles over duration of each move [1/s]. Shape (n,).
         """
         n = len(turn)
-        shapes = MoveSequence.of_turns(turn).shapes(self.motion.start)
+        shapes, vectors = self._played(turn)
         before, unit = shapes[:-1], np.eye(6)
         off = se3.rotation((_NUDGE * np.concatenate([unit, -unit])).reshape(12, 2, 3))
         turned = matmul(off[:, None], before[None])  # the shapes before, turned in base coordinates
-        other = turn[None] + _NUDGE * np.concatenate([unit, -unit])[:, None]
+        other = vectors[None] + _NUDGE * np.concatenate([unit, -unit])[:, None]
         starts = np.concatenate([turned, np.broadcast_to(before, (12, n, 2, 3, 3))]).reshape(-1, 2, 3, 3)
-        rates = np.concatenate([np.broadcast_to(turn, (12, n, 6)), other]).reshape(-1, 6)
+        rates = np.concatenate([np.broadcast_to(vectors, (12, n, 6)), other]).reshape(-1, 6)
         work = self.flow.work(starts, rates, np.ones(len(rates))).reshape(4, 6, n)
         by_shape = each[:, None] * ((work[0] - work[1]) / (2.0 * _NUDGE)).T
         by_turn = each[:, None] * ((work[2] - work[3]) / (2.0 * _NUDGE)).T
         later = np.zeros((n, 6))
         later[:-1] = np.cumsum(by_shape[:0:-1], axis=0)[::-1]  # of all moves after each
-        turning = matmul(se3.left_jacobian(apply(before, turn.reshape(n, 2, 3))), before)
-        return np.asarray(by_turn + apply(np.swapaxes(turning, -1, -2), later.reshape(n, 2, 3)).reshape(n, 6))
+        turning = matmul(se3.left_jacobian(apply(before, vectors.reshape(n, 2, 3))), before)
+        by_vector = by_turn + apply(np.swapaxes(turning, -1, -2), later.reshape(n, 2, 3)).reshape(n, 6)
+        return by_turns(self.motion.swimmer, self.motion.start, turn, by_vector.reshape(1, -1)).reshape(n, 6)
 
     def metric(self, turn: Array) -> Array:
-        """Return the metric of dissipation in the middle of each move, by its own rates. Shape (n, 6, 6)."""
+        """Return the metric of dissipation in the middle of each move, by its joints' rates. Shape (n, 6, 6)."""
         n = len(turn)
-        shapes = MoveSequence.of_turns(turn).shapes(self.motion.start)[:-1]
-        middle = matmul(shapes, se3.rotation(0.5 * turn.reshape(n, 2, 3)))
+        shapes, vectors = self._played(turn)
+        middle = matmul(shapes[:-1], se3.rotation(0.5 * vectors.reshape(n, 2, 3)))
         pairs = [(i, j) for i in range(6) for j in range(i + 1)]
         rates = np.array([np.eye(6)[i] + (np.eye(6)[j] if i != j else 0.0) for i, j in pairs])
         base = apply(middle[None], np.broadcast_to(rates[:, None], (len(pairs), n, 6)).reshape(-1, n, 2, 3))
@@ -118,7 +126,10 @@ class Dissipation:
         for k, (i, j) in enumerate(pairs):
             if i != j:
                 out[:, i, j] = out[:, j, i] = 0.5 * (power[k] - out[:, i, i] - out[:, j, j])
-        return out
+        if not has_universal(self.motion.swimmer):
+            return out
+        own = frames(self.motion.swimmer, self.motion.start, turn)
+        return matmul(np.swapaxes(own, -1, -2), matmul(out, own))
 
 
 class EnergyProgram:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import math
+from typing import cast
 
 import numpy as np
 
 from purcell_cli.geometry.reproducible import arctan2, cos, inner, norm
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.mechanics.joint_turns import turns_of
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
@@ -25,32 +27,41 @@ _PLANAR_RAD = 0.2
 """Loops become octagons only where both axes are within this of a normal to the base's axis [rad]."""
 
 
-def segments_by_moves(block: Block, shape: Array, swimmer: Swimmer, axes: Array | None) -> list[MoveSegment]:
+Ways = tuple[tuple[int, ...], ...]
+"""Which components of joints' turns may change at once: of a universal joint one angle or the other (`joint_turns`)."""
+
+
+def segments_by_moves(block: Block, shape: Array, swimmer: Swimmer, ways: Ways | None) -> list[MoveSegment]:
     """Return a stroke as segments: a rectangle that repeats as an octagon, with ways to it and from it.
 
     Args:
         block: The stroke.
         shape: The shape before it. Shape (2, 3, 3).
         swimmer: Its swimmer, scaled.
-        axes: The axes that joints have, where they are not all ball joints. Shape (6, p).
+        ways: What may turn at once, where joints are not all ball joints.
     """
     if block.cycles == 1:
-        return [_once(block.phase, block.gait, MoveSequence.of_controls(block.sequence).turn, axes)]
-    return _rounded(block, shape, swimmer, axes) or [as_it_is(block)]
+        return _once(block.phase, block.gait, _turn(block), ways)
+    return _rounded(block, shape, swimmer, ways) or [as_it_is(block)]
+
+
+def _turn(block: Block) -> Array:
+    """Return the turns of joints in one cycle of a stroke of primitives [rad]. Shape (n, 6)."""
+    return turns_of(cast(PrimitiveSequence, block.sequence))
 
 
 def as_it_is(block: Block) -> MoveSegment:
     """Return a stroke as a segment without unknowns."""
-    turn = MoveSequence.of_controls(block.sequence).turn
+    turn = _turn(block)
     none = np.empty((turn.size, 0))
     return MoveSegment(block.phase, block.gait, turn, block.cycles, tie=none, amplitude_rad=block.amplitude_rad)
 
 
-def _rounded(block: Block, shape: Array, swimmer: Swimmer, axes: Array | None) -> list[MoveSegment]:
+def _rounded(block: Block, shape: Array, swimmer: Swimmer, ways: Ways | None) -> list[MoveSegment]:
     """Return a rectangle of one axis of each limb, both square to one plane through the base's axis, as an octagon."""
     if len(block.sequence) != 4 or not isinstance(block.sequence, PrimitiveSequence):
         return []
-    used = sorted(set(block.sequence.control.tolist()))
+    used = np.flatnonzero(np.any(_turn(block) != 0.0, axis=0)).tolist()
     if len(used) != 2 or used[0] not in (1, 2) or used[1] not in (4, 5):
         return []
     about = np.stack([shape[0, :, used[0]], shape[1, :, used[1] - 3]])
@@ -69,7 +80,7 @@ def _rounded(block: Block, shape: Array, swimmer: Swimmer, axes: Array | None) -
 
     aside = np.array([0.0, normal[2], -normal[1]])
     here = arctan2(inner(shape[:, :, 0], aside), shape[:, 0, 0])
-    sides = MoveSequence.of_controls(block.sequence).turn[:, used] * sense
+    sides = _turn(block)[:, used] * sense
     corner = here + np.concatenate([np.zeros((1, 2)), np.cumsum(sides, axis=0)[:-1]])
     did = twist(swimmer, corner)
     corner, each = octagons(swimmer).like(float(did[0]), float(did[5]))
@@ -80,24 +91,36 @@ def _rounded(block: Block, shape: Array, swimmer: Swimmer, axes: Array | None) -
     corner = np.roll(corner, -int(np.argmin(norm(corner - here))), axis=0)
     way, turn = turns(corner[:1] - here), turns(cycle(corner))
     if cycles <= _FEW_CYCLES:
-        loop = _once(2, ROUNDED, np.tile(turn, (cycles, 1)), axes)
+        loop = _once(2, ROUNDED, np.tile(turn, (cycles, 1)), ways)
     else:
-        loop = MoveSegment(2, ROUNDED, turn, cycles, tie=_half_tie(len(turn), used))
-    return [_once(2, ROUNDED, way, axes), loop, _once(2, ROUNDED, -way, axes)]
+        loop = [MoveSegment(2, ROUNDED, turn, cycles, tie=_half_tie(len(turn), used))]
+    return [*_once(2, ROUNDED, way, ways), *loop, *_once(2, ROUNDED, -way, ways)]
 
 
-def _once(phase: int, gait: str, turn: Array, axes: Array | None) -> MoveSegment:
-    """Return a segment that is played once, its turns cut, and kept to the yaws or to the pitches if they are so.
+def _once(phase: int, gait: str, turn: Array, ways: Ways | None) -> list[MoveSegment]:
+    """Return what is played once, its turns cut, and kept to the yaws or to the pitches if they are so.
 
-    Where joints have but some axes, it is kept to those.
+    Where joints have but some axes, it is kept to those; where there are several ways in which they may turn at once,
+    a move is shared out to all that it may be made in.
     """
     parts = np.maximum(np.ceil(np.max(np.abs(turn), axis=1) / _PIECE_RAD), 1).astype(np.int64)
     cut = np.repeat(turn / parts[:, None], parts, axis=0)
     used = set(np.flatnonzero(np.any(turn != 0.0, axis=0)).tolist())
     plane = next((p for p in ([2, 5], [1, 4]) if used <= set(p)), None)
-    if axes is None and plane is not None:
-        axes = np.eye(6)[:, plane]
-    return MoveSegment(phase, gait, cut, axes=axes)
+    if ways is None or len(ways) == 1:
+        free = plane if ways is None else ways[0]
+        return [MoveSegment(phase, gait, cut, axes=None if free is None else axes_of(tuple(free)))]
+    out = []
+    for one in cut:
+        within = [way for way in ways if set(np.flatnonzero(one).tolist()) <= set(way)]
+        out += [MoveSegment(phase, gait, one[None] / len(within), axes=axes_of(way)) for way in within]
+    return out
+
+
+@functools.lru_cache(maxsize=64)
+def axes_of(components: tuple[int, ...]) -> Array:
+    """Return the axes of some components of turns, the same array for all. Shape (6, p)."""
+    return np.eye(6)[:, list(components)]
 
 
 def _half_tie(moves: int, axes: list[int]) -> Array:

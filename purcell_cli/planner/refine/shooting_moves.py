@@ -1,9 +1,9 @@
 """The equations of an exact arrival for a motion by moves, all joints at once, and their derivatives.
 
-A motion is a chain of segments. The rotation vectors of a segment's moves depend linearly on its own
-unknowns. On a segment that is played once every component of every rotation vector is an unknown; on a
+A motion is a chain of segments. The turns of the joints on a segment's moves depend linearly on its own
+unknowns. On a segment that is played once every component of every turn is an unknown; on a
 repeated loop the unknowns are the sides of half of it, so that it closes whatever they are. The limbs
-must be collinear at the end of phases 1 and 2, or as near to it as hinges' ranges allow, and at the end of the
+must be collinear at the end of phases 1 and 2, or as near to it as joints' ranges allow, and at the end of the
 motion the limbs must have the goal's shape and the base the goal's pose.
 """
 
@@ -25,17 +25,14 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel import moves
 from purcell_cli.mechanics.collocation import Accuracy, flow_of
 from purcell_cli.mechanics.joint_motion import home_shape
-from purcell_cli.mechanics.joints import ANGLES
+from purcell_cli.mechanics.joint_turns import by_turns, rotation_vectors
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.planner.refine.inequalities import least_cosines
+from purcell_cli.planner.refine.move_inequalities import distance_rows, range_rows
 from purcell_cli.planner.refine.segments import phase_ends
 
 _ACTIVE = 0.5
 """Limbs within this of the bend limit on a move are constraints, as a part of it; both as 1 - cos of the bend."""
-_ACTIVE_RANGE_RAD = 0.35
-"""Hinges within this of an end of their range are constraints, the same as of primitives [rad]."""
-_RANGE_MARGIN_RAD = 1e-7
-"""Margin inside hinges' ranges: a hundred times what the last steps may change [rad]."""
 
 
 @frozen_dataclass(eq=False)
@@ -45,7 +42,7 @@ class MoveSegment:
     Attributes:
         phase: 1, 2 or 3 of the reconfiguration.
         gait: Name of the stroke.
-        turn: Rotation vectors of its moves, in the limbs' own frames [rad]. Shape (n, 6).
+        turn: Turns of the joints on its moves, see `joint_turns` [rad]. Shape (n, 6).
         cycles: How often it is played.
         axes: The directions in which each of its moves may turn, turn = axes @ unknown, one after the other; None for
             all six. Shape (6, p).
@@ -72,6 +69,17 @@ class MoveSegment:
         if self.tie is not None:
             return int(self.tie.shape[1])
         return len(self.turn) * (6 if self.axes is None else self.axes.shape[1])
+
+    def picked(self) -> NDArray[np.int64] | None:
+        """Return which components of its turns are its unknowns, where they are such. Shape (f,)."""
+        if self.tie is not None:
+            return None
+        if self.axes is None:
+            return np.arange(self.turn.size)
+        used = np.argmax(self.axes, axis=0)
+        if not np.array_equal(self.axes, np.eye(6)[:, used]):
+            return None
+        return np.asarray((6 * np.arange(len(self.turn))[:, None] + used).ravel())
 
     def unknown(self) -> Array:
         """Return the unknowns as they are. Shape (f,)."""
@@ -108,11 +116,11 @@ class Values:
     """The equations at some unknowns.
 
     Attributes:
-        turn: Turns of all moves, one cycle each [rad]. Shape (n, 6).
+        turn: Turns of joints on all moves, one cycle each [rad]. Shape (n, 6).
         residual: What is missing [L, rad]. Shape (m,).
         derivative: By every unknown. Shape (m, f).
         slack: What is left below the bend limit where it is small, in the cosine of the bend, and in the ranges of
-            hinges [rad]. Shape (k,).
+            joints [rad]. Shape (k,).
         slack_derivative: By every unknown. Shape (k, f).
     """
 
@@ -138,6 +146,7 @@ class MoveShooting:
         goal: Shape it must end at. Shape (2, 3, 3).
         displacement: Body displacement the motion must make, in units of L. Shape (4, 4).
         accuracy: Of the flow.
+        apart: How far the limbs' surfaces stay from each other; None where they cannot meet [L].
     """
 
     def __init__(
@@ -148,8 +157,9 @@ class MoveShooting:
         goal: Array,
         displacement: Array,
         accuracy: Accuracy,
+        apart: float | None = None,
     ) -> None:
-        self.swimmer, self.start, self.goal, self.accuracy = swimmer, start, goal, accuracy
+        self.swimmer, self.start, self.goal, self.accuracy, self.apart = swimmer, start, goal, accuracy, apart
         self.segments, self.displacement = tuple(segments), displacement
         self._wanted_inverse = se3.inverse(displacement)
         counts = [len(segment.turn) for segment in self.segments]
@@ -161,7 +171,8 @@ class MoveShooting:
 
     def of(self, segments: Sequence[MoveSegment], accuracy: Accuracy | None = None) -> MoveShooting:
         """Return the same equations for another motion, on the flow computed otherwise if an accuracy is given."""
-        return MoveShooting(self.swimmer, segments, self.start, self.goal, self.displacement, accuracy or self.accuracy)
+        ends = self.start, self.goal, self.displacement
+        return MoveShooting(self.swimmer, segments, *ends, accuracy or self.accuracy, self.apart)
 
     @property
     def duration(self) -> float:
@@ -173,9 +184,31 @@ class MoveShooting:
         """All unknowns as they are. Shape (f,)."""
         return np.concatenate([segment.unknown() for segment in self.segments])
 
+    @functools.cached_property
+    def _runs(self) -> list[tuple[MoveSegment | None, NDArray[np.int64], slice, slice]]:
+        """The unknowns in order: a segment alone, or None and the components that the unknowns of several are."""
+        out: list[tuple[MoveSegment | None, NDArray[np.int64], slice, slice]] = []
+        first = 0
+        for segment, a, b in self._places:
+            picked, last = segment.picked(), first + segment.unknowns
+            own, moved, none = slice(first, last), slice(6 * a, 6 * b), np.empty(0, dtype=np.int64)
+            if picked is None:
+                out.append((segment, none, own, moved))
+            elif out and out[-1][0] is None:
+                columns, begun, before = out[-1][1:]
+                columns = np.concatenate([columns, 6 * a + picked])
+                out[-1] = None, columns, slice(begun.start, last), slice(before.start, 6 * b)
+            else:
+                out.append((None, 6 * a + picked, own, moved))
+            first = last
+        return out
+
     def by_unknown(self, by_turn: Array) -> Array:
         """Return derivatives by the unknowns from those by the turns. Shape (m, 6 n) to (m, f)."""
-        parts = [segment.by_unknown(by_turn[:, 6 * a : 6 * b]) for segment, a, b in self._places]
+        parts = [
+            by_turn[:, columns] if segment is None else segment.by_unknown(by_turn[:, moved])
+            for segment, columns, _, moved in self._runs
+        ]
         return np.concatenate([by_turn[:, :0], *parts], axis=1)
 
     @property
@@ -184,11 +217,25 @@ class MoveShooting:
         stops = self._stops.tolist()
         return list(zip(self.segments, stops[:-1], stops[1:], strict=True))
 
+    def _turned(self, unknown: Array) -> Array:
+        """Return the turns that unknowns make. Shape (f,) to (n, 6)."""
+        out = np.zeros(6 * len(self.phase))
+        for segment, columns, own, moved in self._runs:
+            if segment is None:
+                out[columns] = unknown[own]
+            else:
+                out[moved] = segment.turned(unknown[own]).ravel()
+        return out.reshape(-1, 6)
+
+    @functools.cached_property
+    def _fixed(self) -> Array:
+        """The turns that no unknown changes, and 0 for the others [rad]. Shape (n, 6)."""
+        parts = [np.zeros_like(s.turn) if s.unknowns else s.turn for s in self.segments]
+        return np.concatenate(parts)
+
     def turn_at(self, change: Array, turn: Array) -> Array:
         """Return all turns where the unknowns have changed. Shapes (f,) and (n, 6) to (n, 6)."""
-        parts = np.split(change, np.cumsum(self._counts)[:-1])
-        own = [segment.turned(part) for segment, part in zip(self.segments, parts, strict=True)]
-        return np.asarray(turn + np.concatenate(own))
+        return np.asarray(turn + self._turned(change))
 
     @property
     def tail(self) -> int:
@@ -208,15 +255,20 @@ class MoveShooting:
 
     def at(self, unknown: Array) -> Values:
         """Return the equations at some unknowns. Shape (f,)."""
-        turn = np.concatenate([segment.turn for segment in self.segments_at(unknown)])
+        turn = self._fixed + self._turned(unknown)
         flow, (stops, ends) = flow_of(self.swimmer, self.accuracy), self._ends
-        found = moves.equations(flow, self.start, turn, self._repeats, self._wanted_inverse, stops, ends)
+        vectors = rotation_vectors(self.swimmer, self.start, turn)
+        found = moves.equations(flow, self.start, vectors, self._repeats, self._wanted_inverse, stops, ends)
         near = float(_ACTIVE * (1.0 - cos(self.swimmer.max_bend_rad)))
         slack, slope = moves.bends(found, self._least_cosine, near)
+        if self.apart is not None:
+            gaps, gaps_slope = distance_rows(self.swimmer, found, vectors, self.apart)
+            slack, slope = np.concatenate([slack, gaps]), np.concatenate([slope, gaps_slope])
+        derivative, slope = (by_turns(self.swimmer, self.start, turn, d) for d in (found.derivative, slope))
         if not self.swimmer.ball_joints:
-            left, left_slope = hinge_rows(self, turn)
+            left, left_slope = range_rows(self.swimmer, np.stack([self.start, self.goal, self.home]), turn)
             slack, slope = np.concatenate([slack, left]), np.concatenate([slope, left_slope])
-        return Values(turn, found.residual, self.by_unknown(found.derivative), slack, self.by_unknown(slope))
+        return Values(turn, found.residual, self.by_unknown(derivative), slack, self.by_unknown(slope))
 
     @functools.cached_property
     def _ends(self) -> tuple[NDArray[np.int64], Array]:
@@ -228,35 +280,3 @@ class MoveShooting:
     def _least_cosine(self) -> Array:
         """The least cosine of the bend of each limb on each move. Shape (n, 2)."""
         return least_cosines(self.phase, self.start, self.goal, self.swimmer.max_bend_rad, self.home)
-
-
-def hinge_rows(motion: MoveShooting, turn: Array) -> tuple[Array, Array]:
-    """Return the room left in the ranges of hinges where it is small, and its derivative by all turns.
-
-    A range is kept with a margin, but where the start, the goal or the shape between the phases is nearer its end.
-
-    Args:
-        motion: The motion; one cycle of a loop that repeats brings hinges back.
-        turn: Turns of its moves [rad]. Shape (n, 6).
-
-    Returns:
-        Angles left at the ends of moves [rad], shape (k,), and their derivative, shape (k, 6 n).
-    """
-    n = len(turn)
-    slacks, slopes = [np.empty(0)], [np.empty((0, 6 * n))]
-    for limb, joint in enumerate(motion.swimmer.joints):
-        for k, name in enumerate(ANGLES):
-            if joint.kind != "hinge" or joint.range_deg(name) is None:
-                continue
-            column = 3 * limb + 2 - k
-            known = [joint.read(shape[limb])[k] for shape in (motion.start, motion.goal, motion.home)]
-            angle = known[0] + np.cumsum(turn[:, column])
-            low, high = joint.range_rad(name)
-            low, high = min(low + _RANGE_MARGIN_RAD, *known), max(high - _RANGE_MARGIN_RAD, *known)
-            acts = np.zeros((n, n, 6))
-            acts[:, :, column] = np.arange(n)[None, :] <= np.arange(n)[:, None]
-            for slack, slope in ((angle - low, acts), (high - angle, -acts)):
-                active = slack < _ACTIVE_RANGE_RAD
-                slacks.append(slack[active])
-                slopes.append(slope[active].reshape(-1, 6 * n))
-    return np.concatenate(slacks), np.concatenate(slopes)

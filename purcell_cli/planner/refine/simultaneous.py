@@ -9,8 +9,9 @@
    strokes by yaws alone, or by pitches alone, stay so, since out of a plane the roll of the base
    changes too fast with the rotations; then all moves that are played once are free.
 
-Hinges turn about one axis, a ball joint beside them about all three; there limbs are not rolled first. On a universal
-joint psi and theta do not turn at once at constant rates in the limb's frame, so it has no moves.
+Hinges turn about one axis, a ball joint beside them about all three; there limbs are not rolled first. A universal
+joint turns psi or theta on a move, since a limb that turns both does not turn at a constant rate about an axis of its
+own: a primitive becomes one move for each angle of the other limb that may join it (`joint_turns`).
 
 A result that is no quicker, not exact, or beyond a limit is rejected. Conventions: `rotations`.
 """
@@ -25,15 +26,17 @@ from collections.abc import Callable
 import numpy as np
 
 from purcell_cli.geometry.reproducible import matmul
-from purcell_cli.geometry.rotations import Array, about_axis
+from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import displacement_between
 from purcell_cli.mechanics.joint_motion import flattened
-from purcell_cli.mechanics.joints import AT_ONCE
+from purcell_cli.mechanics.joint_turns import choices, rotation_vectors
 from purcell_cli.mechanics.lift import ROUGH
 from purcell_cli.mechanics.moves import MoveSequence, joined
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.blocks import Block, starting_shapes
+from purcell_cli.motion.blocks import Block
+from purcell_cli.motion.clearance import apart_bend_rad, limb_distance
 from purcell_cli.motion.clock import clock_step
+from purcell_cli.motion.limb_circles import bends
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.pace import paced as played_at_pace
@@ -43,8 +46,16 @@ from purcell_cli.planner.refine.coarser_moves import coarser
 from purcell_cli.planner.refine.minimum_energy import EnergyProgram, paced
 from purcell_cli.planner.refine.minimum_time import QUICKEST, SHORTEST, Found, Program, minimised, settled
 from purcell_cli.planner.refine.move_program import MoveProgram, Weights
-from purcell_cli.planner.refine.rounded_loops import as_it_is, segments_by_moves
-from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
+from purcell_cli.planner.refine.move_segments import (
+    TOGETHER,
+    all_freed,
+    segments_of_plan,
+    with_phases_held,
+    without_idle,
+    without_straightening,
+)
+from purcell_cli.planner.refine.random_starts import random_starts
+from purcell_cli.planner.refine.shooting_moves import MoveShooting
 from purcell_cli.planner.refine.trust_region import FIRST_REACH
 
 _ACROSS_RAD = 0.25 * math.pi
@@ -63,12 +74,20 @@ _LEAST_ROUNDS = 4
 """The least number of programs, however many unknowns there are."""
 _ARRIVED = 1e-10
 """A motion whose residuals are all below this arrives [L, rad]."""
-_IDLE_RAD = 1e-10
-"""Moves that turn no joint further than this are dropped from the search [rad]."""
 _UNFELT_RAD = 1e-13
 """Moves that turn no joint further than this are dropped from the plan [rad]."""
 _SPARE = 1e-9
 """Part of the time of a plan by primitives that the one of least energy leaves, for rounding to the clock."""
+_MARGIN_L = 1e-3
+"""How much more than the clearance limbs are apart while a motion is refined [L]."""
+_FOLDING_RAD = 0.5 * math.pi
+"""From this bend limit on motions that swing at random are begun from, too [rad]; below, none arrived."""
+_SWINGS = (0.4, 0.7)
+"""How long those last, as parts of the time that the plan by primitives takes."""
+_LONGEST_S = 80.0
+"""And at most, at a joint rate of 1 rad/s: longer ones have too many moves [s]."""
+_TRIED, _KEPT = 60, 2
+"""How many of each length are made, and how many of them are begun from."""
 _MARGIN_RAD = 1e-6
 """Margin below the bend limit, left to the exact arrival [rad]; at most half the limit."""
 _MOST_MOVES = 1000
@@ -78,8 +97,9 @@ some 7 GB at 9,000."""
 _OUTER_PHASES = 2
 """Phases 1 and 3, each of which may have to stay as it is."""
 
-TOGETHER, ROLLED = "simultaneous moves", "limb rolls"
-"""Names of strokes that are not in the primitive plan."""
+_TOGETHER = 2
+"""So many angles of joints must be able to turn at once for a plan to be made quicker."""
+
 
 Maker = Callable[[MoveShooting], Program]
 """Makes the program of a motion."""
@@ -97,7 +117,7 @@ def quickened(plan: Plan, limits: Limits | None = None, objective: str = "time",
     """
     if not plan.blocks or sum(len(block.sequence) for block in plan.blocks) > _MOST_MOVES:
         return plan
-    if not all(joint.kind in AT_ONCE for joint in plan.swimmer.joints):
+    if max(map(len, choices(plan.swimmer))) < _TOGETHER:
         return plan
     search = _Search(plan, limits, effort, "time" if objective == "switches" else objective)
     return search.run()
@@ -114,14 +134,15 @@ class _Search:
         self.plan, self.limits, self.effort, self.objective = plan, limits, effort, objective
         self.best, self.total = plan, (1.0 - _SPARE) * math.fsum(b.duration for b in plan.blocks)
         swimmer = plan.swimmer
-        self.axes = None if swimmer.ball_joints else np.eye(6)[:, swimmer.controls]
+        self.ways = None if swimmer.ball_joints else tuple(choices(swimmer))
         rates = swimmer.rate_of(0) / swimmer.joint_rate_rad_s, swimmer.rate_of(1) / swimmer.joint_rate_rad_s
         self.rates = None if rates == (1.0, 1.0) else np.repeat(rates, 3)
 
     def run(self) -> Plan:
         """Return the best plan: what takes least time is where the search of others begins too."""
-        across = (_ACROSS_RAD, 0.0) if self.axes is None else (0.0,)
-        found = self.descended(self.starts(*across), functools.partial(self._weighed, QUICKEST))
+        across = (_ACROSS_RAD, 0.0) if self.ways is None else (0.0,)
+        quickest = functools.partial(self._weighed, QUICKEST)
+        found = [*self.descended(self.starts(*across), quickest), *self.descended(self.swinging(), quickest)]
         if self.objective == "travel":
             self.descended([*found, *self.starts(0.0)], functools.partial(self._weighed, SHORTEST))
         if self.objective == "energy":
@@ -138,8 +159,32 @@ class _Search:
         inner = dataclasses.replace(unit, max_bend_rad=max(unit.max_bend_rad - _MARGIN_RAD, 0.5 * unit.max_bend_rad))
         if all(block.phase != 2 for block in plan.blocks):
             across_rad = across_rad[-1:]
-        every = [_segments(plan, unit, across, self.axes) for across in across_rad]
-        return [MoveShooting(inner, s, plan.start.shape, plan.goal.shape, wanted, ROUGH) for s in every]
+        every = [segments_of_plan(plan, unit, across, self.ways) for across in across_rad]
+        ends, apart = (plan.start.shape, plan.goal.shape), self._apart(inner)
+        return [MoveShooting(inner, s, *ends, wanted, ROUGH, apart) for s in every]
+
+    def _apart(self, inner: Swimmer) -> float | None:
+        """Return how far limbs stay from each other [L]; None where they cannot meet."""
+        clearance = (self.limits.clearance_m if self.limits is not None else 0.0) / self.plan.swimmer.length_m
+        ends = np.stack([self.plan.start.shape, self.plan.goal.shape])[..., 0]
+        most = max(inner.max_bend_rad, float(np.max(bends(ends))))
+        if most <= apart_bend_rad(inner, clearance):
+            return None
+        return min(clearance + _MARGIN_L, float(np.min(limb_distance(inner, ends))))
+
+    def swinging(self) -> list[MoveShooting]:
+        """Return motions that swing at random, where limbs on ball joints may fold."""
+        motion = self.starts(0.0)[0]
+        most = float(np.max(bends(np.stack([motion.start, motion.goal])[..., 0])))
+        if self.ways is not None or motion.swimmer.max_bend_rad < max(_FOLDING_RAD, most):
+            return []
+        lasting = [part * self.plan.joint_travel_rad for part in _SWINGS]
+        return [
+            one
+            for k, seconds in enumerate(lasting)
+            if seconds < _LONGEST_S
+            for one in random_starts(motion, TOGETHER, seconds, _TRIED, _KEPT, k)
+        ]
 
     def descended(self, starts: list[MoveShooting], program: Maker) -> list[MoveShooting]:
         """Minimise what a program does from the start that promises most, or from the next where its plan does not do.
@@ -154,8 +199,10 @@ class _Search:
         for one in sorted(begun, key=lambda one: one.merit):
             if ended and self.effort != "thorough":
                 break
-            freed, reach = _freed(one.motion, self.axes), max(one.reach, _LEAST_REACH)
-            ended += self._followed(Found(freed, one.merit, reach), program)
+            freed, reach = all_freed(one.motion, self.ways), max(one.reach, _LEAST_REACH)
+            straight = without_straightening(freed)
+            found = [] if straight is None else self._followed(Found(straight, one.merit, reach), program)
+            ended += found or self._followed(Found(freed, one.merit, reach), program)
         return [one.motion for one in sorted(ended, key=lambda one: one.merit)]
 
     def _followed(self, here: Found, program: Maker) -> list[Found]:
@@ -168,9 +215,9 @@ class _Search:
         for _ in range(_OUTER_PHASES):
             if held < held | broken:
                 held = held | broken
-                here = Found(_held(here.motion, self.plan, held), math.inf, FIRST_REACH)
+                here = Found(with_phases_held(here.motion, self.plan, held), math.inf, FIRST_REACH)
             here = self._minimised(here, program, last=True)
-            motion, off = settled(_without_idle(here.motion))
+            motion, off = settled(without_idle(here.motion))
             if off >= _ARRIVED:
                 return []
             if self._consider(motion):
@@ -186,7 +233,7 @@ class _Search:
         rounds = min(most, max(_LEAST_ROUNDS, int(large / max(len(here.motion.unknown), 1))))
         fewer = last
         for k in range(0, rounds, _LEG[last]):
-            motion = _without_idle(here.motion)
+            motion = without_idle(here.motion)
             tried = coarser(motion) if fewer and len(motion.unknown) > _FEW else motion
             found = minimised(tried, program(tried), min(rounds - k, _LEG[last]), here.reach)
             fewer = found.merit < here.merit
@@ -215,93 +262,8 @@ class _Search:
     def _spent(self, plan: Plan) -> tuple[float, float, float]:
         """Return what plans are compared by: the objective, time, joint travel."""
         swimmer, blocks = played_at_pace(plan.swimmer, plan.start.shape, plan.blocks)
-        spent = cost(self.objective, swimmer, blocks, plan.start.shape)
+        spent = cost(self.objective, swimmer, plan.blocks if self.objective == "travel" else blocks, plan.start.shape)
         return spent, cost("time", swimmer, blocks, plan.start.shape), plan.joint_travel_rad
-
-
-def _segments(plan: Plan, swimmer: Swimmer, across_rad: float, axes: Array | None) -> list[MoveSegment]:
-    """Return the segments of a plan, its limbs rolled in phase 2 by an angle, opposite ways [rad].
-
-    Args:
-        plan: The plan.
-        swimmer: Its swimmer, scaled.
-        across_rad: The angle [rad].
-        axes: The axes that joints have, where they are not all ball joints. Shape (6, p).
-    """
-    out: dict[int, list[MoveSegment]] = {1: [], 2: [], 3: []}
-    for block, shape in zip(plan.blocks, starting_shapes(plan.blocks, plan.start.shape), strict=False):
-        out[block.phase] += segments_by_moves(block, shape, swimmer, axes)
-    if across_rad:
-        roll = across_rad * np.array([[1.0, 0.0, 0.0, -1.0, 0.0, 0.0]])
-        rolled = [_seen_rolled(segment, across_rad) for segment in out[2]]
-        out[2] = [MoveSegment(2, ROLLED, roll), *rolled, MoveSegment(2, ROLLED, -roll)]
-    return _joined([segment for phase in (1, 2, 3) for segment in out[phase]])
-
-
-def _joined(segments: list[MoveSegment]) -> list[MoveSegment]:
-    """Return segments, neighbours in one phase that are played once and may turn about the same axes made one."""
-    out: list[MoveSegment] = []
-    for segment in segments:
-        last = out[-1] if out else None
-        if last is not None and last.cycles == segment.cycles == 1 and _alike(last, segment):
-            turn = np.concatenate([last.turn, segment.turn])
-            out[-1] = dataclasses.replace(segment, turn=turn)
-        else:
-            out.append(segment)
-    return out
-
-
-def _alike(one: MoveSegment, other: MoveSegment) -> bool:
-    """Return whether segments are of one phase and their moves may turn about the same axes."""
-    if one.phase != other.phase or one.tie is not None or other.tie is not None:
-        return False
-    if one.axes is None or other.axes is None:
-        return one.axes is other.axes
-    return bool(np.array_equal(one.axes, other.axes))
-
-
-def _seen_rolled(segment: MoveSegment, across_rad: float) -> MoveSegment:
-    """Return the segment that moves the limbs' axes alike when the limbs are rolled, by as much opposite ways [rad]."""
-    back = np.stack([about_axis(0, -across_rad), about_axis(0, across_rad)])
-
-    def seen(turns: Array | None) -> Array | None:
-        """Turn columns of limbs' vectors into the rolled limbs' frames. Shape (6 n, m)."""
-        if turns is None:
-            return None
-        parts = turns.reshape(len(turns) // 6, 2, 3, turns.shape[1])
-        return np.asarray(matmul(back, parts).reshape(turns.shape))
-
-    turn = np.asarray(seen(segment.turn.reshape(-1, 1))).reshape(-1, 6)
-    return dataclasses.replace(segment, turn=turn, axes=seen(segment.axes), tie=seen(segment.tie))
-
-
-def _freed(motion: MoveShooting, axes: Array | None) -> MoveShooting:
-    """Return the motion with every turn that is made once free about all axes that joints have."""
-    free = [s if s.tie is not None else dataclasses.replace(s, axes=axes) for s in motion.segments]
-    return motion.of(_joined(free))
-
-
-def _held(motion: MoveShooting, plan: Plan, phases: set[int]) -> MoveShooting:
-    """Return the motion with some phases as a plan by primitives has them, not to be changed."""
-    out: list[MoveSegment] = []
-    for phase in (1, 2, 3):
-        if phase in phases:
-            out += [as_it_is(block) for block in plan.blocks if block.phase == phase]
-        else:
-            out += [segment for segment in motion.segments if segment.phase == phase]
-    return motion.of(out)
-
-
-def _without_idle(motion: MoveShooting) -> MoveShooting:
-    """Return the motion without moves that turn nothing, unless none does."""
-    segments = []
-    for segment in motion.segments:
-        used = np.max(np.abs(segment.turn), axis=1) > _IDLE_RAD
-        if segment.tie is not None:
-            segments.append(segment)
-        elif np.any(used):
-            segments.append(dataclasses.replace(segment, turn=segment.turn[used]))
-    return motion.of(segments) if segments else motion
 
 
 def _on_the_clock(motion: MoveShooting, rate_rad_s: float, lasting: Array | None = None) -> list[Block]:
@@ -312,22 +274,25 @@ def _on_the_clock(motion: MoveShooting, rate_rad_s: float, lasting: Array | None
         rate_rad_s: The joints' rate [rad/s].
         lasting: How long each move lasts, at a joint rate of 1 rad/s; as short as it can where it is not given [s].
     """
+    counts = np.cumsum([len(segment.turn) for segment in motion.segments])[:-1]
     turns = np.concatenate([segment.turn for segment in motion.segments])
+    vectors = np.split(rotation_vectors(motion.swimmer, motion.start, turns), counts)
     each = np.max(np.abs(turns), axis=1) if lasting is None else lasting
     step = clock_step(1.01 * float(matmul(motion.cycles, each)) / rate_rad_s) * rate_rad_s
-    durations = np.split(each, np.cumsum([len(segment.turn) for segment in motion.segments])[:-1])
     out: list[Block] = []
-    for segment, own in zip(motion.segments, durations, strict=True):
+    for segment, vector, own in zip(motion.segments, vectors, np.split(each, counts), strict=True):
         gait = TOGETHER if segment.phase == 2 and segment.cycles == 1 else segment.gait
         amplitude = segment.amplitude_rad if segment.cycles > 1 else math.nan
         felt = (np.max(np.abs(segment.turn), axis=1) > _UNFELT_RAD) | (segment.cycles > 1)
-        block = Block(segment.phase, gait, _ticking(segment.turn[felt], own[felt], step), segment.cycles, amplitude)
+        moves = _ticking(vector[felt], segment.turn[felt], own[felt], step)
+        block = Block(segment.phase, gait, moves, segment.cycles, amplitude)
         if out and block.cycles == out[-1].cycles == 1 and block.phase == out[-1].phase:
             block = Block(segment.phase, gait, joined([out.pop().sequence, block.sequence]))
         out.append(block)
     return [block for block in out if len(block.sequence)]
 
 
-def _ticking(turn: Array, lasting: Array, step: float) -> MoveSequence:
+def _ticking(vector: Array, turn: Array, lasting: Array, step: float) -> MoveSequence:
     ticks = np.maximum(np.ceil(lasting / step), 1.0)
-    return MoveSequence(np.clip(turn / (ticks * step)[:, None], -1.0, 1.0), ticks * step)
+    rate, joint_rate = (np.clip(each / (ticks * step)[:, None], -1.0, 1.0) for each in (vector, turn))
+    return MoveSequence(rate, ticks * step, joint_rate)
