@@ -79,12 +79,9 @@ def _steered(problem: Problem, breadth: Breadth) -> list[Candidate]:
     wanted = pairs.missing[way.displacement[picked]]
     found, of = settled(chains, wanted, around[picked], breadth)
     chains, spent, picked = found.chains, found.spent.tolist(), picked[of]
-    out: list[Candidate] = []
-    told: set[tuple[int, float]] = set()
+    out = []
     for n in range(len(chains)):
-        alike = chains.arcs(n), round(spent[n], 1)
-        if not chains.idle(n) and alike not in told:  # the same but for how it rolls
-            told.add(alike)
+        if not chains.idle(n):
             words = f"{counted(chains.arcs(n), 'arc')} with rolls between"
             make = functools.partial(_played, chains, n, pairs, int(way.displacement[picked[n]]))
             out.append(Candidate(words, spent[n], make, bool(found.off[n] > FAR_OFF)))
