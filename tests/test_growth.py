@@ -33,8 +33,15 @@ def travels(direction: tuple[float, ...], first: float, count: int, turning: boo
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("direction", "first", "turning"),
-    [((1, 1, 0), 0.0535, False), ((0, 1, 1), 0.1, False), ((0, 0, 1), 0.0115, True), ((1, 0, 0), 2.3292, True)],
-    ids=["along x + y", "along y + z", "about z", "about x"],
+    [
+        ((1, 1, 0), 0.0535, False),
+        ((0, 1, 1), 0.1, False),
+        ((0, 0, 1), 0.0115, True),
+        ((0, 0, 1), 0.01 * FARTHER**37, True),
+        ((0, 1, 1), 0.01 * FARTHER**39, True),
+        ((1, 0, 0), 2.3292, True),
+    ],
+    ids=["along x + y", "along y + z", "about z", "about z, far", "about y + z, to half a turn", "about x"],
 )
 def test_joint_travel_grows_steadily(direction: tuple[float, ...], first: float, turning: bool) -> None:
     growth = [b / a for a, b in itertools.pairwise(travels(direction, first, 3 if first > 1.0 else 5, turning))]

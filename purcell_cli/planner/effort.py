@@ -62,7 +62,9 @@ class Stage:
         rivals: How many more are refined where they are short and seem hardly longer than the best plan.
         pace: How long the strokes of each are optimised together; None for not at all.
         rungs: How many of the shortest are optimised further, and how long, again and again.
-        longest_rad: Motions of more joint travel are not optimised [rad].
+        longest_rad: Motions of more joint travel are not optimised that long [rad].
+        brief: How long motions of more than that are optimised; None for not at all.
+        brief_rad: Motions of more joint travel than this are not optimised [rad].
         most_apart: Cycles of a repeated stroke may change one by one, up to so many primitives in a motion.
         random_plans: How many random plans are tried too, where phase 2 takes little joint travel.
         last_resort: Whether it is for when nothing arrives before it; the earlier candidates are then dropped.
@@ -75,10 +77,18 @@ class Stage:
     pace: Pace | None = None
     rungs: tuple[tuple[int, Pace], ...] = ()
     longest_rad: float = math.inf
+    brief: Pace | None = None
+    brief_rad: float = 0.0
     most_apart: int = 0
     random_plans: int = 0
     last_resort: bool = False
     interrupt_keeps_best: bool = False
+
+    def pace_of(self, joint_travel_rad: float) -> Pace | None:
+        """Return how long motions of so much joint travel [rad] are optimised; None for not at all."""
+        if joint_travel_rad < self.longest_rad:
+            return self.pace
+        return self.brief if joint_travel_rad < self.brief_rad else None
 
     @property
     def trials(self) -> int:
@@ -88,8 +98,16 @@ class Stage:
 
 _QUICK = Stage(Breadth(chains=1, rounds=4, shorter=0, pace=Pace(1, 6), meetings=0))
 """A quick search: one chain of loops, and nothing is optimised together."""
-_STANDARD = Stage(rivals=1, pace=Pace(rounds=3, steps=12, longest=40), longest_rad=20.0, most_apart=24)
-"""A standard search: the best candidate, or two, optimised if their joint travel is below 20 rad."""
+_STANDARD = Stage(
+    rivals=1,
+    pace=Pace(rounds=3, steps=12, longest=40),
+    longest_rad=20.0,
+    brief=Pace(rounds=1, steps=12, longest=0),
+    brief_rad=60.0,
+    most_apart=24,
+)
+"""A standard search: the best candidate, or two, optimised if their joint travel is below 20 rad, and briefly below
+60 rad."""
 _THOROUGH = Stage(
     Breadth(
         arcs_from=0.0,

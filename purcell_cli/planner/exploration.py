@@ -88,12 +88,12 @@ class Exploration:
             if stage.interrupt_keeps_best:
                 self.consider(near, candidate.words)
             self._tell(stage, done)
-            if stage.pace is not None and near.joint_travel_rad < stage.longest_rad:
+            if (pace := stage.pace_of(near.joint_travel_rad)) is not None:
                 apart, words = (
                     near.of(segments_of(cycles_apart(near, stage.most_apart))),
                     f"{candidate.words}, refined",
                 )
-                shorter.append((self.consider(self.refinement.shorter(apart, stage.pace), words), words))
+                shorter.append((self.consider(self.refinement.shorter(apart, pace), words), words))
             if not stage.interrupt_keeps_best:
                 self.consider(near, candidate.words)
         for count, pace in stage.rungs:

@@ -16,6 +16,7 @@ from purcell_cli.kernel.chains import LoopTable, RollTable
 from purcell_cli.planner.arcs.chain import Chains, linked
 from purcell_cli.planner.arcs.loop_family import fan
 from purcell_cli.planner.arcs.roll_stroke import roll_stroke
+from purcell_cli.planner.arcs.settling import FAR_OFF, SettledChains
 
 SWIMMERS = {
     "the paper's": Swimmer().scaled(),
@@ -119,6 +120,18 @@ def test_settled_chains_make_what_is_wanted_within_their_bounds_and_cost_no_more
     live = few.which >= 0
     assert np.all(few.bend[live] <= swimmer.max_bend_rad)
     assert np.all(few.offset_share[live] >= 0.0)
+
+
+def test_chains_of_full_loops_get_all_the_cycles_that_they_lack() -> None:
+    some = chains(SWIMMERS["the paper's"])[np.array([0])]
+    full = dataclasses.replace(some, bend=np.where(some.which >= 0, 0.9998, 0.0))
+    wanted = dataclasses.replace(full, cycles=full.cycles + 3.0 * (full.which >= 0)).displacements()
+    begun = SettledChains.of(full, wanted, np.zeros(1), 5)
+    assert begun.off[0] > FAR_OFF
+    assert begun.longer(np.array([0])).off[0] > FAR_OFF  # one cycle more of each does not do
+    grown = begun.grown()
+    assert grown.off[0] <= FAR_OFF
+    assert np.all(grown.chains.cycles > begun.chains.cycles + 1.0, where=full.which >= 0)
 
 
 def test_longer_chains_have_more_cycles_where_loops_are_full() -> None:

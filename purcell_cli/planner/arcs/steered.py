@@ -10,7 +10,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.reproducible import hypot, hypot_of, matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.chains import RollTable
@@ -20,6 +19,7 @@ from purcell_cli.planner.arcs.chain import Chains, linked
 from purcell_cli.planner.arcs.loop_family import Fan
 from purcell_cli.planner.arcs.needle_steering import steer
 from purcell_cli.planner.arcs.roll_stroke import roll_stroke, rolling
+from purcell_cli.planner.arcs.settling import FAR_OFF, settled
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.effort import Breadth
 from purcell_cli.planner.limbs.pairs import LimbPairs
@@ -32,12 +32,6 @@ _SLIGHT_RAD = 0.3
 """Arcs of less joint travel than this are left out [rad]."""
 _SAME = 1e-4
 """Neighbouring arcs become one if their separate cost is at most this part above the cost of the one."""
-_FAR_OFF = 0.02
-"""Chains that miss by more than this, measured by `Chains.settled`, are astray [L, rad]."""
-
-_SETTLED = 3e-3
-"""While no chain misses by less than this, in the last resort, all are made longer: what loops as large as may be lack,
-no refinement can give them [L, rad]."""
 
 
 def steered_arcs(problem: Problem, breadth: Breadth, known: Sequence[Candidate] = ()) -> list[Candidate]:
@@ -83,13 +77,14 @@ def _steered(problem: Problem, breadth: Breadth) -> list[Candidate]:
     best = np.concatenate([order[only[order] < 0][: max(breadth.chains - 1, 1)], plane])
     picked, chains = picked[best], chains[best]
     wanted = pairs.missing[way.displacement[picked]]
-    chains, off, spent = _settled(chains, wanted, around[picked], breadth)
+    found, of = settled(chains, wanted, around[picked], breadth)
+    chains, spent, picked = found.chains, found.spent.tolist(), picked[of]
     out = []
     for n in range(len(chains)):
         if not chains.idle(n):
             words = f"{counted(chains.arcs(n), 'arc')} with rolls between"
             make = functools.partial(_played, chains, n, pairs, int(way.displacement[picked[n]]))
-            out.append(Candidate(words, float(spent[n]), make, bool(off[n] > _FAR_OFF)))
+            out.append(Candidate(words, spent[n], make, bool(found.off[n] > FAR_OFF)))
     return out
 
 
@@ -109,15 +104,16 @@ def arcs_in_plane(loops: Fan, wanted: Array, breadth: Breadth) -> list[Candidate
     n = len(chains)
     if not n:
         return []
-    chains, off, spent = _settled(chains, np.repeat(wanted[None], n, axis=0), np.zeros(n), breadth)
+    found, _ = settled(chains, np.repeat(wanted[None], n, axis=0), np.zeros(n), breadth)
+    chains = found.chains
     return [
         Candidate(
             counted(chains.arcs(k), "arc"),
-            float(spent[k]),
+            float(found.spent[k]),
             functools.partial(_blocks_of, chains, k),
-            bool(off[k] > _FAR_OFF),
+            bool(found.off[k] > FAR_OFF),
         )
-        for k in range(n)
+        for k in range(len(chains))
         if not chains.idle(k)
     ]
 
@@ -146,55 +142,6 @@ def _seen_at(centre: float, displacements: Array) -> Array:
     shift = np.eye(4)
     shift[0, 3] = centre
     return matmul(matmul(se3.inverse(shift), displacements), shift)
-
-
-def _settled(chains: Chains, wanted: Array, around: Array, breadth: Breadth) -> tuple[Chains, Array, Array]:
-    """Return chains settled on displacements, with as many cycles as they need.
-
-    Args:
-        chains: The chains.
-        wanted: The displacements. Shape (n, 4, 4).
-        around: What is spent before and after them [rad]. Shape (n,).
-        breadth: How widely to search.
-
-    Returns:
-        The chains, what they miss by (see `Chains.settled`), shape (n,), and what is spent in all, shape (n,).
-    """
-    chains, off, spent = chains.settled(wanted, breadth.rounds)
-    spent = spent + around
-    least = np.min(spent[off <= _FAR_OFF], initial=np.inf)
-    promised = spent + chains.short(wanted) / max(f.straight for f in chains.fans)
-    if len(few := np.flatnonzero((off > _FAR_OFF) & (promised < least))):
-        more, left, paid = chains[few].longer(wanted[few]).settled(wanted[few], breadth.rounds)
-        gained = np.flatnonzero(left < off[few])
-        few = few[gained]
-        chains, off[few], spent[few] = chains.put(few, more[gained]), left[gained], paid[gained] + around[few]
-    full = chains
-    for part in breadth.longer:
-        if np.any(off <= _SETTLED):
-            break
-        more, left, paid = full.longer(wanted, part).settled(wanted, breadth.rounds)
-        gained = np.flatnonzero(left < off)
-        chains, off[gained], spent[gained] = (
-            chains.put(gained, more[gained]),
-            left[gained],
-            paid[gained] + around[gained],
-        )
-    few = np.argsort(np.round(spent, 9), kind="stable")[: math.ceil(0.5 * len(chains))]
-    for _ in range(breadth.shorter):
-        fewer, owner = chains[few].shorter()
-        owner = few[owner]
-        fewer, left, paid = fewer.settled(wanted[owner], breadth.rounds)
-        paid = paid + around[owner]
-        gain = np.where(left <= _FAR_OFF, spent[owner] - paid, -np.inf)
-        order = np.lexsort((-np.round(gain, 9), owner))
-        best = order[distinct(owner[order])[0]]  # of each chain's
-        best = best[gain[best] > 0.0]
-        few = owner[best]
-        if not len(few):
-            break
-        chains, off[few], spent[few] = chains.put(few, fewer[best]), left[best], paid[best]
-    return chains, off, spent
 
 
 def _played(chains: Chains, k: int, pairs: LimbPairs, pair: int) -> tuple[Block, ...]:

@@ -198,7 +198,9 @@ def clearance_rows(
     """
     row, limb = np.arange(len(sequence)), sequence.limb
     active = np.flatnonzero(least > -np.inf)
-    if not len(active) or _far_apart(equations.swimmer, sequence, shapes, active, float(np.max(least[active]))):
+    if len(active):
+        active = active[~_far_apart(equations.swimmer, sequence, shapes, active, float(np.max(least[active])))]
+    if not len(active):
         return np.zeros(0), np.zeros((0, len(equations.weight)))
     pieces = Pieces.between(sequence, shapes)[active]
     enough = float(np.max(least, initial=0.0)) + _NEAR_L
@@ -231,12 +233,12 @@ def _joints_apart(swimmer: Swimmer) -> float:
 
 def _far_apart(
     swimmer: Swimmer, sequence: PrimitiveSequence, shapes: Array, some: NDArray[np.int64], least: float
-) -> bool:
-    """Return whether no limb bends by more than a right angle on some primitives, and the joints are far apart.
+) -> NDArray[np.bool_]:
+    """Return on which of some primitives no limb bends by more than a right angle, where the joints are far apart.
 
     The joints are then nearest to each other. On the way between two bends a limb bends at most by half of the sum of
     both and of the angle that it turns by.
     """
     bend = arccos(np.clip(shapes[..., 0, 0], -1.0, 1.0))
     most = 0.5 * (bend[some] + bend[some + 1] + np.abs(sequence.angle[some])[:, None])
-    return bool(np.max(most) < 0.5 * np.pi) and _joints_apart(swimmer) - least >= _NEAR_L
+    return np.asarray((np.max(most, axis=1) < 0.5 * np.pi) & (_joints_apart(swimmer) - least >= _NEAR_L))
