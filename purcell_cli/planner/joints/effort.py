@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 
-from purcell_cli.planner.effort import LAST, LEG, Stage
+from purcell_cli.planner.effort import AGAIN, LAST, LEG, Stage
 from purcell_cli.planner.refine.minimum_travel import Pace
 
 
@@ -78,6 +78,7 @@ JOINT_EFFORTS: Mapping[str, tuple[JointStage, ...]] = {
         _WIDE,
         *_WIDEST,
     ),
+    AGAIN: (_STANDARD, _WIDE, *_WIDEST),
     LEG: (_LEG, dataclasses.replace(_QUICK, stage=Stage(last_resort=True))),
 }
 """The stages of each effort, in order."""
