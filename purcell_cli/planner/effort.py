@@ -142,9 +142,8 @@ _AGAIN = Stage(
     pace=Pace(rounds=2, steps=30, price=300.0, work=600),
     most_apart=60,
 )
-"""The search for the rest of a way on which the swimmer is measured: it is as wide as a thorough one, but only the best
-candidate is optimised. It takes twice to three times a standard one, and its plans are a tenth shorter where they are
-of about 150 rad."""
+"""The second stage of the search for the rest of a way on which the swimmer is measured: as wide as a thorough one, but
+only the best candidate is optimised. It takes about a second, and plans of some 150 rad are a tenth shorter for it."""
 AGAIN = "again"
 """The effort of whole plans that are made on the way, after what was measured."""
 
@@ -153,6 +152,6 @@ EFFORTS: Mapping[str, tuple[Stage, ...]] = {
     "standard": (_STANDARD, _WIDE),
     "thorough": (_EARLY, _THOROUGH),
     LEG: (_ONE_LEG, _WIDE),
-    AGAIN: (_AGAIN, _WIDE),
+    AGAIN: (_STANDARD, _AGAIN, _WIDE),
 }
 """The stages of each effort, in order; of a leg round obstacles and of plans on the way too."""
