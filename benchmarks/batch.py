@@ -28,7 +28,7 @@ found |= {f"{who}_cpu_s": use.ru_utime + use.ru_stime for who, use in used.items
 print(json.dumps({"code": code, **found}), file=sys.stderr)
 """
 
-_ROLL = """
+ROLL = """
 name: roll
 start: {}
 goal: {base: {orientation: {euler_deg: [0, 0, 0]}}}
@@ -73,12 +73,12 @@ def main() -> None:
     asked = parser.parse_args()
     rates = []
     for jobs in (1, 2):
-        found = run(_ROLL, asked.count, jobs)
+        found = run(ROLL, asked.count, jobs)
         rates.append(found["rate"])
         print(f"{asked.count} small scenarios, --jobs {jobs}: {told(found)}", flush=True)
     print(f"two workers are {rates[1] / rates[0]:.2f} times as fast as one")
     for count in (asked.sweep // 10, asked.sweep) if asked.sweep else ():
-        found = run(_ROLL, count, 2, "--no-trajectories", "--parquet")
+        found = run(ROLL, count, 2, "--no-trajectories", "--parquet")
         print(f"sweep of {count}: {told(found)}", flush=True)
 
 

@@ -14,7 +14,7 @@ import time
 import numpy as np
 
 from benchmarks import pages
-from benchmarks.planner import random_rotations, shape
+from benchmarks.random_queries import random_rotations, shape
 from purcell_cli import Configuration, Effort, PlanOptions, Solution, Swimmer, plan
 from purcell_cli.geometry import se3
 from purcell_cli.mechanics.connection import COLLINEAR

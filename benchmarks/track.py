@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.planner import random_rotations, shape
+from benchmarks.random_queries import random_rotations, shape
 from purcell_cli import Configuration, Swimmer
 from purcell_cli.errors import PurcellError
 from purcell_cli.feedback.learn import Learning

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler, as_vector
 from purcell_cli.mechanics.configuration import Deviation
@@ -40,7 +40,7 @@ _MANY_CYCLES = 4
 """From this many cycles on, the explanation says that each cycle's error adds up."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class StrokeReason:
     """What a stroke is for.
 
@@ -68,7 +68,7 @@ class StrokeReason:
     limits: tuple[str, ...]
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Culprit:
     """The stroke that has the largest part in a sensitivity.
 
@@ -83,7 +83,7 @@ class Culprit:
     words: str
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class OnBeads:
     """Where a plan would end if links felt each other's flow.
 
@@ -107,7 +107,7 @@ class OnBeads:
         return cls(Deviation.between(end, plan.goal))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Explanation:
     """Why a plan is as it is.
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.files.builtin import stored_gaits
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
@@ -43,7 +44,7 @@ _BATCH = 1 << 14
 """Rows that are compared at once: bounds the memory of a long motion."""
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@frozen_dataclass(slots=False, eq=False)
 class Solution:
     """A plan with everything that is known about it; rows, energies and the like are computed when first asked for.
 

@@ -12,7 +12,7 @@ import pytest
 PACKAGE = Path(__file__).resolve().parent.parent / "purcell_cli"
 
 FLOORS = [
-    ("errors", "user_cache", "wording"),
+    ("errors", "frozen_dataclass", "user_cache", "wording"),
     ("processes", "kernel"),
     ("geometry",),
     ("mechanics", "environment"),

@@ -29,6 +29,7 @@ TABLES = {
     "all at once",
     "numerics",
     "times",
+    "speed",
     "figures",
     "missions via",
     "missions past obstacles",

@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from benchmarks.planner import random_rotations, shape
+from benchmarks.random_queries import random_rotations, shape
 from purcell_cli import Configuration, Swimmer
 from purcell_cli.geometry import se3
 from purcell_cli.mechanics.connection import COLLINEAR

@@ -22,13 +22,14 @@ from purcell_cli.files.scenario_file import EXPECT, SCHEMAS, Expect, Scenario, w
 from purcell_cli.files.sweep import variants
 from purcell_cli.files.used_files import note_input
 from purcell_cli.files.yaml_source import compose_file
+from purcell_cli.frozen_dataclass import frozen_dataclass
 
 _ENDINGS = {".yaml", ".yml"}
 _PARTS = ("start", "goal", "swimmer")
 _RESERVED = {"summary"}
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Case:
     """One scenario of a batch.
 
@@ -59,7 +60,7 @@ class Case:
         return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class _Draft:
     """A scenario that is known by name, but not read yet."""
 
@@ -123,7 +124,7 @@ def _drafts(file: str) -> Iterator[_Draft]:
         yield _Draft(name, shown, place, error=str(error), own=own)
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Cases:
     """The scenarios of a batch, in their order; each is read when its turn comes.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import re
 from collections.abc import Callable, Mapping, Set
@@ -13,6 +12,7 @@ from purcell_cli.errors import InputError, ParameterError
 from purcell_cli.files.paths import UnreadableError, readable
 from purcell_cli.files.scenario_file import Expect
 from purcell_cli.files.used_files import note_input
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.wording import counted
 
@@ -65,7 +65,7 @@ def shortfalls(expect: Expect, row: Row) -> list[str]:
     return out
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Baseline:
     """An earlier run to compare with.
 

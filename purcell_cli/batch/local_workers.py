@@ -23,6 +23,7 @@ from purcell_cli.batch.results_folder import write_files
 from purcell_cli.batch.rows import CRASHED, Result
 from purcell_cli.batch.solve_one import Settings, solve, without_plan
 from purcell_cli.errors import ResultsError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.processes import starting
 
@@ -37,7 +38,7 @@ One such death may be the scenario's doing; with three of them, what is wrong is
 _CONTEXT = multiprocessing.get_context("spawn")  # a fork would copy locks that other threads hold
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Finished:
     """A scenario that a worker is done with.
 

@@ -8,7 +8,6 @@ the journal and not in memory, which holds a few bytes a scenario.
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import hashlib
 import json
 import os
@@ -22,6 +21,7 @@ from filelock import BaseFileLock, FileLock, Timeout
 
 from purcell_cli.errors import InputError, ResultsError
 from purcell_cli.files.atomic_file import whole_file
+from purcell_cli.frozen_dataclass import frozen_dataclass
 
 JOURNAL, LOCK = ".purcell-batch.jsonl", ".purcell-batch.lock"
 ENDINGS = (".csv", ".json")
@@ -62,7 +62,7 @@ def write_files(folder: Path, name: str, files: Mapping[str, bytes]) -> dict[str
     return {ending: hashlib.sha256(data).hexdigest() for ending, data in files.items()}
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class _Line:
     """Where a finished scenario stands in the journal."""
 

@@ -18,12 +18,13 @@ from purcell_cli.batch.rows import CRASHED, Row
 from purcell_cli.batch.solve_one import Settings
 from purcell_cli.errors import ResultsError, StoppedError
 from purcell_cli.files.atomic_file import writable
+from purcell_cli.frozen_dataclass import frozen_dataclass
 
 MOST_FAILURES_KEPT = 1000
 """How many failures are listed one by one; the summary has all. More than a person reads, in 1 MB."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Options:
     """What a batch is to do besides solving.
 

@@ -21,6 +21,7 @@ from purcell_cli.files.place import shortened
 from purcell_cli.files.plan_file import PlanDocument
 from purcell_cli.files.scenario_file import Scenario
 from purcell_cli.files.trajectory_csv import write_rows
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.missions import plan_mission
 from purcell_cli.motion.options import PlanOptions
@@ -28,7 +29,7 @@ from purcell_cli.motion.verdict import Verdict
 from purcell_cli.solution import Solution, stroke_cycles
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Settings:
     """How all scenarios of a batch are solved.
 
@@ -60,7 +61,7 @@ def _program() -> str:
     return found.hexdigest()
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Solved:
     """What came of a scenario.
 

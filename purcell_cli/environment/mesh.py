@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from purcell_cli.environment.obstacle import Obstacle, dot
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.kernel.linear import nearest_on_segments
 
@@ -23,7 +24,7 @@ _PROBE = (0.8017837257372732, 0.5345224838248488, 0.2672612419124244)
 """The direction of the ray that tells inside from outside; along no edge that a mesh is likely to have."""
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Mesh(Obstacle):
     """A solid whose surface is a closed triangle mesh.
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +10,7 @@ from purcell_cli.environment.obstacle import Obstacle, dot
 from purcell_cli.environment.solids import Sphere
 from purcell_cli.environment.tube import Tube, inside, together
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.distances import from_balls
 
@@ -19,7 +18,7 @@ MOST = 10_000
 """Obstacles of a scene at most: with more, a distance takes longer than the flow of what it is computed for."""
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Scene:
     """Obstacles. Tubes are one vessel together: the swimmer stays in their union.
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import ClassVar
 
 import numpy as np
 
 from purcell_cli.environment.obstacle import Obstacle, Point, dot, length, point
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array, from_matrix
 from purcell_cli.kernel.distances import from_balls, from_box
 from purcell_cli.kernel.linear import nearest_on_segments
@@ -20,7 +20,7 @@ LEVEL: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 """The world's own orientation."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Sphere(Obstacle):
     """A ball.
 
@@ -46,7 +46,7 @@ class Sphere(Obstacle):
         return np.array([self.centre_m, self.centre_m]) + self.radius_m * np.array([[-1.0], [1.0]])
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Capsule(Obstacle):
     """A rod with round ends.
 
@@ -78,7 +78,7 @@ class Capsule(Obstacle):
         return np.stack([ends.min(axis=0) - self.radius_m, ends.max(axis=0) + self.radius_m])
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Box(Obstacle):
     """A box.
 
@@ -112,7 +112,7 @@ class Box(Obstacle):
         return np.asarray(np.array(self.centre_m) + np.stack([-reach, reach]))
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class HalfSpace(Obstacle):
     """All that lies behind a plane; the swimmer stays on the side that the normal points to.
 

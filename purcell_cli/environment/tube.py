@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from purcell_cli.environment.obstacle import Obstacle, Point, along, dot, length, point
 from purcell_cli.errors import ParameterError, PointError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.distances import inside_cones
 
@@ -40,7 +41,7 @@ class CentrelineError(PointError):
         super().__init__(f"centreline: {wanted} are wanted, found {found} at point {point + 1}", point, wanted, found)
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Tube(Obstacle):
     """A tube that the swimmer stays inside of.
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from types import MappingProxyType
 
 from purcell_cli.errors import UnknownNameError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.wording import nearest_hint
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Target:
     """What a trajectory can be exported to.
 

@@ -10,6 +10,7 @@ import dataclasses
 from collections.abc import Sequence
 from enum import StrEnum
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import exp_of
 from purcell_cli.mechanics.drag import COX, LINKS, LinkDrag, LinkDrags, RodDrag
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -33,7 +34,7 @@ _KINDS: dict[What, dict[str, tuple[int, ...]]] = {
 """The links whose drags have factors in common, by what is fitted."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Factor:
     """A factor on one drag of some links; of the ratio, on how many times the drag across is the drag along.
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.drag_factors import Factor, What, factors_of, with_factors
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.linear_systems import inverse, solve
 from purcell_cli.geometry.reproducible import matmul
@@ -40,7 +41,7 @@ _SETTLED = 1e-3
 """Steps end with a change of a logarithm below this."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class DragFilter:
     """A swimmer with factors on its links' drag, and how sure they are.
 

@@ -12,7 +12,6 @@ together (clustered, Liang and Zeger 1986), which a model that is itself wrong m
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Sequence
 
@@ -21,6 +20,7 @@ import numpy as np
 from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.drag_factors import Factor, What, factors_of, with_factors
 from purcell_cli.feedback.windows import LARGEST_TURN_RAD, Misfit, Window, misfit, turns_between, windows_of
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.linear_systems import inverse, singular_values, solve
 from purcell_cli.geometry.reproducible import exp_of, inner, matmul, norm
 from purcell_cli.geometry.rotations import Array
@@ -51,7 +51,7 @@ _STILL_RAD = 1e-3
 """Limbs that turn by less in all do not move [rad]."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Fitted:
     """A factor and what is known of it.
 
@@ -70,7 +70,7 @@ class Fitted:
     only_with: tuple[str, ...] = ()
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Left:
     """What is left of the displacements in windows: root mean squares over their rows.
 
@@ -83,7 +83,7 @@ class Left:
     angle_rad: float
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Fit:
     """A swimmer that moves as was measured.
 
@@ -114,7 +114,7 @@ class Fit:
         )
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class _Knowledge:
     """What windows say of the factors near some values.
 
@@ -238,7 +238,7 @@ def _refuse_too_little(every: Sequence[MeasuredTrajectory], windows: Sequence[Wi
         )
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class _Problem:
     """Windows, and the factors that are sought.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
@@ -11,6 +10,7 @@ from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.fit import fit
 from purcell_cli.feedback.measured import EXACTLY, Measuring
 from purcell_cli.feedback.track import Tracking
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul, normal_numbers
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -21,7 +21,7 @@ _ROWS = 3000
 """Rows that are fitted at most, the last ones: 150 s of motion with 20 rows a second, fitted in some 5 s."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Learning:
     """Fits drag to all rows that were swum, measured with noise; `track` may ask it for a model between parts.
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.sizes import refuse_sizes, sizes_of
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
@@ -24,7 +24,7 @@ _HIDDEN = 2.5
 off by more together once in ten times."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Measuring:
     """The noise of measurements of the base's pose: standard deviations of each component.
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
 
 from purcell_cli.feedback.sizes import refuse_sizes, sizes_of
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul, normal_numbers
 from purcell_cli.geometry.rotations import Array
@@ -16,7 +16,7 @@ _MOST = {"angle_deg": 90.0, "rate": 0.5, "drift_m_s": 1e3}
 """The most noise of each kind: beyond, nothing of the motion is left."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Noise:
     """The size of disturbances: standard deviations of normal numbers.
 

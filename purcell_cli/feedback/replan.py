@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.options import PlanOptions
@@ -19,7 +19,7 @@ from purcell_cli.query import refuse_query
 from purcell_cli.solution import Solution, carried_out, plan
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Replanned:
     """The rest of a plan.
 

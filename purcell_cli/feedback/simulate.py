@@ -7,7 +7,6 @@ stream carries the swimmer along as it is. Beside a wall: `beside_wall`. Convent
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.beside_wall import poses_beside
 from purcell_cli.feedback.noise import NO_NOISE, Noise
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, as_euler, from_quaternion, wrapped
@@ -35,7 +35,7 @@ from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.verification.joints_kept import JointsKept, follow
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Loss:
     """What a stroke does otherwise than planned.
 
@@ -56,7 +56,7 @@ class Loss:
     angle_rad: float
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Simulation:
     """What a trajectory's controls make of another swimmer.
 
@@ -136,7 +136,7 @@ def simulate(table: Table, swimmer: Swimmer, noise: Noise = NO_NOISE, begun: Arr
     return Simulation(swimmer, noise, last, really, longer, _losses(table, keys, strokes, made, poses))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class _Controls:
     """Controls in time: the file's rows that they are of, (n,), when they begin [s], (n,), and their rates, (n, 6)."""
 

@@ -23,6 +23,7 @@ from purcell_cli.feedback.measured import EXACTLY, Measuring
 from purcell_cli.feedback.replan import done_by, way_of
 from purcell_cli.feedback.simulate import refuse_other_joints, simulate
 from purcell_cli.feedback.tracker import TOLERANCE_L, TOLERANCE_RAD, Aim, Tracker
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import normal_numbers
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -45,7 +46,7 @@ _APART_RAD, _MOST_SEEN = 0.5, 200
 """A swimmer is measured on its way so far apart at least [rad], and so often a part at most."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Part:
     """A plan that was swum, or its beginning.
 
@@ -68,7 +69,7 @@ class Part:
     aim: Aim
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@frozen_dataclass(slots=False, eq=False)
 class Tracking:
     """A way that was swum in parts, measured between them.
 

@@ -17,6 +17,7 @@ from purcell_cli.feedback.drag_filter import DragFilter
 from purcell_cli.feedback.measured import EXACTLY, Measuring
 from purcell_cli.feedback.replan import done_by, way_of
 from purcell_cli.feedback.simulate import refuse_other_joints
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.kernel.shapes import shapes_along
@@ -48,7 +49,7 @@ _LAG_RAD = 0.1
 """The rest of a plan that was swum in part begins at most so much joint travel before what was swum [rad]."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Aim:
     """What a leg of the way is to come to.
 

@@ -7,7 +7,6 @@ add up along a window, as they do in a plan; across windows they are forgotten. 
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 from collections.abc import Sequence
 
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.drag_factors import Factor, with_factors
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.linear_systems import solve
 from purcell_cli.geometry.reproducible import matmul, norm
@@ -40,7 +40,7 @@ _STEP = 1e-4
 """The change of a factor's logarithm by which derivatives are taken: their error is as small a part."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Window:
     """A part of a measured motion.
 
@@ -61,7 +61,7 @@ class Window:
         return out
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Misfit:
     """By how much a model is off in a window, to first order in what is off.
 

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 
 from purcell_cli.errors import InputError
 from purcell_cli.files.place import shortened
 from purcell_cli.files.points_csv import POINT, read_points
 from purcell_cli.files.yaml_source import file_bytes
+from purcell_cli.frozen_dataclass import frozen_dataclass
 
 _RADIUS = "radius_m"
 _WIDEST_M = 1e9
 """Radii go no farther than this, as in documents [m]."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Centreline:
     """What a centreline says, and where.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +16,7 @@ from purcell_cli.files.elements import Element
 from purcell_cli.files.place import Place
 from purcell_cli.files.scalars import Number
 from purcell_cli.files.yaml_source import load
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import (
     INPUT_SLACK,
@@ -134,7 +134,7 @@ WORKSPACE: Element[Workspace] = Made(
 WORKSPACE_FIELD = {"workspace_m": Field(WORKSPACE, "a box that all three links stay in; left out, there is none")}
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Goal:
     """What a goal file says.
 

@@ -11,10 +11,11 @@ import yaml
 from purcell_cli.files.elements import Element, OtherT, ValueT
 from purcell_cli.files.place import Place, kind, shortened
 from purcell_cli.files.scalars import Text
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.wording import nearest_hint
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class ListOf(Element[list[ValueT]]):
     """A list.
 
@@ -52,7 +53,7 @@ class ListOf(Element[list[ValueT]]):
         return {**out, "minItems": self.at_least} if self.at_least else out
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Pair(Element[tuple[ValueT, OtherT]], Generic[ValueT, OtherT]):
     """A list of two, each with a meaning of its own.
 
@@ -83,7 +84,7 @@ class Pair(Element[tuple[ValueT, OtherT]], Generic[ValueT, OtherT]):
         return {"type": "array", "prefixItems": items, "minItems": 2, "maxItems": 2}
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Field:
     """One key of a record.
 
@@ -105,7 +106,7 @@ class Field:
         return {**self.element.json_schema(), **{k: v for k, v in about.items() if v is not None}}
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Record(Element[dict[str, Any]]):
     """A mapping with known keys; keys left out are left out of the value.
 
@@ -164,7 +165,7 @@ def only_value(value: Mapping[str, ValueT], _: Place) -> ValueT:
     return next(iter(value.values()))
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class MapOf(Element[dict[str, ValueT]]):
     """A mapping with free keys.
 
@@ -200,7 +201,7 @@ class MapOf(Element[dict[str, ValueT]]):
         }
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class OrNull(Element[ValueT | None]):
     """Something, or null for none of it.
 
@@ -224,7 +225,7 @@ class OrNull(Element[ValueT | None]):
         return {"anyOf": [self.element.json_schema(), {"type": "null"}]}
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Either(Element[ValueT]):
     """A scalar or a mapping, each with a meaning of its own."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from collections.abc import Callable
 from typing import Generic
@@ -10,12 +9,13 @@ from typing import Generic
 from purcell_cli.errors import InputError, ParameterError
 from purcell_cli.files.elements import Element, OtherT, ValueT
 from purcell_cli.files.place import Place
+from purcell_cli.frozen_dataclass import frozen_dataclass
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 """The JSON Schema dialect that `Document.json_schema` is written in."""
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Made(Element[ValueT], Generic[OtherT, ValueT]):
     """An element whose value is made into another; a `ParameterError` gets the place.
 
@@ -55,7 +55,7 @@ def placed(error: ParameterError, place: Place) -> InputError:
     return place.at(*steps).error(wanted, found)
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Document(Element[ValueT]):
     """A whole document.
 

@@ -11,6 +11,7 @@ import yaml
 
 from purcell_cli.errors import InputError
 from purcell_cli.files.core_schema import OTHERWISE, TAG, core_kind, core_number, read_otherwise
+from purcell_cli.frozen_dataclass import frozen_dataclass
 
 SCALAR_NAMES = {"bool": "the truth value", "int": "the number", "float": "the number"}
 """What messages call a scalar that YAML reads as other than text, by its kind."""
@@ -62,7 +63,7 @@ def finite_number(node: yaml.Node) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Place:
     """A node of a document and where it stands.
 

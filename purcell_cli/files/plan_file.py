@@ -7,7 +7,6 @@ checked like every other input, by one description of the whole document.
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import json
 import math
@@ -27,6 +26,7 @@ from purcell_cli.files.scalars import Choice, Number, Text, Whole
 from purcell_cli.files.scenario_file import SCHEMAS
 from purcell_cli.files.swimmer_file import swimmer_written
 from purcell_cli.files.yaml_source import load
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import INPUT_SLACK
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
@@ -53,7 +53,7 @@ _MOST_CYCLES = 1_000_000_000
 """Times that a stroke may be played at most: far above `MOST_ROWS`, which bounds the motion, and exact as a double."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class PlanDocument:
     """A plan and what else its trajectory depends on.
 

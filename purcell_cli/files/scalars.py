@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 
 from purcell_cli.files.core_schema import core_truth
 from purcell_cli.files.elements import Element
 from purcell_cli.files.number_units import unit_hint
 from purcell_cli.files.place import SCALAR_NAMES, Place, described, finite_number, kind
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.wording import nearest_hint
 
 _UNPRINTABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]")
 """Control characters and halves of characters, which no text of a document has."""
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Number(Element[float]):
     """A finite number.
 
@@ -64,7 +64,7 @@ class Number(Element[float]):
         return {**out, "not": {"const": 0}} if self.nonzero else out
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Whole(Element[int]):
     """A whole number.
 
@@ -93,7 +93,7 @@ class Whole(Element[int]):
         return {"type": "integer", "minimum": self.at_least, "maximum": self.at_most}
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Flag(Element[bool]):
     """true or false."""
 
@@ -114,7 +114,7 @@ class Flag(Element[bool]):
         return {"type": "boolean"}
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Text(Element[str]):
     """A text that is not empty.
 
@@ -146,7 +146,7 @@ class Text(Element[str]):
         return {"type": "string", "pattern": f"^{self.pattern}$"}
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Choice(Element[str]):
     """One of a few words."""
 

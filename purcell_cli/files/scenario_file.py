@@ -27,6 +27,7 @@ from purcell_cli.files.scalars import NAME, Number, Text
 from purcell_cli.files.sweep import SWEEP
 from purcell_cli.files.swimmer_file import SWIMMER
 from purcell_cli.files.yaml_source import file_bytes, load, read_document
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.mission import Follow, Mission, Order, Waypoint
@@ -53,7 +54,7 @@ def _inline_or_path(document: Document[ValueT]) -> Element[ValueT]:
     return Either(Made(Text(meaning="the path of a file"), read), document.element)
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Expect:
     """What a scenario must come to; None asks for nothing beyond the planner's own.
 
@@ -76,7 +77,7 @@ class Expect:
     error: str | None = None
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Scenario:
     """A reconfiguration to plan and what is expected of it.
 

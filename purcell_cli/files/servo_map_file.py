@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,6 +16,7 @@ from purcell_cli.files.elements import Element
 from purcell_cli.files.place import Place, finite_number
 from purcell_cli.files.scalars import Choice, Number, Text
 from purcell_cli.files.yaml_source import load
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.hinge_chain import TURNS, HingeChain
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -40,7 +40,7 @@ _LARGEST = 1e6
 """No zero, end of a range or scale is larger, in whatever unit: a servo's pulse has thousands of microseconds."""
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Sign(Element[float]):
     """1 or -1."""
 
@@ -61,7 +61,7 @@ class Sign(Element[float]):
         return {"enum": [1, -1]}
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Channel:
     """What a servo is told: zero + sign * scale * angle in degrees.
 
@@ -103,7 +103,7 @@ _MARGIN_DEG = 5.0
 times as fast as the limb."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class ServoMap:
     """Which hinges each limb's joint is made of, and what their servos are told.
 

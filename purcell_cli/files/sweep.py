@@ -17,6 +17,7 @@ from purcell_cli.files.core_schema import TAG
 from purcell_cli.files.elements import Element
 from purcell_cli.files.place import Place, finite_number, shortened
 from purcell_cli.files.scalars import Number, Text, Whole
+from purcell_cli.frozen_dataclass import frozen_dataclass
 
 MOST_VARIANTS = 1_000_000
 """Scenarios of a sweep at most: a slip in a count is refused at once, where to solve so many takes days."""
@@ -44,7 +45,7 @@ _RANGE = Record(
 )
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class _Axis:
     """The values of one key; evenly spaced numbers are made only when it is known that they are not too many."""
 
@@ -89,7 +90,7 @@ SWEEP = MapOf(_PATH, _Values())
 """The element for a scenario's sweep."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Variant:
     """One scenario that a document stands for.
 

@@ -19,12 +19,13 @@ from pathlib import Path
 
 from purcell_cli.errors import InputError
 from purcell_cli.files.paths import UnreadableError, is_folder, readable, status
+from purcell_cli.frozen_dataclass import frozen_dataclass
 
 Identity = tuple[int, int]
 """A file's device and its number there."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class _Output:
     """A file that is going to be written.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from purcell_cli.files.scenario_file import SCHEMAS
 from purcell_cli.files.servo_map_file import SERVO_MAP
 from purcell_cli.files.sweep import combinations, variants
 from purcell_cli.files.yaml_source import compose_file
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.wording import nearest
 
 KINDS: dict[str, Element[object]] = {**SCHEMAS, "plan": PLAN, "servo-map": SERVO_MAP}
@@ -23,7 +23,7 @@ MOST_CHECKED = 500
 """How many combinations of a sweep are checked: a check is to be done at once."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Checked:
     """What the check of a file found.
 

@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from purcell_cli.errors import GaitError, ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.gaits.gait import MOTIONS, Gait, Stroke
 from purcell_cli.gaits.pure_stroke import realise
 from purcell_cli.geometry import se3
@@ -41,7 +42,7 @@ def efficiency(swimmer: Swimmer, stroke: Stroke, distance_m: float) -> float:
     return straight_drag(swimmer) * (distance_m / effort) ** 2
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Entry:
     """What one cycle of a gait does, seen from the collinear shape.
 
@@ -124,7 +125,7 @@ def atlas(gaits: Mapping[str, Gait], swimmer: Swimmer) -> tuple[list[Entry], dic
     return entries, left_out
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Row:
     """A gait at one amplitude.
 
@@ -143,7 +144,7 @@ class Row:
     reversed: bool
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Sweep:
     """A gait at many amplitudes.
 
@@ -206,7 +207,7 @@ def sweep(gait: Gait, swimmer: Swimmer, amplitudes: Sequence[float] | Array) -> 
     return Sweep(gait, MOTIONS[own], tuple(rows))
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class RatioRow:
     """A gait for a swimmer of one link ratio.
 

@@ -14,6 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from purcell_cli.errors import GaitError, ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.gaits.atlas import Entry, entry
 from purcell_cli.gaits.design_problem import DesignTask, Problem, Values
 from purcell_cli.gaits.gait import Gait, Turn
@@ -59,7 +60,7 @@ Progress = Callable[[int, str], None]
 """Takes how many starts are over, and the ratio of the best in words."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Designed:
     """The best stroke that was found.
 

@@ -7,12 +7,11 @@ The displacement and its derivative come from one pass of the exact lift. Conven
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError, UnknownNameError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.gaits.gait import MOTIONS
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_vector, cross
@@ -42,7 +41,7 @@ _E_X = np.array([1.0, 0.0, 0.0])
 """The axis of a link in its own frame."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class DesignTask:
     """What stroke is wanted.
 
@@ -107,7 +106,7 @@ class DesignTask:
         return [k for k in wanted if k in in_plane]
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Values:
     """A stroke's values and their derivatives by the unknowns (last axis).
 
@@ -132,7 +131,7 @@ class Values:
     room_slope: Array
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Problem:
     """The unknowns of a stroke.
 

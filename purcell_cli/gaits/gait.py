@@ -15,6 +15,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from purcell_cli.errors import UnknownNameError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.gaits.shape_curves import Curve, played
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import arccos, log, matmul, power_of
@@ -30,7 +31,7 @@ MOTIONS = ("x", "y", "z", "roll", "pitch", "yaw")
 """What a gait can be made to do, in the order of the twist (v, omega)."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Turn:
     """One primitive of a gait: a control and an angle linear in the gait's symbols.
 
@@ -43,7 +44,7 @@ class Turn:
     coefficients: Mapping[str, float]
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Guess:
     """Where to start solving for a free symbol: values over amplitudes, joined in the logarithm.
 
@@ -69,7 +70,7 @@ class Guess:
         return float(sign * level * power_of(swimmer.roll_sharpness(), self.sharpness_power))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Gait:
     """A stored gait, as its file describes it.
 
@@ -125,7 +126,7 @@ class Gait:
         return approach, cycle
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Stroke:
     """A gait at one amplitude for one swimmer: what the swimmer really plays.
 

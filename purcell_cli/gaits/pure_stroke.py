@@ -15,6 +15,7 @@ from typing import cast
 import numpy as np
 
 from purcell_cli.errors import GaitError, ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.gaits.gait import MOTIONS, Gait, Stroke
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.linear_systems import least_squares, singular_values
@@ -51,7 +52,7 @@ _CLOSINGS, _CLOSED_RAD = 4, 1e-4
 """Newton steps to close a guessed cycle, at most, and a gap after which none follows: what one leaves is the square."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class _Purity:
     """The equations of a pure stroke: no cross-talk, both limbs back, and the displacement wanted, if any.
 

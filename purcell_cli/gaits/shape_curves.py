@@ -7,12 +7,11 @@ axis, so the lift follows it exactly. Conventions: `rotations`.
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import cos, matmul, norm, sin
 from purcell_cli.geometry.rotations import Array, as_vector, cross
@@ -55,7 +54,7 @@ def straight_moves(way_points: ArrayLike) -> MoveSequence:
     return MoveSequence.of_turns(np.where(coaxial[..., None], last - first, turn).reshape(-1, 6))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class WayPoints:
     """A closed polygon of shapes.
 
@@ -82,7 +81,7 @@ class WayPoints:
         return np.concatenate([self.vectors, self.vectors[:1]])
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Fourier:
     """A closed curve of shapes as a truncated Fourier series of the rotation vectors.
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.kernel.arrays import Array, address, doubles, wholes
 from purcell_cli.kernel.library import KERNEL
 
@@ -18,7 +18,7 @@ _NUMBERS, _TERMS, _MOVES = 10, 16, 12
 """Numbers before a series, the most terms of it in one variable, and its values without the costs."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class LoopTable:
     """Loops of one kind.
 
@@ -41,7 +41,7 @@ class LoopTable:
         object.__setattr__(self, "series", doubles(self.series, "series", shape))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class RollTable:
     """Roll strokes.
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.kernel.arrays import Array, Whole, address, doubles, wholes
 from purcell_cli.kernel.library import KERNEL
 
@@ -15,7 +15,7 @@ _RECORD = 24
 """Doubles that the kernel keeps a block's record in."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Blocks:
     """The variables of a program, in blocks, and what each block costs and keeps within.
 

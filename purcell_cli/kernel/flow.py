@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.kernel.arrays import Array, Whole, address, doubles, wholes
 from purcell_cli.kernel.beads import swimmer_numbers
 from purcell_cli.kernel.library import KERNEL
@@ -20,7 +20,7 @@ MOST_STAGES = 16
 """Collocation nodes in a step at most."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Rule:
     """How the flow is integrated.
 

@@ -7,10 +7,9 @@ closed and the base moves by a^depth times the bracket's twist, to leading order
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import arccos
 from purcell_cli.geometry.rotations import Array, as_euler
@@ -35,7 +34,7 @@ _SMALLEST_RAD = 2.0**-10
 """The smallest amplitude that a prediction is tried at [rad]; one that fails there is trusted nowhere."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Prediction:
     """The leading-order motion of a bracket's gait in one direction, and how far it holds.
 

@@ -18,12 +18,12 @@ Twists are in units of L: the swimmer is scaled. Conventions: `rotations`.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, cross, hat
 from purcell_cli.lie_brackets.bead_polynomials import left_of_zero, resistance_polynomial, wall_steps
@@ -54,7 +54,7 @@ Word = tuple[int, ...]
 """A bracket by its controls: (i, j, k) is [X_i, [X_j, X_k]]."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Fields:
     """Fields on Q of one bracket depth.
 
@@ -69,7 +69,7 @@ class Fields:
     twist: Array
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Frame:
     """The controls around a shape: coordinates, and the fields E_j in them.
 

@@ -15,7 +15,6 @@ are in units of L and rad per rad^depth.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from typing import Literal
 
@@ -23,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.lie_brackets.control_fields import (
@@ -55,7 +55,7 @@ _MOST_LEVELS = 4
 """h_5 would have a thousand million brackets."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Level:
     """One bracket depth, or one space h_k of the appendix, with all that is below it.
 
@@ -72,7 +72,7 @@ class Level:
     added: Array
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Bracket:
     """A bracket and the base motion it leaves when the limbs are brought back.
 
@@ -87,7 +87,7 @@ class Bracket:
     limbs: Array
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Controllability:
     """What can be reached from a shape.
 

@@ -10,10 +10,9 @@ bends far below `Swimmer.roll_sharpness`. Conventions: `rotations`.
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.lie_brackets.control_fields import brackets_by_depth, frame
 from purcell_cli.lie_brackets.curvature import bracket_twists, twists_and_slopes
@@ -47,7 +46,7 @@ def _logarithm(turns: Array) -> tuple[Array, Array, Array]:
     return s1, s2 - 0.5 * squared, l3
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Prediction:
     """The base's twist as predicted, order by order in the turns.
 

@@ -7,17 +7,16 @@ the loop's inside; that is why a stroke is drawn over these height functions. Co
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from numpy.typing import ArrayLike
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.lie_brackets.curvature import curvature
 from purcell_cli.mechanics.swimmer import Swimmer
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Plane:
     """A plane that the swimmer can stay in.
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Literal
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 
 WEAK = 1e-2
@@ -19,7 +19,7 @@ _DOUBT = 100.0
 """A singular value that counts, but is within this factor of what rounding can leave, is not decided."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Rank:
     """The rank of some twists, and what it hangs on.
 

@@ -6,11 +6,11 @@ the base's axis: at 180 deg it points to the other side (the Z). Conventions: `r
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.lie_brackets.control_fields import brackets_by_depth, frame
 from purcell_cli.lie_brackets.controllability import DIRECTIONS
@@ -19,7 +19,7 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.mechanics.wall import refuse_wall
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class ShapeStrength:
     """How strong the weakest direction is at a shape.
 

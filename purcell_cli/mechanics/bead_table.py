@@ -9,13 +9,13 @@ half of the samples. What the coefficients are of stands in `bead_table.c`.
 
 from __future__ import annotations
 
-import dataclasses
 import os
 from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.linear_systems import solve
 from purcell_cli.geometry.reproducible import arccos, cos, matmul, sin, sin_cos_of
 from purcell_cli.geometry.rotations import Array, about_axis
@@ -69,7 +69,7 @@ def _end_for_end(angle: float) -> Array:
     return out
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Grid:
     """Where a table is sampled, and how far it reaches.
 

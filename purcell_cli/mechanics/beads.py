@@ -11,13 +11,12 @@ J. Fluid Mech. 741, R5 (2014). Conventions: `connection`.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import os
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.arrays import Whole
@@ -37,7 +36,7 @@ LOWER = (
 """Rows and columns of the entries of a resistance, in the kernel's order: P, Q^T, and what only the power needs."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Beads:
     """The beads of a swimmer.
 
@@ -151,6 +150,8 @@ def entries_of_many(swimmer: Swimmer, axes: Array, beside: Array | None) -> Arra
     Returns:
         See `resistance_entries`. Shape (n, 78).
     """
+    from concurrent.futures import ThreadPoolExecutor  # only those who swim among beads wait for it
+
     seen = [None] * len(axes) if beside is None else beside
     out = np.empty((len(axes), len(LOWER[0])))
     with ThreadPoolExecutor(os.cpu_count()) as pool:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.linear_systems import solve
 from purcell_cli.geometry.reproducible import gauss_legendre
 from purcell_cli.geometry.rotations import Array
@@ -15,7 +15,7 @@ from purcell_cli.mechanics.base_velocity import kernel_numbers
 from purcell_cli.mechanics.swimmer import Swimmer
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Accuracy:
     """How finely the lift is computed.
 

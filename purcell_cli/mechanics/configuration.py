@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul, norm
 from purcell_cli.geometry.rotations import Array, angle_between, as_euler, from_euler, from_matrix
 from purcell_cli.mechanics.connection import COLLINEAR
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Configuration:
     """A point of Q = SO(3) x SO(3) x SE(3). Conventions: `rotations`.
 
@@ -68,7 +69,7 @@ class Configuration:
         return cls(se3.pose(base, position_m), np.stack(limbs))
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Deviation:
     """How far one configuration is from another.
 

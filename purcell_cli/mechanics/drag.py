@@ -13,6 +13,7 @@ from numbers import Real
 from types import MappingProxyType
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import log
 
 LINKS = ("base", "limb1", "limb2")
@@ -22,7 +23,7 @@ COX = "cox"
 """The law of the paper, to leading order in the slenderness."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class RodDrag:
     """The drag of a link about its middle.
 
@@ -135,7 +136,7 @@ def _positive(numbers: LinkDrag | LinkSize, most: float) -> None:
         object.__setattr__(numbers, field.name, float(value))
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class LinkDrag:
     """The drag of a whole link as numbers, where they are known; None is as the law of Cox has it.
 
@@ -175,7 +176,7 @@ class LinkDrag:
         return LinkDrag(**{k: getattr(self, k) / v for k, v in units.items() if getattr(self, k) is not None})
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class LinkSize:
     """A link's own size, where it differs from the swimmer's; None where it does not.
 
@@ -194,7 +195,7 @@ class LinkSize:
         _positive(self, 1e6)
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class LinkDrags:
     """The drag of each link as numbers.
 
@@ -213,7 +214,7 @@ class LinkDrags:
         return LinkDrags(*(getattr(self, link).scaled(force, torque) for link in LINKS))
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class LinkSizes:
     """The size of each link, where it differs from the swimmer's.
 

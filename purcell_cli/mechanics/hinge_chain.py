@@ -7,11 +7,11 @@ Conventions: `rotations`.
 
 from __future__ import annotations
 
-import dataclasses
 from itertools import permutations
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import arctan2, hypot, matmul
 from purcell_cli.geometry.rotations import Array, about_axis
 
@@ -25,7 +25,7 @@ _PARITY = {"xyz": 1.0, "yzx": 1.0, "zxy": 1.0}
 """1 for the orders that are even permutations of x, y, z; the others have -1."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class HingeChain:
     """The hinges of one limb.
 

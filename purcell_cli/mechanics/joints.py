@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import Literal, get_args
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import arccos, arctan2, cos, sin
 from purcell_cli.geometry.rotations import Array, as_euler, from_euler
 
@@ -46,7 +47,7 @@ _ANGLES_OF: Mapping[tuple[str, str | None], tuple[str, ...]] = MappingProxyType(
 )
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Joint:
     """The joint of one limb.
 

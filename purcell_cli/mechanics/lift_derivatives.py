@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, as_vector
 from purcell_cli.mechanics.collocation import Accuracy, flow_of
@@ -18,7 +18,7 @@ from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Repeat:
     """A part of a sequence that is played more than once; each cycle brings the limbs back to where they were.
 

@@ -6,7 +6,6 @@ in it. A primitive is a move on which one control acts. Conventions: `rotations`
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable, Sequence
 from typing import Protocol, Self
 
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.shapes import shapes_along
@@ -61,7 +61,7 @@ class ControlSequence(Protocol):
         """
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class MoveSequence:
     """A sequence of moves, played from first to last.
 

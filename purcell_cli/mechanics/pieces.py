@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.moves import ControlSequence
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Pieces:
     """Pieces on which both limbs rotate at constant rates; they need not follow one another.
 

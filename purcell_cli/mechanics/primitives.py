@@ -7,13 +7,13 @@ Conventions: `rotations`.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from purcell_cli.errors import ParameterError, UnknownNameError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.kernel.shapes import shapes_along
@@ -50,7 +50,7 @@ def control_index(name: str) -> int:
         raise UnknownNameError(f"a control is one of {', '.join(PRIMITIVE_NAMES)}; found {name!r}") from None
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class PrimitiveSequence:
     """A sequence of primitives, played from first to last.
 

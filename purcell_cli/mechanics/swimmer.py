@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import log
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.drag import (
@@ -56,7 +57,7 @@ def _kept(method: Callable[[Swimmer], T]) -> Callable[[Swimmer], T]:
     return functools.wraps(method)(functools.lru_cache(maxsize=64)(method))
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Swimmer:
     """Three slender links in a viscous fluid; the defaults are the paper's swimmer in glycerin.
 

@@ -5,7 +5,6 @@ A wall breaks left invariance: how the swimmer moves depends on where it is, so 
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 
@@ -23,7 +23,7 @@ FARTHEST_M = 1e6
 """The largest coordinate of a wall's point [m], that of the longest base."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Wall:
     """A plane wall without slip; the fluid is on the side that its normal points to.
 

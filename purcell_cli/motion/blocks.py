@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.lift import EXACT, piece_work, run_displacements
@@ -17,7 +17,7 @@ from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Block:
     """A stroke played a number of times; one that repeats brings the limbs back to where they were.
 
@@ -46,7 +46,7 @@ class Block:
         return self.cycles * float(np.sum(self.sequence.duration))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class BlockPieces:
     """The pieces of all blocks, one cycle each, to be computed in one batch.
 

@@ -16,11 +16,11 @@ limb is nearest to the body where it bends most, so that pair needs no search.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import arccos, arcsin, cos, hypot, sin
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel import clearance as kernel
@@ -43,7 +43,7 @@ _MOST_STRETCHES = 1 << 17
 Only limbs that keep the same distance for long need so many."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Clearance:
     """The least distance between the surfaces of the limbs, or of a limb and the body, and where it is.
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError, PointError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, angle_between, from_matrix
@@ -28,7 +28,7 @@ class CurveError(PointError):
         super().__init__(f"point {point + 1} of the curve: {wanted} is wanted, found {found}", point, wanted, found)
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Curve:
     """A polyline, and the base's orientation at its points if that is wanted too.
 

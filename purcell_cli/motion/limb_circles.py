@@ -7,11 +7,10 @@ closed form. Bend is the angle between a limb's axis and the base's. Conventions
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import arctan2, cos, hypot, inner, sin
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel import clearance as kernel
@@ -31,7 +30,7 @@ def lowest(cosine: Array, sine: Array) -> Array:
     return np.asarray(np.remainder(arctan2(-sine, -cosine), 2.0 * np.pi))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class LimbCircles:
     """The circles that both limbs' axes run along on pieces of constant rates.
 

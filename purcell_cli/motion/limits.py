@@ -13,6 +13,7 @@ import math
 
 from purcell_cli.environment.scene import Scene
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.joint_motion import refuse_shape
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -36,7 +37,7 @@ _LEFT = 0.5
 """At least this part of a motion's joint travel is taken to be left by refinement, which seldom saves a third."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Limits:
     """What a plan must keep besides the swimmer's bend limit.
 
@@ -124,7 +125,7 @@ class Limits:
             )
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Violation:
     """A limit that a motion breaks, where it breaks it most.
 
@@ -145,7 +146,7 @@ class Violation:
     what: str
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class LimitsReport:
     """How near a motion comes to its limits.
 

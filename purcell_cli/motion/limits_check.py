@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from purcell_cli.environment.scene import Scene
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
@@ -37,7 +38,7 @@ _FINE = Accuracy(stages=4, step=0.4)
 """How the base's motion within a piece is computed: to some 1e-8 L, a thousandth of what workspaces are held to."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class _Path:
     """The pieces of a motion, each cycle of a repeated block once, and last a piece of no duration at its end.
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from enum import StrEnum
 from typing import Literal
 
 import numpy as np
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import apply, arctan2_of, inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, angle_between, from_matrix
@@ -32,7 +32,7 @@ class Order(StrEnum):
     FREE = "free"
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Waypoint:
     """A configuration to pass exactly in what it names; the rest is free there.
 
@@ -88,7 +88,7 @@ class Waypoint:
         return Deviation.between(found, self.filled(found))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Passage:
     """A waypoint of a plan, and where in the plan it is passed.
 
@@ -103,7 +103,7 @@ class Passage:
     block: int
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Follow:
     """A curve to follow.
 
@@ -160,7 +160,7 @@ def turned_to(rotation: Array, direction: Array) -> Array:
     return np.asarray(matmul(rotation, se3.rotation(across / size * angle)))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Mission:
     """What is to be done: from a start to a goal through waypoints, or along a curve, past obstacles.
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from purcell_cli.environment.scene import Scene
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.pieces import Pieces
@@ -48,7 +49,7 @@ _SEGMENTS = ((0, 1), (0, 2), (1, 3), (4, 4))
 """The ends of `LINKS` among `workspace.ENDS`."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Nearest:
     """The least distance between the surfaces of links and obstacles, and where it is.
 
@@ -69,7 +70,7 @@ class Nearest:
     error_m: float
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Encounter:
     """How near a motion comes to obstacles, and where it comes nearest.
 

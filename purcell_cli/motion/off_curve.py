@@ -8,12 +8,12 @@ what is found of that of the curve where this was nearest at one of the instants
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -29,7 +29,7 @@ _MOST = 1 << 18
 """Parts of pieces that are looked at at once at most; with more the error is reported."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class OffCurve:
     """How far the base's middle is from a curve at most.
 

@@ -16,6 +16,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from purcell_cli.errors import ParameterError, UnknownNameError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.motion.memory import DEFAULT_GB
 from purcell_cli.wording import nearest_hint
 
@@ -72,7 +73,7 @@ def member(choices: type[E], name: str, place: str) -> E:
     return choices(name)
 
 
-@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+@frozen_dataclass(kw_only=True)
 class Option:
     """How one option is named, what it is for and which values it may have.
 
@@ -138,7 +139,7 @@ def _option(default: Any, meaning: str, **about: Any) -> Any:
     return dataclasses.field(default=default, metadata={"option": Option(default=default, meaning=meaning, **about)})
 
 
-@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+@frozen_dataclass(kw_only=True)
 class PlanOptions:
     """What is asked of a plan besides its start, its goal and its swimmer.
 

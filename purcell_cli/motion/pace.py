@@ -14,6 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.joint_motion import joint_rates
 from purcell_cli.mechanics.moves import ControlSequence, MoveSequence
@@ -59,7 +60,7 @@ def _on_the_clock(seconds: Array, total_s: float) -> Array:
     return np.asarray(np.maximum(np.ceil(seconds / step), 1.0) * step)
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class _Laws:
     """Pieces of constant rates: the rotation vectors of both limbs [rad], (n, 6), and how long they last [s], (n,)."""
 
@@ -95,7 +96,7 @@ def _factors(swimmer: Swimmer, rates: Array) -> tuple[float, float]:
     return rate, (swimmer.joint_acceleration_rad_s2 or math.inf) / float(np.max(sizes))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Slowed:
     """Controls at the pace of joints that cannot follow them as they are.
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
@@ -17,7 +17,7 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.path_parts import Rows
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Places:
     """Where the base is at each beginning of a piece of a motion: every cycle of a repeated block has its own.
 

@@ -6,6 +6,7 @@ import dataclasses
 import itertools
 from collections.abc import Mapping
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
@@ -13,7 +14,7 @@ from purcell_cli.motion.limits import LimitsReport
 from purcell_cli.motion.mission import Follow, Passage
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Structure:
     """A way to build a plan that was weighed.
 
@@ -28,7 +29,7 @@ class Structure:
     why_not: str = ""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Blocked:
     """How near to the goal a search for a way round obstacles came that found none, and what is in the way.
 
@@ -47,7 +48,7 @@ class Blocked:
     leg: int = 0
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Plan:
     """A plan: the motion from a start to a goal configuration.
 

@@ -19,6 +19,7 @@ from types import MappingProxyType
 import numpy as np
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, angle_between
@@ -65,7 +66,7 @@ _ENOUGH = Accuracy(stages=5, step=0.4)
 """Errors of 1e-8 (L, rad) in a whole plan, in half the time."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Sensitivity:
     """What a parameter that is a little off does to the end of a motion.
 

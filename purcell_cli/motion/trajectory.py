@@ -6,13 +6,13 @@ displacement, so a block costs one cycle and its powers. Conventions: `rotations
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import inner, matmul
 from purcell_cli.geometry.rotations import Array, as_euler, as_quaternion, orthonormalised
 from purcell_cli.kernel.flow import played, with_twice_the_digits
@@ -27,7 +27,7 @@ from purcell_cli.motion.memory import too_many_rows
 from purcell_cli.motion.trajectory_table import Table
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Trajectory:
     """A motion sampled in time; the rates of a row hold until the next row's time.
 
@@ -102,7 +102,7 @@ def continuous_quaternions(rotation: Array, before: Array | None = None) -> Arra
     return np.asarray(quaternion * sign[:, None])
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class _Rows:
     """The rows of one cycle of each block.
 

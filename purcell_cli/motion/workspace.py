@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import inner, matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.pieces import Pieces
@@ -50,7 +51,7 @@ OPEN: Corner = (None, None, None)
 """A corner without walls."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Workspace:
     """A box with walls across the world's axes, open where it has none.
 
@@ -85,7 +86,7 @@ class Workspace:
         return np.array([[far if v is None else v for v in corner] for corner, far in corners])
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Excess:
     """How far a motion leaves its box at most, and where.
 

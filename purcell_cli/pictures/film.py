@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from collections.abc import Callable, Iterator
 from fractions import Fraction
@@ -11,6 +10,7 @@ from typing import IO, Any
 import numpy as np
 
 from purcell_cli.errors import MissingPackageError, ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.trajectory_table import Table
@@ -35,7 +35,7 @@ _REST_MS = 1000
 """How long a GIF shows the last frame before it begins again [ms]."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class FilmOptions:
     """How a film is made.
 

@@ -5,7 +5,6 @@ Each becomes surfaces, lines and marks in the world, which every picture draws i
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Literal
 
 import numpy as np
@@ -14,6 +13,7 @@ from purcell_cli.environment.mesh import Mesh
 from purcell_cli.environment.scene import Scene
 from purcell_cli.environment.solids import HalfSpace
 from purcell_cli.environment.tube import Tube
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array, as_quaternion
 from purcell_cli.motion.mission import Follow, Waypoint
 from purcell_cli.motion.trajectory_table import Table
@@ -24,7 +24,7 @@ _TRANSLUCENT, _SOLID, _FAINT = 0.12, 0.3, 0.07
 is no wall is fainter than what is."""
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Skin:
     """A surface to draw.
 
@@ -39,7 +39,7 @@ class Skin:
     alpha: float
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Mark:
     """A waypoint to draw.
 
@@ -56,7 +56,7 @@ class Mark:
     orientation: Array | None
 
 
-@dataclasses.dataclass(frozen=True)
+@frozen_dataclass(slots=False)
 class Surroundings:
     """What is around a motion.
 

@@ -6,10 +6,11 @@ import dataclasses
 import functools
 from collections.abc import Callable
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.motion.blocks import Block
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Candidate:
     """A motion that almost arrives; its strokes are made when they are asked for.
 

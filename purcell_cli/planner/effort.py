@@ -6,13 +6,14 @@ import dataclasses
 import math
 from collections.abc import Mapping
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.planner.refine.minimum_travel import Pace
 
 LAST = Pace(rounds=12, steps=60, price=300.0)
 """How long the best motions of a thorough search are optimised in the end."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Breadth:
     """How widely candidates are looked for.
 
@@ -51,7 +52,7 @@ class Breadth:
     bent_pace: Pace = Pace(rounds=1, steps=5, longest=0)
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Stage:
     """A stage of the search: which candidates it makes, and what it does with them.
 

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Callable, Sequence
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.motion.plan import Structure
 from purcell_cli.planner.candidate import Candidate, joint_travel_rad, primitives_of
 from purcell_cli.planner.effort import Stage
@@ -38,7 +39,7 @@ def _any_size(_primitives: int, _travel_rad: float) -> None:
     """Refuse nothing."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Exploration:
     """What the stages of one search share.
 

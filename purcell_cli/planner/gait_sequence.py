@@ -6,7 +6,6 @@ of motions, and each motion into cycles of one amplitude.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -14,6 +13,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from purcell_cli.errors import GaitError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.gaits import pure_stroke
 from purcell_cli.gaits.gait import MOTIONS, Gait, Stroke
 from purcell_cli.geometry.reproducible import arctan2_of
@@ -51,7 +51,7 @@ made only when they are asked for: of 70 queries prices were at most 4 % above w
 does not know is each stroke's last cycle."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Motion:
     """One motion along or about one body axis.
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.motion.limits import LimitsReport
 from purcell_cli.planner.refine.shooting import Equations
 
@@ -22,7 +22,7 @@ _FAULTS = {
 """What a motion that breaks a limit does, in words."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Contender:
     """A motion that contends for the plan.
 

@@ -13,6 +13,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
@@ -31,7 +32,7 @@ _AFTER_SLACK_RAD = 1e-9
 """A place this little before the travel that is made is not before it [rad]."""
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@frozen_dataclass(slots=False, eq=False)
 class PlanPath:
     """A plan's way: where it is, stroke by stroke, seen from where it ends.
 

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -20,7 +21,7 @@ from purcell_cli.planner.limbs.shape_loops import ShapeLoops, shape_loops
 from purcell_cli.planner.limbs.straightening import straightenings
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@frozen_dataclass(slots=False, eq=False)
 class Problem:
     """A wanted displacement between two shapes, and the objective.
 

@@ -18,6 +18,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from purcell_cli.errors import ParameterError, UnknownNameError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
@@ -138,7 +139,7 @@ def careful_bend_rad(swimmer: Swimmer, limits: Limits) -> float:
     return min(swimmer.max_bend_rad, max(apart_bend_rad(swimmer, limits.clearance_m), _LEAST_BEND_RAD))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class _Searched:
     """A search that is over.
 

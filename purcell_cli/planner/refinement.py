@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.lift import EXACT, SEARCHING
@@ -32,7 +33,7 @@ _SLIGHT, _SHARPLY = 1e-4, (False, False, True, True)
 angle, the first by its cosine."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Near:
     """A motion brought as near the goal as the first steps go.
 
@@ -52,7 +53,7 @@ class Near:
         return self.off < CLOSE
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Refinement:
     """Refines the motions of one query.
 

@@ -5,8 +5,7 @@ Nothing here uses the code that made the plan: see `replay`.
 
 from __future__ import annotations
 
-import dataclasses
-
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -14,7 +13,7 @@ from purcell_cli.motion.mission import Waypoint
 from purcell_cli.verification.replay import TOLERANCE_L, TOLERANCE_RAD, Replay, replay
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Certificate:
     """What the re-integration of a motion found.
 

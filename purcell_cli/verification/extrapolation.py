@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array, hat
 from purcell_cli.kernel import certificate
 from purcell_cli.mechanics.bead_table import tabulated
@@ -179,7 +180,7 @@ def _distance(unit: Swimmer, shapes: Real) -> Array:
     return np.asarray(np.sqrt(np.maximum(least, 0.0) / (unit.lateral_drag() * unit.bend_spread())))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class _Mesh:
     """Segments cut into pieces.
 
@@ -235,7 +236,7 @@ def _mesh(unit: Swimmer, shapes: Array, rates: Array, durations: Array, finer: f
     return _Mesh(owner[order], start[order], length[order], near[order])
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Displacements:
     """The base's displacements on segments of constant control, put together in extended precision.
 

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 
 from purcell_cli.environment.scene import Scene
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.joint_motion import bend_limits
@@ -24,7 +25,7 @@ from purcell_cli.verification.extrapolation import Rows, segment_displacements
 from purcell_cli.verification.joints_kept import JointsKept
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Wanted:
     """What a trajectory must keep besides the swimmer's bend limit.
 

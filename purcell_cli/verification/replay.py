@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.rotations import Array, hat, running
@@ -43,14 +44,14 @@ _CARES = ((np.float64, 1.0), (np.float64, 0.6), (np.longdouble, 0.6), (np.longdo
 bound is small. Extended precision takes some seven times as long. Two in one precision measure rounding."""
 _SMALL = 0.1
 """A bound below this part of the tolerance is small."""
-_LEFT = 0.07
+_LEFT = 0.04
 """Extended precision is for the segments that rounding turns most: what the others add is below this part of the
-tolerance, which leaves the others nearly a third of what is small."""
+tolerance, which leaves those more than half of what is small: one integration of them is enough for a thousand L."""
 _BATCH = 1 << 14
 """Segments that are put together at once: bounds the memory of a long motion."""
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@frozen_dataclass(slots=False, eq=False)
 class Replay:
     """A motion replayed from its controls alone; all in extended precision where nothing else is said.
 

@@ -5,11 +5,11 @@ Its rows may come in parts, so that a file of millions of rows takes little memo
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler, as_vector, from_euler, from_quaternion
 from purcell_cli.mechanics.bead_table import tabulated
@@ -39,7 +39,7 @@ MISFIT = 1e-6
 """A larger part of a row's motion that is not the swimmer's is not the rounding of a file."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Verification:
     """What the check of a trajectory file found.
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import norm
 from purcell_cli.geometry.rotations import Array, angle_between
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.motion.mission import Order, Waypoint
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Passing:
     """Where a trajectory passes a waypoint, or comes nearest to it.
 

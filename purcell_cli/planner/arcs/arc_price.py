@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.pairs import PriceNumbers, pair_prices
 from purcell_cli.planner.arcs.loop_family import Fan
@@ -22,7 +21,7 @@ def tightest(fans: tuple[Fan, ...]) -> Fan:
     return max(fans, key=lambda fan: fan.tight)
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class ArcPrice:
     """The estimated cost of phase 2 by arcs.
 

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import arctan2, hypot, norm
 from purcell_cli.geometry.rotations import Array, wrapped
 from purcell_cli.kernel.chains import Settled, settled
@@ -35,7 +36,7 @@ _LONGER = 0.1
 _ARRAYS = ("which", "cycles", "mirrored", "backwards", "bend", "offset_share", "roll")
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Chains:
     """Chains of alternating rolls and arcs that begin and end with a roll; shorter chains are padded with empty arcs.
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.component_first import solve_positive
 from purcell_cli.geometry.reproducible import apply, hypot, inner, matmul
 from purcell_cli.geometry.rotations import Array
@@ -20,7 +19,7 @@ LONGEST_STEP_RAD = 0.3
 """The largest change of a bend or an offset share in one Newton step [rad]."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Fitted:
     """Loops that swim arcs.
 

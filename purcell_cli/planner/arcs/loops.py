@@ -14,13 +14,13 @@ Conventions: `rotations`; lengths in units of L.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import itertools
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.linear_systems import inverse as inverted
 from purcell_cli.geometry.reproducible import arccos, arcsin, arctan, arctan2, cos, matmul, sin, tan
@@ -91,7 +91,7 @@ def stroke(
     return parts[0], parts[1], parts[2]
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class LoopValues:
     """The twists of loops, and on the first axis their derivatives by the bend and by the offset share.
 

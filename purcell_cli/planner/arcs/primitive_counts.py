@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.planner.arcs.loop_family import Fan, fan
 from purcell_cli.planner.arcs.roll_stroke import roll_stroke, rolling
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class PrimitiveCounts:
     """About how many primitives a swimmer's best strokes take, or how many they may take.
 

@@ -8,11 +8,11 @@ in units of L.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul, normal_numbers
 from purcell_cli.geometry.rotations import Array
@@ -33,7 +33,7 @@ _SOLVED = 1e-3
 """A chain that misses by less than this is solved [L, rad]: refinement does the rest."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Chains:
     """Chains of loops that make a displacement.
 

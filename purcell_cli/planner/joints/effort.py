@@ -5,11 +5,12 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.planner.effort import AGAIN, LAST, LEG, Stage
 from purcell_cli.planner.refine.minimum_travel import Pace
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class JointBreadth:
     """How widely candidates are looked for.
 
@@ -32,7 +33,7 @@ class JointBreadth:
     seed: int = 0
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class JointStage:
     """A stage of the search, and how widely it looks for candidates."""
 

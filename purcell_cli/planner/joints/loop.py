@@ -6,11 +6,11 @@ of which each closes by itself make the rectangle close exactly.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import arcsin, arctan2, matmul
 from purcell_cli.geometry.rotations import about_axis
 from purcell_cli.mechanics.primitives import EMPTY, PRIMITIVE_NAMES, PrimitiveSequence, joined
@@ -19,7 +19,7 @@ Aside = tuple[int, float] | None
 """Another control, and the angle that it is kept at during a loop [rad]; None where all others rest at home."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Loop:
     """A rectangle of two angles, or some with a corner at home, one after the other.
 
@@ -60,7 +60,7 @@ Side = tuple[float, float, bool]
 """The pitch and the yaw that a ball joint's loop begins with [rad], and whether it is played forward."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class RolledLoop(Loop):
     """Loops of a ball joint's yaw and pitch, one after the other, which a roll closes: two axes of a limb alone do not.
 
@@ -93,7 +93,7 @@ def rolled(approach: PrimitiveSequence, limb: int, sides: Sequence[Side]) -> Rol
     return RolledLoop(approach, joined(played), limb, tuple(sides))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class PairedLoop(Loop):
     """Two loops, one after the other, each from home and back.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import itertools
 import math
@@ -11,6 +10,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import arccos, cos, matmul
 from purcell_cli.geometry.rotations import Array
@@ -58,7 +58,7 @@ _WIDEST_RAD = 3.0
 """No loop's angle goes farther than this [rad]."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Screws:
     """What loops do.
 
@@ -85,7 +85,7 @@ class Screws:
         return Screws(self.twist[rows], self.travel[rows], self.approach[rows])
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Loops:
     """Loops with what they do.
 
@@ -98,7 +98,7 @@ class Loops:
     screws: Screws
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class EveryLoop:
     """All loops of a swimmer, of which few are ever made.
 

@@ -6,13 +6,13 @@ along each edge of the grid, and a rectangle's is a product of those. Lengths ar
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, about_axis
@@ -35,7 +35,7 @@ _LEAST_SIDE_RAD = 1e-3
 """Rectangles of shorter sides are left out [rad]."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Grid:
     """A grid of two joint angles.
 
@@ -56,7 +56,7 @@ class Grid:
         return out
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Rectangles:
     """Rectangles with what they do.
 

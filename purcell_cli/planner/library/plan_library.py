@@ -13,7 +13,6 @@ wanted displacement to it.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import itertools
 import math
@@ -23,6 +22,7 @@ from pathlib import Path
 import numpy as np
 import orjson
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul, norm
 from purcell_cli.geometry.rotations import Array, cross
@@ -87,7 +87,7 @@ def stored_plans() -> tuple[PrimitiveSequence, ...]:
     return tuple(whole[low:high] for low, high in itertools.pairwise(ends))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Entry:
     """A library plan, scaled to resemble a displacement that is wanted, in as many laps as the bend limit asks for.
 

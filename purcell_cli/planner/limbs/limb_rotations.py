@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.reproducible import arctan2, hypot
 from purcell_cli.geometry.rotations import Array, wrapped
@@ -22,7 +22,7 @@ _AXES = np.array([["XYZ".index(axis) for axis in order] for order in _ORDERS])
 """The twelve orders of axes in which three rotations about own axes reach any orientation. Shape (12, 3)."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Ways:
     """Ways to rotate one limb, by three rotations about its own axes each; a rotation may be empty.
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.reproducible import matmul
@@ -35,7 +36,7 @@ def _least(promised: Array, most: int) -> NDArray[np.int64]:
     return np.argsort(np.round(promised, 9), kind="stable")[:most]
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class OuterPhases:
     """The ways to straighten the limbs of the start and of the goal: phases 1 and 3.
 
@@ -94,7 +95,7 @@ class OuterPhases:
         )
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class LimbPairs:
     """Pairs of ways in and out, and what each of them leaves to phase 2.
 

@@ -17,6 +17,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import arctan2
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
@@ -36,7 +37,7 @@ def quarter_turns(count: int) -> Array:
     return np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, sine, cosine]])
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class QuarterRolls:
     """By how many quarter turns limbs 1 and 2 are rolled where they are straight.
 

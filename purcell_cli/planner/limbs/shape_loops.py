@@ -10,11 +10,11 @@ Conventions: `rotations`; lengths in units of L.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
@@ -32,7 +32,7 @@ _LEAST_BEND_RAD = 1.3
 """Where neither limb bends further than this, no squares are tried: they turn the base too little [rad]."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class ShapeLoops:
     """Closed paths of both limbs from a shape, which move the base.
 

@@ -9,7 +9,6 @@ are left out.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 from collections.abc import Sequence
 from typing import Any
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, about_axis
@@ -35,7 +35,7 @@ _LONGER_RAD = 7.0
 """Straightenings with more joint travel than the shortest by more than this are left out [rad]."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Straightenings:
     """Ways to straighten both limbs.
 
@@ -144,7 +144,7 @@ def _pairs(limbs: tuple[Ways, Ways], played: tuple[_Played, _Played], clearance_
     return found[np.argsort(np.round(found.joint_travel_rad, 9), kind="stable")]
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class _Played:
     """Displacements and clearances of the ways of both limbs, the other limb as it was or straight.
 

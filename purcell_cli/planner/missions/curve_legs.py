@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul, norm
 from purcell_cli.geometry.rotations import Array, angle_between
@@ -50,7 +51,7 @@ _TELLING = 0.15
 """Part of a curve after which what the whole will cost is told well enough to give it up."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class CurvePoses:
     """Poses along a curve, between which a leg may begin or end anywhere.
 

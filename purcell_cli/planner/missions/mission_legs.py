@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul, norm
 from purcell_cli.geometry.rotations import Array, angle_between
@@ -52,7 +53,7 @@ _TURNS_RAD = (0.12, -0.12)
 """By how much those headings differ [rad]."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Stop:
     """A waypoint, and the configuration that is chosen there.
 
@@ -65,7 +66,7 @@ class Stop:
     configuration: Configuration | None
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class MissionLegs:
     """The planning of legs.
 

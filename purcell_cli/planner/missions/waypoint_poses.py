@@ -6,13 +6,13 @@ best are tried next. The Dubins touring problem is solved so (Faigl, Vana et al.
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 from collections.abc import Sequence
 
 import numpy as np
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import cos, inner, matmul, norm, sin
 from purcell_cli.geometry.rotations import Array, about_axis
@@ -39,7 +39,7 @@ _STARTS = (4, 12)
 """Starts of needle steering in the first round, and in the later ones."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Touring:
     """The choice of poses for waypoints in an order.
 

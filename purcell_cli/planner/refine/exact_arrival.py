@@ -205,16 +205,18 @@ def _one_by_one(
     size = np.sqrt(np.add.reduce(derivative * derivative, axis=0))
     order = np.argsort(-size, kind="stable")
     order = order[size[order] > 0.0]
+    columns = derivative.T[order]
+    # Of each angle and all after it, summed from the last on.
+    gram = np.add.accumulate((columns[:, :, None] * columns[:, None, :])[::-1])[::-1]
+    trace = np.add.reduce(np.diagonal(gram, axis1=1, axis2=2), axis=1)
+    gram = gram + (_DAMPING * trace + 1e-300)[:, None, None] * np.eye(len(derivative))
+    lead = solve(gram, columns[:, :, None])[..., 0]
     for _ in range(_PATIENCE):
         left, there = best.copy(), kept.copy()
-        for k in range(len(order)):
-            rest, j = order[k:], order[k]
-            columns = derivative[:, rest]
-            gram = matmul(columns, columns.T)
-            gram[np.diag_indices(len(gram))] += _DAMPING * np.trace(gram) + 1e-300
-            step = -float(matmul(columns[:, 0], solve(gram, left)))
+        for k, j in enumerate(order.tolist()):
+            step = -float(np.add.reduce(lead[k] * left))
             there[j] = rounded(there[j : j + 1] + step)[0]
-            left = left + columns[:, 0] * (there[j] - kept[j])
+            left = left + columns[k] * (there[j] - kept[j])
         found = equations.residual(there)
         if np.max(np.abs(found)) >= np.max(np.abs(best)):
             break

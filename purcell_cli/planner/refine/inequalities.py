@@ -8,12 +8,12 @@ there each primitive has another, where the limbs are nearest.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import arccos, cos, inner
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.kernel import shooting
@@ -106,7 +106,7 @@ def rows_besides(equations: Equations, clearance: float | None) -> tuple[MoreRow
     return (rows if ranged or meeting else None), 2 * count * ranged + count * meeting
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class _RangeOf:
     """What the inequalities of one joint angle's range share at all angles of a motion.
 

@@ -9,11 +9,11 @@ Method: as in `minimum_travel`, Fletcher and de la Maza (1989), Math. Program. 4
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Protocol
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import EXACT
 from purcell_cli.planner.refine.active_set import bounded_step
@@ -51,14 +51,14 @@ _PATIENCE = 4
 """Rounds without a halved residual before the best is taken."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class _Point:
     unknown: Array
     values: Values
     merit: float
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Found:
     """What a search ends with.
 

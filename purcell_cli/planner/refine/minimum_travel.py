@@ -12,13 +12,13 @@ exact l1 penalty and a second-order correction.
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import normal_numbers
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import ROUGH, SEARCHING
@@ -45,7 +45,7 @@ _UNEVEN = (0.02, 0.002, 0.0)
 arrival; without any, a symmetric motion can be a saddle that no step leaves."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Pace:
     """How long a motion is optimised.
 

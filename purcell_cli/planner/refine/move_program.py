@@ -7,11 +7,10 @@ repeats, are in a block of their own; the arrival and the bend limit tie the blo
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import cos
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.convex import Blocks, least
@@ -28,7 +27,7 @@ _MORE = 4
 """The most programs of a step: each has the bends that the one before breaks."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@frozen_dataclass
 class Weights:
     """What a motion by moves costs.
 
@@ -59,7 +58,7 @@ class Weights:
         return float(np.add.reduce(cycles * each))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Group:
     """The moves that share unknowns: where they begin, and how their turns depend on those. Shape (6 n, f)."""
 

@@ -12,11 +12,11 @@ Angles are rotations of the limbs about the base's z axis; lengths are in units 
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import arctan2, arctan2_of, hypot, hypot_of, matmul, norm
 from purcell_cli.geometry.rotations import Array
@@ -81,7 +81,7 @@ def lasts(corner: Array) -> float:
     return float(np.sum(np.max(np.abs(cycle(corner)), axis=1)))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Octagons:
     """The quickest loops of one swimmer, over the offset of their centre.
 

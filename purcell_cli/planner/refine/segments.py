@@ -10,6 +10,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
@@ -21,7 +22,7 @@ _MOST_APART = 20_000
 """Up to so many primitives the cycles of a stroke are played one by one."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Segment:
     """A part of a motion.
 

@@ -17,6 +17,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
@@ -35,7 +36,7 @@ MoreRows = Callable[[PrimitiveSequence, Array], tuple[Array, Array]]
 """Inequalities at a sequence and its shapes: the room that is left, and its derivative by the free angles."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Values:
     """The equations at one set of free angles.
 
@@ -57,7 +58,7 @@ class Values:
         return float(np.max(np.abs(self.residual)))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class _Free:
     """The free angles: primitive k turns by sign[k] times free angle index[k]; -1 is none.
 

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.linear_systems import least_squares
 from purcell_cli.geometry.reproducible import cos, matmul
@@ -37,7 +38,7 @@ _RANGE_MARGIN_RAD = 1e-7
 """Margin inside hinges' ranges: a hundred times what the last steps may change [rad]."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class MoveSegment:
     """A part of a motion.
 
@@ -102,7 +103,7 @@ class MoveSegment:
         return self if not self.unknowns else dataclasses.replace(self, turn=self.turned(unknown))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Values:
     """The equations at some unknowns.
 

@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from purcell_cli.errors import ParameterError
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration, Deviation
@@ -61,7 +62,7 @@ _ARRIVES = 1e-8
 """A leg that misses its end by less than this arrives; the next leg begins where it ends [L, rad]."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class _Query:
     """What is asked for, and how legs are planned.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.environment.scene import Scene
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import hypot, matmul
 from purcell_cli.geometry.rotations import Array
@@ -32,7 +33,7 @@ _TOGETHER = 2048
 """Edges that are looked at together: bounds the memory."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Edge:
     """A way from one pose to another by arcs.
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.environment.scene import Scene
 from purcell_cli.environment.tube import Tube
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul, norm, normal_numbers
 from purcell_cli.geometry.rotations import Array, cross
@@ -31,7 +30,7 @@ _MARGIN_L = 6.0
 """How far the region of a roadmap goes beyond the start, the goal and what stands near them [L]: a swimmer's length."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Plane:
     """The plane that two hinges of one axis keep the base in.
 
@@ -61,7 +60,7 @@ class Plane:
         return se3.pose(np.stack(columns, axis=2), self.projected(places, True))
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Region:
     """Where the poses of a roadmap are.
 

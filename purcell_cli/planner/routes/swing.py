@@ -11,6 +11,7 @@ import functools
 
 import numpy as np
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
@@ -33,7 +34,7 @@ _PARTS = 6
 """Into how many parts a primitive is cut to see how far the links swing."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class Swing:
     """The room that strokes of one bend limit take, and what they cost.
 
