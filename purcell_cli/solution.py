@@ -230,10 +230,12 @@ def planned(
     gaits: Mapping[str, Gait] | None = None,
     progress: Progress = silent,
     clock_s: float = 0.0,
+    effort: str = "",
 ) -> Plan:
     """Return the plan of a motion, not yet carried out; arguments and errors as of `plan`.
 
-    As part of a longer motion its times are multiples of the step of that one's clock, `clock_s` [s].
+    As part of a longer motion its times are multiples of the step of that one's clock, `clock_s` [s]. Its effort may be
+    another than the options', one of `planner.effort.EFFORTS`.
     """
     stored = stored_gaits() if gaits is None else gaits
     body, limits = swimmer or Swimmer(), dataclasses.replace(Limits.of(options), clock_s=clock_s)
@@ -253,7 +255,7 @@ def planned(
         raise ParameterError("minimize: sensitivity goes with the controls primitive, found simultaneous")
     # One after the other, joints spend as much time as they travel; of simultaneous plans each is made from such a one.
     weighed = Objective.TRAVEL if options.objective == Objective.TIME else options.objective
-    made = _reconfigured(body, *seen, stored, options.effort, weighed, limits, options.seed, progress)
+    made = _reconfigured(body, *seen, stored, effort or options.effort, weighed, limits, options.seed, progress)
     made = dataclasses.replace(made, left_out=left_out)
     if simultaneous:
         from purcell_cli.planner.refine.simultaneous import quickened

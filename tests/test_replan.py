@@ -34,8 +34,11 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.motion.blocks import Block, starting_shapes
+from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.planner.plan_path import PlanPath
+from purcell_cli.planner.refine.minimum_travel import Pace
+from purcell_cli.planner.rest import rest
 from purcell_cli.solution import carried_out, plan
 
 L_M = Swimmer().length_m
@@ -102,6 +105,42 @@ def test_on_the_way_the_rest_is_what_is_left(way: PlanPath) -> None:
         left[:3, 3] /= L_M
         assert_close(left, way.left[place], 1e-6)
         assert_close(sum(b.joint_travel_rad for b in way.blocks_from(place)), way.travel_rad[place], 1e-9)
+
+
+@pytest.fixture(scope="module")
+def rolled() -> PlanPath:
+    """Return the way of a plan whose limbs are rolled by a quarter turn where they are straight."""
+    shape = np.stack([about_axis(0, 0.5 * np.pi) @ about_axis(2, bend) for bend in (0.3, -0.4)])
+    start, end = (Configuration.from_angles((x, 0.0, 0.0)) for x in (0.0, 0.02))
+    found = plan(*(dataclasses.replace(one, shape=shape) for one in (start, end)))
+    assert found.verdict == Verdict.REACHED
+    return PlanPath.of(found.plan)
+
+
+def test_the_rest_of_a_plan_of_rolled_limbs_is_its_own_strokes(rolled: PlanPath) -> None:
+    phases = np.array([*(b.phase for b in rolled.plan.blocks), 3])[rolled.block]
+    straight = rolled.shape[int(np.argmax(phases == 3))]
+    assert np.max(np.abs(straight - np.eye(3))) > 0.9  # the foil: limbs that are straight need not be unrolled
+    place = len(rolled.block) // 4
+    aside = at(rolled, place)
+    measured = dataclasses.replace(aside, pose=aside.pose @ se3.pose(np.eye(3), np.array([0.0, 2e-4, 0.0])))
+    found = rest(rolled, place, measured, rolled.plan.goal, Limits(), (0.0,))
+    assert found is not None
+    solution = carried_out(found)
+    assert solution.verdict == Verdict.REACHED
+    assert abs(solution.joint_travel_rad - rolled.travel_rad[place]) < 2.0
+
+
+def test_a_rest_whose_limbs_are_bent_to_their_limit_is_brought_to_the_goal_by_being_shortened(way: PlanPath) -> None:
+    place = len(way.block) // 4
+    aside = at(way, place)
+    measured = dataclasses.replace(aside, pose=aside.pose @ se3.pose(np.eye(3), np.array([0.0, 1e-3, 1e-3])))
+    assert rest(way, place, measured, way.plan.goal, Limits(), (0.0,)) is None  # the foil
+    found = rest(way, place, measured, way.plan.goal, Limits(), (0.0,), Pace(2, 30))
+    assert found is not None
+    solution = carried_out(found)
+    assert solution.verdict == Verdict.REACHED
+    assert abs(solution.joint_travel_rad - way.travel_rad[place]) < 2.0
 
 
 def test_going_back_and_forth_moves_nothing(way: PlanPath) -> None:

@@ -27,18 +27,24 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import block_displacements, starting_shapes
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.mission import Waypoint
-from purcell_cli.motion.options import PlanOptions
+from purcell_cli.motion.options import Controls, Effort, PlanOptions
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import schedule
 from purcell_cli.motion.verdict import Verdict
+from purcell_cli.planner.effort import AGAIN
 from purcell_cli.planner.plan_path import PlanPath
+from purcell_cli.planner.refine.minimum_travel import Pace
 from purcell_cli.planner.rest import BACK_RAD, blocks_after, rest
-from purcell_cli.solution import Solution, carried_out, plan
+from purcell_cli.solution import Solution, carried_out, plan, planned
 
 TOLERANCE_L = 1e-3
 """Position tolerance of an arrival, in units of L."""
 TOLERANCE_RAD = float(np.radians(0.1))
 """Angle tolerance of an arrival [rad]."""
+_PACE = Pace(rounds=2, steps=30, price=300.0, work=600)
+"""How long a rest is shortened where a whole plan is made too."""
+_HARDLY = 1.04
+"""No whole plan is made beside a rest of less than so many times the joint travel that was left."""
 _LAG_RAD = 0.1
 """The rest of a plan that was swum in part begins at most so much joint travel before what was swum [rad]."""
 
@@ -136,14 +142,30 @@ class Tracker:
             self._learn()
             self._aim_at_what_counts(measured, swum_s)
         found = self._rest(measured, swum_s, anew)
-        if found is None or anew:
-            whole = plan(measured, self.goal, swimmer=self.model, options=self.options)
+        if found is None or (anew and not self._hardly_longer(found, swum_s)):
+            whole = self._whole(measured)
             if found is None or _rank(whole) < _rank(found):
                 found, self._ways = whole, self._ways if anew else []
         way = way_of(found.plan)
         self._ways = [*self._ways[:1], *([] if way is None else [way])]
         self._last, self._seen = found, [(0.0, measured)]
         return found
+
+    def _hardly_longer(self, found: Solution, swum_s: float) -> bool:
+        """Return whether a rest takes hardly more joint travel than what was left of the last plan."""
+        last = self._last
+        if last is None or found.verdict != Verdict.REACHED or swum_s >= last.duration_s:
+            return False
+        left = last.joint_travel_rad - done_by(last.plan, swum_s)
+        return found.joint_travel_rad < _HARDLY * left
+
+    def _whole(self, measured: Configuration) -> Solution:
+        """Return a whole plan to the goal; after what was measured with more effort than a standard one."""
+        asked = self.options
+        if self._last is None or (asked.effort, asked.controls) != (Effort.STANDARD, Controls.PRIMITIVE):
+            return plan(measured, self.goal, swimmer=self.model, options=asked)
+        made = planned(measured, self.goal, swimmer=self.model, options=asked, effort=AGAIN)
+        return carried_out(made, asked)
 
     def _aim_at_what_counts(self, measured: Configuration, swum_s: float) -> None:
         """Let what a waypoint leaves free be as what is left of the last plan is believed to make it."""
@@ -186,13 +208,13 @@ class Tracker:
         if last is not None and self._ways and swum_s < last.duration_s:
             done_rad, way = done_by(last.plan, swum_s), self._ways[-1]
             place, _ = way.nearest(measured, self.goal, max(done_rad - _LAG_RAD, 0.0))
-            left = rest(way, place, measured, self.goal, limits, (0.0,))
+            left = rest(way, place, measured, self.goal, limits, (0.0,), _PACE if anew else None)
             if left is None and not anew:
                 left = self._going_on(last.plan, measured, done_rad)
             return None if left is None else carried_out(left, self.options)
         near = sorted(((*way.nearest(measured, self.goal), way) for way in self._ways), key=lambda one: one[1])
         for place, _, way in near:
-            found = rest(way, place, measured, self.goal, limits, BACK_RAD)
+            found = rest(way, place, measured, self.goal, limits, BACK_RAD, _PACE if anew else None)
             solution = None if found is None else carried_out(found, self.options)
             if solution is not None and solution.verdict == Verdict.REACHED:
                 return solution

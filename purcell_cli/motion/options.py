@@ -189,7 +189,8 @@ class PlanOptions:
     )
     objective: Objective = _option(
         None,
-        "what the plan is to spend least of; left out: travel, and time where all joints turn at once",
+        "what the plan is to spend least of; left out: travel, and time where all joints turn at once; sensitivity: of"
+        " plans made for travel, what uncertain drag upsets least, nearly always the one of least travel",
         kind=Objective,
         flag="--minimize",
         key="minimize",

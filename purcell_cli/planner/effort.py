@@ -154,10 +154,23 @@ _ONE_LEG = Stage(Breadth(starts=48, chains=1, rounds=4, shorter=0, library_plans
 LEG = "leg"
 """The effort of a leg round obstacles."""
 
+_AGAIN = Stage(
+    dataclasses.replace(
+        _THOROUGH.breadth, arcs_from=0.7, library_plans=4, pace=Pace(2, 10, longest=40), drawn=200, meetings=1, met=1
+    ),
+    pace=Pace(rounds=2, steps=30, price=300.0, work=600),
+    most_apart=60,
+)
+"""The second stage of the search for the rest of a way on which the swimmer is measured: as wide as a thorough one, but
+only the best candidate is optimised. It takes about a second, and plans of some 150 rad are a tenth shorter for it."""
+AGAIN = "again"
+"""The effort of whole plans that are made on the way, after what was measured."""
+
 EFFORTS: Mapping[str, tuple[Stage, ...]] = {
     "quick": (_QUICK, _WIDE),
     "standard": (_STANDARD, _WIDE),
     "thorough": (_EARLY, _THOROUGH),
     LEG: (_ONE_LEG, _WIDE),
+    AGAIN: (_STANDARD, _AGAIN, _WIDE),
 }
-"""The stages of each effort, in order; of a leg round obstacles too."""
+"""The stages of each effort, in order; of a leg round obstacles and of plans on the way too."""

@@ -24,13 +24,14 @@ from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.incumbent import Contender
 from purcell_cli.planner.library.random_plans import free_segment
+from purcell_cli.planner.limbs.quarter_rolls import QuarterRolls
 from purcell_cli.planner.plan_path import PlanPath
 from purcell_cli.planner.reconfiguration import careful_bend_rad
 from purcell_cli.planner.refine.exact_arrival import approach
-from purcell_cli.planner.refine.minimum_travel import offering
+from purcell_cli.planner.refine.minimum_travel import Pace, offering
 from purcell_cli.planner.refine.segments import free_primitives, segments_of
 from purcell_cli.planner.refine.shooting import Equations
-from purcell_cli.planner.refinement import Near, Refinement, played
+from purcell_cli.planner.refinement import Near, Refinement, cycles_apart, played
 
 _ENOUGH_FREE = 40
 """Motions of fewer free angles than this are offered idle controls at every switch."""
@@ -40,6 +41,10 @@ _TOO_FEW_RAD = 4.0
 """Where less joint travel than this is left, its angles alone are seldom room enough [rad]."""
 _PATIENCE = 4
 """Rounds without a halved residual before a rest is given up: twice those of a candidate, since few are tried."""
+_APART = 60
+"""Cycles of a repeated stroke may change one by one in a rest that is shortened, up to so many primitives."""
+_ASTRAY = 0.3
+"""A rest that misses the goal by less is shortened all the same, which may bring it there [L, rad]."""
 _EXTRA_RAD, _EXTRA_SHARE = 10.0, 0.1
 """A rest is too long where it is longer by this and this part than what is left; a whole plan for a short way takes
 about so much [rad]."""
@@ -81,6 +86,7 @@ def rest(
     goal: Configuration,
     limits: Limits,
     back_rad: Sequence[float] = BACK_RAD,
+    pace: Pace | None = None,
 ) -> Plan | None:
     """Return the rest of a plan from a measured configuration to a goal, or None where its strokes do not get there.
 
@@ -91,24 +97,38 @@ def rest(
         goal: Where it is to end.
         limits: What the motion must keep besides the bend limit.
         back_rad: How far the rests that are tried, in turn, go back along the way first [rad].
+        pace: How long a rest that arrives is shortened; not at all where nothing is said.
     """
     swimmer = way.plan.swimmer
     wanted = flattened(swimmer, displacement_between(measured, goal, swimmer.length_m))
-    query = Equations(swimmer.scaled(), (), measured.shape, goal.shape, wanted, SEARCHING)
+    rolls = _rolls_of(way)
+    seen, aim = rolls.seen(measured), rolls.seen(goal)
+    query = Equations(swimmer.scaled(), (), seen.shape, aim.shape, wanted, SEARCHING)
     bend_rad = careful_bend_rad(swimmer, limits)
-    refinement = Refinement(dataclasses.replace(swimmer, max_bend_rad=bend_rad), measured, limits, "travel")
+    refinement = Refinement(dataclasses.replace(swimmer, max_bend_rad=bend_rad), seen, limits, "travel")
     left = float(way.travel_rad[place])
     for back in back_rad:
         if left < _TOO_FEW_RAD and back == 0.0 and len(back_rad) > 1:
             continue
         blocks = *way.back_and_forth(place, back), *way.blocks_from(place)
-        found = _brought(refinement, query, blocks)
+        found = _brought(refinement, query, rolls.unplayed(blocks), pace)
         if found is not None and found.good and found.cost < left + _EXTRA_RAD + _EXTRA_SHARE * left:
-            return Plan(swimmer, measured, goal, played(found.motion), limits=found.report)
+            made = Plan(swimmer, seen, aim, played(found.motion), limits=found.report)
+            return rolls.played(made, measured, goal)
     return None
 
 
-def _brought(refinement: Refinement, query: Equations, blocks: tuple[Block, ...]) -> Contender | None:
+def _rolls_of(way: PlanPath) -> QuarterRolls:
+    """Return how far a plan's limbs are rolled where they are straight, after phase 2."""
+    if not way.plan.swimmer.ball_joints:
+        return QuarterRolls()
+    phases = np.array([*(b.phase for b in way.plan.blocks), 3])[way.block]
+    return QuarterRolls.of_straight(way.shape[int(np.argmax(phases > 2))])
+
+
+def _brought(
+    refinement: Refinement, query: Equations, blocks: tuple[Block, ...], pace: Pace | None
+) -> Contender | None:
     """Return strokes brought to the goal, or None where they do not get near."""
     segments = segments_of(blocks)
     if not any(s.free for s in segments):
@@ -116,4 +136,10 @@ def _brought(refinement: Refinement, query: Equations, blocks: tuple[Block, ...]
     if free_primitives(segments) < _ENOUGH_FREE:
         segments = offering(segments, query.controls)
     near = Near(*approach(query.of(segments), refinement.bend_rad, patience=_PATIENCE))
+    if pace is not None and near.off < _ASTRAY:
+        apart = near.motion.of(segments_of(cycles_apart(near.motion, _APART)))
+        shorter = refinement.near(refinement.shorter(apart, pace))
+        found = refinement.contender(shorter, _WORDS) if shorter.close else None
+        if found is not None and found.good:
+            return found
     return refinement.contender(near, _WORDS) if near.close else None

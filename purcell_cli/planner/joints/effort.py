@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 
 from purcell_cli.frozen_dataclass import frozen_dataclass
-from purcell_cli.planner.effort import LAST, LEG, Stage
+from purcell_cli.planner.effort import AGAIN, LAST, LEG, Stage
 from purcell_cli.planner.refine.minimum_travel import Pace
 
 
@@ -79,6 +79,7 @@ JOINT_EFFORTS: Mapping[str, tuple[JointStage, ...]] = {
         _WIDE,
         *_WIDEST,
     ),
+    AGAIN: (_STANDARD, _WIDE, *_WIDEST),
     LEG: (_LEG, dataclasses.replace(_QUICK, stage=Stage(last_resort=True))),
 }
 """The stages of each effort, in order."""

@@ -11,16 +11,19 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+from collections.abc import Sequence
 from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.frozen_dataclass import frozen_dataclass
+from purcell_cli.geometry.reproducible import arctan2
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.moves import ControlSequence, MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.limbs.limb_rotations import least_travel
 
@@ -49,6 +52,13 @@ class QuarterRolls:
         """Return those at which the start's limbs are straightened, and the goal's bent, by least joint travel."""
         return cls((_least(start.shape[0], goal.shape[0]), _least(start.shape[1], goal.shape[1])))
 
+    @classmethod
+    def of_straight(cls, shape: Array) -> QuarterRolls:
+        """Return those of straight limbs. Shape (2, 3, 3)."""
+        quarters = (2.0 / np.pi) * arctan2(shape[:, 2, 1] - shape[:, 1, 2], shape[:, 1, 1] + shape[:, 2, 2])
+        first, second = (round(float(one)) % 4 for one in quarters)
+        return cls((first, second))
+
     def seen(self, configuration: Configuration) -> Configuration:
         """Return a configuration as if limbs rolled so were not rolled."""
         if not any(self.turns):
@@ -61,9 +71,16 @@ class QuarterRolls:
         """Return a plan for what is seen as it is played between a start and a goal."""
         if not any(self.turns):
             return plan
+        return dataclasses.replace(plan, start=start, goal=goal, blocks=self._turned(plan.blocks))
+
+    def unplayed(self, blocks: Sequence[Block]) -> tuple[Block, ...]:
+        """Return strokes as they are seen: the inverse of what `played` does with them."""
+        first, second = self.turns
+        return QuarterRolls((-first % 4, -second % 4))._turned(blocks)
+
+    def _turned(self, blocks: Sequence[Block]) -> tuple[Block, ...]:
         axes = self._axes()
-        blocks = tuple(dataclasses.replace(b, sequence=_turned(b.sequence, *axes)) for b in plan.blocks)
-        return dataclasses.replace(plan, start=start, goal=goal, blocks=blocks)
+        return tuple(dataclasses.replace(b, sequence=_turned(b.sequence, *axes)) for b in blocks)
 
     def _axes(self) -> tuple[NDArray[np.int64], Array]:
         """Return which control each control is in the limbs' own frames, and with which sign. Shapes (6,)."""
