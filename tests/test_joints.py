@@ -31,6 +31,7 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joints import Joint, limb_at
 from purcell_cli.mechanics.lift import displacements, flow
 from purcell_cli.mechanics.lift_derivatives import Repeat, flow_and_jacobian, shape_gap
+from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
@@ -319,6 +320,17 @@ def test_verification_finds_axes_ranges_and_rates_that_joints_have_not() -> None
     ):
         found = verify([as_table(rows)], Configuration(), rows.end, Swimmer(joints=joints), 1e-9, 1e-9)
         assert [message in fault for fault in found.faults] == ([True] if message else [])
+
+
+@pytest.mark.parametrize(("joint", "kept"), [(UNIVERSAL, False), (BALL, True)], ids=["universal", "ball"])
+def test_psi_and_theta_at_once_leave_a_universal_joint_within_a_row(joint: Joint, kept: bool) -> None:
+    # Where the row begins both axes are the joint's; from then on they turn against each other.
+    both = MoveSequence.of_turns([[0.0, 0.3, 0.2, 0.0, 0.0, 0.0]])
+    one = MoveSequence.of_turns([[0.0, 0.0, 0.3, 0.0, 0.2, 0.0]])
+    swimmer = Swimmer(joints=(joint, UNIVERSAL))
+    assert check(swimmer, Configuration(), [Block(2, "any", one)]).kept
+    report = check(swimmer, Configuration(), [Block(2, "any", both)])
+    assert [v.limit for v in report.violations] == ([] if kept else ["joint"])
 
 
 # Pace

@@ -7,7 +7,7 @@ import numpy as np
 from purcell_cli.errors import ParameterError
 from purcell_cli.gaits.gait import Stroke
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.mechanics.joint_motion import angle_rates, angles_along, excess_of_ranges
+from purcell_cli.mechanics.joint_motion import angle_changes, angles_along, excess_of_ranges
 from purcell_cli.mechanics.joints import ANGLES, MISFIT_RAD, RANGE_SLACK_RAD, named
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -29,8 +29,8 @@ def refuse_joints(swimmer: Swimmer, stroke: Stroke) -> None:
     if swimmer.ball_joints:
         return
     pieces = Pieces.of(stroke.played(1), COLLINEAR)
-    rates, stray = angle_rates(swimmer, pieces.shapes, pieces.rates)
-    wrong = np.argwhere(stray * pieces.durations[:, None] > MISFIT_RAD)
+    changes, turned = angle_changes(swimmer, pieces)
+    wrong = np.argwhere(turned > MISFIT_RAD)
     if len(wrong):
         k, limb = wrong[0]
         joint = swimmer.joints[limb]
@@ -41,7 +41,7 @@ def refuse_joints(swimmer: Swimmer, stroke: Stroke) -> None:
             f"gait {stroke.gait!r}: joints that can play it are wanted, found limb {limb + 1} on a {joint.name}, "
             f"which does not {axis}{bent}"
         )
-    angles = angles_along(swimmer, COLLINEAR, rates * pieces.durations[:, None, None])
+    angles = angles_along(swimmer, COLLINEAR, changes)
     over = excess_of_ranges(swimmer, angles)
     if np.any(over > RANGE_SLACK_RAD):
         k, limb, angle = np.unravel_index(int(np.argmax(over)), over.shape)

@@ -13,6 +13,7 @@ from purcell_cli.geometry.rotations import Array, about_axis, angle_between, as_
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joints import ANGLES, MISFIT_RAD, RANGE_SLACK_RAD, limb_at
+from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 
 PLANE_SLACK = 5e-10
@@ -107,6 +108,26 @@ def angle_rates(swimmer: Swimmer, shapes: Array, rates: Array) -> tuple[Array, A
             left[:, 1] = 0.0
         rest[:, limb] = np.sqrt(np.sum(left * left, axis=1))
     return out, rest
+
+
+def angle_changes(swimmer: Swimmer, pieces: Pieces) -> tuple[Array, Array]:
+    """Return by how much psi and theta change on pieces, and how far limbs turn otherwise, as no such joint lets them.
+
+    A limb may turn about an axis that its joint has where a piece begins, and no longer where it ends: turned about
+    both at once, the axes of a universal joint move.
+
+    Args:
+        swimmer: The swimmer.
+        pieces: The pieces.
+
+    Returns:
+        Changes of (psi, theta), (n, 2, 2), and the rest, (n, 2) [rad].
+    """
+    lasting = pieces.durations[:, None, None]
+    rates, begun = angle_rates(swimmer, pieces.shapes, pieces.rates)
+    ends = matmul(pieces.shapes, se3.rotation(pieces.rates.reshape(-1, 2, 3) * lasting))
+    _, ended = angle_rates(swimmer, ends, pieces.rates)
+    return rates * lasting, np.maximum(begun, ended) * pieces.durations[:, None]
 
 
 def joint_rates(swimmer: Swimmer, shapes: Array, rates: Array) -> Array:

@@ -17,7 +17,7 @@ from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.collocation import Accuracy
 from purcell_cli.mechanics.configuration import Configuration
-from purcell_cli.mechanics.joint_motion import angle_rates, angles_along, bend_limits, excess_of_ranges
+from purcell_cli.mechanics.joint_motion import angle_changes, angles_along, bend_limits, excess_of_ranges
 from purcell_cli.mechanics.joints import ANGLES, MISFIT_RAD, RANGE_SLACK_RAD
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
@@ -141,13 +141,12 @@ def _joints(swimmer: Swimmer, path: _Path) -> list[Violation]:
     An angle changes one way on a piece, so it is farthest at one of the ends.
     """
     pieces, broken = path.pieces, []
-    rates, stray = angle_rates(swimmer, pieces.shapes, pieces.rates)
-    turned = stray * pieces.durations[:, None]
+    changes, turned = angle_changes(swimmer, pieces)
     k, limb = np.unravel_index(int(np.argmax(turned)), turned.shape)
     if turned[k, limb] > MISFIT_RAD:
         what = f"limb {limb + 1} on its {swimmer.joints[limb].name}"
         broken.append(Violation("joint", float(turned[k, limb]), "rad", float(path.begun[k]), int(path.phase[k]), what))
-    angles = angles_along(swimmer, pieces.shapes[0], rates * pieces.durations[:, None, None])
+    angles = angles_along(swimmer, pieces.shapes[0], changes)
     over = excess_of_ranges(swimmer, angles)
     k, limb, angle = np.unravel_index(int(np.argmax(over)), over.shape)
     if over[k, limb, angle] > RANGE_SLACK_RAD:

@@ -8,7 +8,7 @@ import numpy as np
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
-from purcell_cli.mechanics.joint_motion import angle_rates, angles_along, excess_of_ranges, joint_rates
+from purcell_cli.mechanics.joint_motion import angle_changes, angles_along, excess_of_ranges, joint_rates
 from purcell_cli.mechanics.joints import ANGLES
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -77,14 +77,13 @@ class JointsKept:
             out["acceleration"] = late
         if swimmer.ball_joints:
             return out
-        rates, stray = angle_rates(swimmer, pieces.shapes, pieces.rates)
-        turned = stray * pieces.durations[:, None]
+        changed, turned = angle_changes(swimmer, pieces)
         if np.any(turned > _STRAY_RAD):
             n, limb = np.argwhere(turned > _STRAY_RAD)[0]
             joint = swimmer.joints[limb].name
-            what = f"limb {limb + 1} turns at {stray[n, limb]:.6g} rad/s about an axis that its {joint} has not"
+            what = f"limb {limb + 1} turns by {turned[n, limb]:.6g} rad about an axis that its {joint} has not"
             out["joint"] = f"line {row + n + 2} (t = {time_s[n]:.6g} s): {what}"
-        changes = np.cumsum(rates * pieces.durations[:, None, None], axis=0)
+        changes = np.cumsum(changed, axis=0)
         angles = self._angles + np.concatenate([np.zeros((1, 2, 2)), changes])
         over = excess_of_ranges(swimmer, angles)
         if np.any(over > _STRAY_RAD):
