@@ -31,6 +31,10 @@ TABLES = {
     "times",
     "speed",
     "figures",
+    "missions",
+    "missions by OMPL",
+    "missions follow",
+    "missions order",
     "missions via",
     "missions past obstacles",
 }

@@ -131,16 +131,19 @@ def test_the_rest_of_a_plan_of_rolled_limbs_is_its_own_strokes(rolled: PlanPath)
     assert abs(solution.joint_travel_rad - rolled.travel_rad[place]) < 2.0
 
 
-def test_a_rest_whose_limbs_are_bent_to_their_limit_is_brought_to_the_goal_by_being_shortened(way: PlanPath) -> None:
-    place = len(way.block) // 4
-    aside = at(way, place)
-    measured = dataclasses.replace(aside, pose=aside.pose @ se3.pose(np.eye(3), np.array([0.0, 1e-3, 1e-3])))
-    assert rest(way, place, measured, way.plan.goal, Limits(), (0.0,)) is None  # the foil
-    found = rest(way, place, measured, way.plan.goal, Limits(), (0.0,), Pace(2, 30))
-    assert found is not None
-    solution = carried_out(found)
-    assert solution.verdict == Verdict.REACHED
-    assert abs(solution.joint_travel_rad - way.travel_rad[place]) < 2.0
+def test_rests_whose_limbs_are_bent_to_their_limit_are_brought_to_the_goal_by_being_shortened(way: PlanPath) -> None:
+    plain, shortened = [], []
+    for place in range(2, 14, 2):
+        aside = at(way, place)
+        measured = dataclasses.replace(aside, pose=aside.pose @ se3.pose(np.eye(3), np.array([0.0, 1e-3, 1e-3])))
+        plain.append(rest(way, place, measured, way.plan.goal, Limits(), (0.0,)) is not None)
+        found = rest(way, place, measured, way.plan.goal, Limits(), (0.0,), Pace(2, 30))
+        shortened.append(found is not None)
+        if found is not None:
+            solution = carried_out(found)
+            assert solution.verdict == Verdict.REACHED
+            assert abs(solution.joint_travel_rad - way.travel_rad[place]) < 2.0
+    assert sum(shortened) >= sum(plain) + 3  # the foil: Newton's method within the limit sticks
 
 
 def test_going_back_and_forth_moves_nothing(way: PlanPath) -> None:
@@ -267,7 +270,7 @@ def test_the_rest_of_a_mission_passes_the_waypoints_that_are_left(mission: Solut
         assert_close(moved[:3, 3], passage.waypoint.position_m, 1e-9 * L_M)
     # The strokes that are left, as they were, miss the first of them.
     plain = dataclasses.replace(rest.plan, blocks=(*way.blocks_from(middle(way)), *rest.plan.blocks[-1:]), limits=None)
-    assert carried_out(plain).verdict == Verdict.NOT_REACHED
+    assert carried_out(plain).certificate.deviation.position_m > 1e-5 * L_M
 
 
 def flown_from(solution: Solution, blocks: tuple[Block, ...]) -> Array:

@@ -81,7 +81,8 @@ class JointsKept:
         if np.any(turned > _STRAY_RAD):
             n, limb = np.argwhere(turned > _STRAY_RAD)[0]
             joint = swimmer.joints[limb].name
-            what = f"limb {limb + 1} turns by {turned[n, limb]:.6g} rad about an axis that its {joint} has not"
+            rate = turned[n, limb] / pieces.durations[n]
+            what = f"limb {limb + 1} turns at {rate:.6g} rad/s about an axis that its {joint} has not"
             out["joint"] = f"line {row + n + 2} (t = {time_s[n]:.6g} s): {what}"
         changes = np.cumsum(changed, axis=0)
         angles = self._angles + np.concatenate([np.zeros((1, 2, 2)), changes])
