@@ -42,6 +42,9 @@ _PATIENCE = 2
 """Rounds without a halved residual before the best is taken; rounding to the clock differs in each."""
 _DAMPING = 1e-12
 """Damping of the Gram matrix where angles are rounded one by one, as a part of its trace."""
+_IDLE = 1e-6
+"""Angles that move the goal by less than this part of the one that moves it most are not rounded one by one: such steps
+would be too large to be told by a derivative."""
 _INSIDE = 1e-10
 """How far inside its limit a bend is brought that was a little beyond, in its cosine."""
 _LEAST_SINE = 1e-3
@@ -204,7 +207,7 @@ def _one_by_one(
     best, kept = missing, angle
     size = np.sqrt(np.add.reduce(derivative * derivative, axis=0))
     order = np.argsort(-size, kind="stable")
-    order = order[size[order] > 0.0]
+    order = order[size[order] > _IDLE * np.max(size, initial=0.0)]
     columns = derivative.T[order]
     # Of each angle and all after it, summed from the last on.
     gram = np.add.accumulate((columns[:, :, None] * columns[:, None, :])[::-1])[::-1]
