@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.planner.arcs.chain import Chains
@@ -29,7 +30,7 @@ _SETTLED = 3e-3
 no refinement can give them [L, rad]."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@frozen_dataclass(eq=False)
 class SettledChains:
     """Chains settled on displacements.
 
