@@ -9,7 +9,7 @@ learn: how often `purcell track` plans again on stored scenarios, with and witho
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
 from collections.abc import Callable
 
@@ -123,5 +123,7 @@ def learn() -> None:
 PARTS: dict[str, Callable[[], None]] = {"predict": predict, "errors": errors, "learn": learn}
 
 if __name__ == "__main__":
-    for chosen in sys.argv[1:] or PARTS:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("parts", nargs="*", choices=[[], *PARTS], metavar="PART", help="all where none is named")
+    for chosen in parser.parse_args().parts or PARTS:
         PARTS[chosen]()
