@@ -7,6 +7,7 @@ import itertools
 import json
 import math
 import re
+import types
 from pathlib import Path
 
 import numpy as np
@@ -173,6 +174,21 @@ def test_poses_near_a_path_make_it_cheaper_and_never_dearer() -> None:
     again = roadmap.path()
     assert again is not None
     assert again[:2] != path[:2], "an edge that turns out dear is left"
+
+
+def test_a_path_that_nothing_can_be_drawn_near_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    start, goal = collinear((0, 0, 0)).pose, collinear((1.4, 0, 0)).pose
+    scene = Scene((Sphere((0.7, 0, 0), 0.25),))
+    roadmap = Roadmap(Region.of(scene, swings(PAPER), 0.1, 0.0, start, goal), start, goal)
+    roadmap.grow(np.random.default_rng(3), 40)
+    path, count = roadmap.path(), len(roadmap.poses)
+    assert path is not None
+    assert len(path) > 2
+    none = np.empty((0, 4, 4))
+    monkeypatch.setattr(Region, "near", lambda *_: none)
+    monkeypatch.setattr(Roadmap, "edge", lambda *_: types.SimpleNamespace(poses=none))
+    roadmap.grow_near_path(np.random.default_rng(0), 0.4)
+    assert (roadmap.path(), len(roadmap.poses)) == (path, count)
 
 
 def test_what_blocks_the_way_is_told() -> None:

@@ -123,7 +123,8 @@ class Roadmap:
 
     def _rough_prices(self, begin: Array, end: Array) -> Array:
         """Return what the ways from each of some poses to each of others may cost [rad]. Shape (n, m)."""
-        return self._rough(np.repeat(begin, len(end), axis=0), np.tile(end, (len(begin), 1, 1))).reshape(len(begin), -1)
+        prices = self._rough(np.repeat(begin, len(end), axis=0), np.tile(end, (len(begin), 1, 1)))
+        return prices.reshape(len(begin), len(end))
 
     def _rough(self, begin: Array, end: Array, swing: int = 0) -> Array:
         """Return what the ways from poses to as many others may cost by strokes of a bend [rad]. Shape (n,)."""
