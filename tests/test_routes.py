@@ -7,7 +7,6 @@ import itertools
 import json
 import math
 import re
-import types
 from pathlib import Path
 
 import numpy as np
@@ -184,9 +183,9 @@ def test_a_path_that_nothing_can_be_drawn_near_stays(monkeypatch: pytest.MonkeyP
     path, count = roadmap.path(), len(roadmap.poses)
     assert path is not None
     assert len(path) > 2
-    none = np.empty((0, 4, 4))
+    none, edge = np.empty((0, 4, 4)), Roadmap.edge
     monkeypatch.setattr(Region, "near", lambda *_: none)
-    monkeypatch.setattr(Roadmap, "edge", lambda *_: types.SimpleNamespace(poses=none))
+    monkeypatch.setattr(Roadmap, "edge", lambda *of: dataclasses.replace(edge(*of), poses=none))
     roadmap.grow_near_path(np.random.default_rng(0), 0.4)
     assert (roadmap.path(), len(roadmap.poses)) == (path, count)
 
