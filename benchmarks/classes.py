@@ -45,23 +45,24 @@ def query(name: str, seed: int) -> tuple[Configuration, Configuration]:
     return Configuration(np.eye(4), first), Configuration(end, last)
 
 
-def timed(name: str, seed: int, effort: Effort) -> tuple[Solution, float]:
+def timed(name: str, seed: int, options: PlanOptions) -> tuple[Solution, float]:
     """Return the plan of a query, and the processor's time for it [s]."""
     ends = query(name, seed)
     began = time.process_time()
-    found = plan(*ends, options=PlanOptions(effort=effort, max_memory_gb=4.0))
+    found = plan(*ends, options=options)
     return found, time.process_time() - began
 
 
 def row(name: str, count: int, thorough: int) -> str:
     """Return a class's row of the table."""
-    timed(name, count, Effort.STANDARD)
-    found = [timed(name, seed, Effort.STANDARD) for seed in range(count)]
+    standard, widest = (PlanOptions(effort=effort, max_memory_gb=4.0) for effort in (Effort.STANDARD, Effort.THOROUGH))
+    timed(name, count, standard)
+    found = [timed(name, seed, standard) for seed in range(count)]
     reached = sum(s.verdict == "reached" for s, _ in found)
     times, travel = np.array([t for _, t in found]), [s.joint_travel_rad for s, _ in found]
     told = "| not measured " * 4 + "|"
     if thorough:
-        wide = [timed(name, seed, Effort.THOROUGH) for seed in range(thorough)]
+        wide = [timed(name, seed, widest) for seed in range(thorough)]
         excess = np.array(travel[:thorough]) / [s.joint_travel_rad for s, _ in wide] - 1.0
         lasted = [t for _, t in wide]
         told = f"| {np.mean(excess):.1%} | {np.max(excess):.1%} | {np.median(lasted):.1f} | {np.max(lasted):.1f} |"

@@ -50,12 +50,12 @@ def plans_of(name: str, **options: object) -> Callable[[int], Times]:
     """Return what times plans of a class's first queries."""
 
     def times(count: int) -> Times:
-        from benchmarks.classes import query
-        from purcell_cli import PlanOptions, plan
+        from benchmarks.classes import timed
+        from purcell_cli import PlanOptions
 
         asked = PlanOptions(max_memory_gb=4.0, **options)
-        plan(*query(name, count), options=asked)
-        return [seconds_of(plan, *query(name, number), options=asked) for number in range(count)]
+        timed(name, count, asked)
+        return [timed(name, number, asked)[1] for number in range(count)]
 
     return times
 

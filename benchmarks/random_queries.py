@@ -1,8 +1,8 @@
-"""How complete, short and fast the planner is.
+"""How complete and short the planner is.
 
     python benchmarks/random_queries.py --count 1000 --jobs 2
 
-Three parts, each a table.
+Three parts.
 
 Random queries: half are for the paper's swimmer, half for random ones (limb 0.3 to 3 times the base,
 slenderness 0.002 to 0.05), of which a third have drags, links or a body of their own, and a third other joints than
@@ -14,8 +14,8 @@ same again, with all tables warm.
 
 Known displacements: joint travel, beside the best known.
 
-Far ways and the shell: library calls for 20 L and 1,000 L, the command with its CSV, and the peak
-memory of the command that writes half a million rows.
+Memory: the peak of the command that writes half a million rows. How quick everything else is:
+`python -m benchmarks.planner`.
 """
 
 from __future__ import annotations
@@ -41,8 +41,6 @@ from purcell_cli.mechanics.connection import COLLINEAR
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))  # where random swimmers are
 from joint_queries import COMBINATIONS, displacement_of, shape_of
 from random_swimmers import jointed, of_its_own, room
-
-FAR_WAYS = 24
 
 
 def random_rotations(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -154,16 +152,6 @@ def known_table() -> list[str]:
     return lines
 
 
-def warm(goal: Configuration) -> float:
-    """Return the least time of a few library calls [s]."""
-    times = []
-    for _ in range(6):
-        began = time.perf_counter()
-        plan(Configuration(), goal)
-        times.append(time.perf_counter() - began)
-    return min(times[1:])
-
-
 def shell(goal: str, *options: str) -> tuple[float, float, int]:
     """Return the time [s], peak memory [MB] and rows of one `purcell plan` from the shell."""
     with tempfile.TemporaryDirectory() as name:
@@ -183,29 +171,11 @@ def shell(goal: str, *options: str) -> tuple[float, float, int]:
     return took, used.ru_maxrss / 1024.0, rows
 
 
-def far_ways(distance: float) -> float:
-    """Return the median of `warm` over goals so far away [L] in random directions, turned at random [s]."""
-    times = []
-    for seed in range(FAR_WAYS):
-        rng = np.random.default_rng(seed)
-        away = rng.normal(size=3)
-        away *= distance * Swimmer().length_m / np.linalg.norm(away)
-        times.append(warm(Configuration(se3.pose(random_rotations(rng, 1)[0], away), COLLINEAR)))
-    return float(np.median(times))
-
-
-def speed_table() -> list[str]:
-    """Return the table of far ways and of the command."""
-    times = far_ways(20.0), far_ways(1000.0)
-    goal = "base: {{position_m: [{}, {}, {}], orientation: {{euler_deg: [40, 10, -20]}}}}\n"
-    took, _, rows = min(shell(goal.format(1.88, 0.56, 0.38)) for _ in range(3))
-    long_took, memory, long_rows = shell(goal.format(94.0, 28.0, 19.0), "--dt", "0.04")
-    return [
-        f"A library call takes {times[0]:.3f} s for 20 L and {times[1]:.3f} s for 1,000 L, in the median over "
-        f"{FAR_WAYS} directions and turns: {times[1] / times[0]:.2f} times as long. From the shell, imports and CSV "
-        f"included, 20 L and {rows} rows take {took:.2f} s; 1,000 L and {long_rows} rows take {long_took:.1f} s and "
-        f"{memory:.0f} MB of memory at most.",
-    ]
+def memory_line() -> str:
+    """Return what the command that writes half a million rows takes."""
+    goal = "base: {position_m: [94.0, 28.0, 19.0], orientation: {euler_deg: [40, 10, -20]}}\n"
+    took, memory, rows = shell(goal, "--dt", "0.04")
+    return f"From the shell 1,000 L and {rows} rows take {took:.1f} s and {memory:.0f} MB of memory at most."
 
 
 def main() -> None:
@@ -226,7 +196,7 @@ def main() -> None:
             print("not reached:", row)
     lines = random_table(rows)
     if not asked.random_only:
-        lines = [*known_table(), "", *lines, "", *speed_table()]
+        lines = [*known_table(), "", *lines, "", memory_line()]
     print("\n".join(lines))
 
 
