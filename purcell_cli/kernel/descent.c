@@ -299,14 +299,16 @@ API SIZE purcell_descend(MOTION, const double *weight, double price, double clos
 /* Free angles at which little is missing and no limit is broken, by Newton steps; see `purcell_descend`.
  *
  * enough: what may be missing. reach: the largest change of an angle in a step. patience: rounds without a halved
- * residual, and stuck: steps in a row of which the smallest part or none helps, before it is given up.
+ * residual, and stuck: steps in a row of which the smallest part or none helps, before it is given up. hopeless: a
+ * beginning that misses by more is given up, and so is what still does after `trials` evaluations.
  * angle: changed. residual, derivative, shapes: there. off: what is missing there. Returns as above. */
-API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SIZE stuck, double *angle,
-                          double *residual, double *derivative, double *shapes, double *off) {
+API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SIZE stuck,
+                          SIZE trials, double hopeless, double *angle, double *residual, double *derivative,
+                          double *shapes, double *off) {
     struct descent d = {.m = THE_MOTION};
     const struct motion *m = &d.m;
     double best = INFINITY, halved = INFINITY;
-    SIZE idle = 0, poor = 0;
+    SIZE idle = 0, poor = 0, tried = 1;
     begin(&d, room, whole);
     for (SIZE j = 0; j < free; j++) d.here->angle[j] = angle[j];
     SIZE fault = equations(m, d.here);
@@ -326,9 +328,10 @@ API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SI
         idle = best < 0.5 * halved ? 0 : idle + 1;
         halved = idle ? halved : best;
         if (best < enough || idle > patience || poor > stuck || !free) break;
+        if (left > hopeless && (!round || tried >= trials)) break;
         purcell_bounded_step(m->equations, p->rooms, free, p->derivative, p->residual, p->room, p->slope, reach, d.work, d.step);
         int part = 0;
-        for (; part < PARTS; part++) {
+        for (; part < PARTS; part++, tried++) {
             for (SIZE j = 0; j < free; j++) d.next->angle[j] = p->angle[j] + parts[part] * d.step[j];
             if ((fault = equations(m, d.next)) || d.next->size < p->size) break;
         }

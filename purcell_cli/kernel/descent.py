@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -138,7 +139,14 @@ class Descent:
         return angle, float(missed[0]), float(missed[1])
 
     def approached(
-        self, angles: ArrayLike, enough: float, reach: float, patience: int, stuck: int
+        self,
+        angles: ArrayLike,
+        enough: float,
+        reach: float,
+        patience: int,
+        stuck: int,
+        trials: int = 0,
+        hopeless: float = math.inf,
     ) -> tuple[Array, Array, Array, Array, float]:
         """Return free angles at which little is missing and no limit is broken, by Newton steps.
 
@@ -148,6 +156,8 @@ class Descent:
             reach: The largest change of an angle in a step [rad].
             patience: Rounds in which what is missing does not even halve before it is given up.
             stuck: Steps in a row of which the smallest part or none helps before it is given up.
+            trials: After so many evaluations it is given up if more than `hopeless` is still missing.
+            hopeless: A beginning that misses by more is given up at once [L, rad].
 
         Returns:
             Angles, shape (u,), what is missing there, shape (m,), and its derivative, shape (m, u), shapes, shape
@@ -160,9 +170,8 @@ class Descent:
         residual, derivative = np.empty(self.equations), np.empty((self.equations, self.free))
         shapes, off = np.empty((self.n + 1, 2, 3, 3)), np.empty(1)
         places = (address(part) for part in (angle, residual, derivative, shapes, off))
-        self._done(
-            KERNEL.purcell_approach(*self._motion, float(enough), float(reach), int(patience), int(stuck), *places)
-        )
+        given_up = int(patience), int(stuck), int(trials), float(hopeless)
+        self._done(KERNEL.purcell_approach(*self._motion, float(enough), float(reach), *given_up, *places))
         return angle, residual, derivative, shapes, float(off[0])
 
     def _watch(self) -> int:

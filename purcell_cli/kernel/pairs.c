@@ -10,6 +10,8 @@ struct price {
     double turn2, turn1, aside, scale, most, way1, root, way;
 };
 
+#define BLOCK 32 /* displacements whose costs are made side by side */
+
 /* Costs of the displacements a_i b_j, with what is spent besides: of all pairs, or the least of each a_i or each b_j.
  *
  * a, b: (n, 4, 4) and (m, 4, 4). before, after: (n,) and (m,). of: 0 for all pairs, (n, m), 1 for each a_i, (n,), and
@@ -18,24 +20,41 @@ API void purcell_pair_prices(SIZE n, SIZE m, const double *a, const double *b, c
                              const double *after, const double *numbers, SIZE of, double *out) {
     const struct price *p = (const struct price *)numbers;
     for (SIZE k = 0; of && k < (of == 1 ? n : m); k++) out[k] = INFINITY;
-    for (SIZE i = 0; i < n; i++) {
-        const double *g = a + 16 * i;
-        for (SIZE j = 0; j < m; j++) {
-            const double *h = b + 16 * j, spent = before[i] + after[j];
-            double *const least = of == 0 ? out + i * m + j : of == 1 ? out + i : out + j, place[3];
-            for (int c = 0; c < 3; c++)
-                place[c] = g[4 * c] * h[3] + g[4 * c + 1] * h[7] + g[4 * c + 2] * h[11] + g[4 * c + 3];
-            double heading = g[0] * h[0] + g[1] * h[4] + g[2] * h[8];
-            heading = heading < -1.0 ? -1.0 : heading > 1.0 ? 1.0 : heading;
-            const double distance = sqrt(DOT(place, place)), aside = sqrt(place[1] * place[1] + place[2] * place[2]);
-            const double near = aside * p->scale, some = near < p->most ? near : p->most;
-            const double fixed = p->aside * some + p->way1 * distance, straight = p->way * distance + spent;
-            /* An angle is at least its chord: most pairs that are not the least are seen without an arc tangent. */
-            const double square = 2.0 * (1.0 - heading);
-            if (of && p->root * sqrt(p->turn2 * square + p->turn1 * sqrt(square) + fixed) + straight > *least) continue;
-            const double turn = 2.0 * purcell_arctan2_of(sqrt(1.0 - heading), sqrt(1.0 + heading));
-            const double cost = p->root * sqrt(p->turn2 * (turn * turn) + p->turn1 * turn + fixed) + straight;
-            if (!of || cost < *least) *least = cost;
+    for (SIZE low = 0; low < m; low += BLOCK) {
+        const SIZE some = m - low < BLOCK ? m - low : BLOCK;
+        double h[6][BLOCK] = {{0.0}}, heading[BLOCK], fixed[BLOCK], straight[BLOCK], chord[BLOCK], spent[BLOCK] = {0.0};
+        for (SIZE l = 0; l < some; l++) {
+            for (int c = 0; c < 3; c++) {
+                h[c][l] = b[16 * (low + l) + 4 * c + 3];
+                h[3 + c][l] = b[16 * (low + l) + 4 * c];
+            }
+            spent[l] = after[low + l];
+        }
+        for (SIZE i = 0; i < n; i++) {
+            const double *g = a + 16 * i, begun = before[i];
+            for (int l = 0; l < BLOCK; l++) { /* side by side */
+                double place[3];
+                for (int c = 0; c < 3; c++)
+                    place[c] = g[4 * c] * h[0][l] + g[4 * c + 1] * h[1][l] + g[4 * c + 2] * h[2][l] + g[4 * c + 3];
+                const double turned = g[0] * h[3][l] + g[1] * h[4][l] + g[2] * h[5][l];
+                const double above = turned < -1.0 ? -1.0 : turned;
+                heading[l] = above > 1.0 ? 1.0 : above;
+                const double beside = place[1] * place[1] + place[2] * place[2];
+                const double distance = sqrt(place[0] * place[0] + place[1] * place[1] + place[2] * place[2]);
+                const double aside = sqrt(beside), near = aside * p->scale, part = near < p->most ? near : p->most;
+                fixed[l] = p->aside * part + p->way1 * distance;
+                straight[l] = p->way * distance + (begun + spent[l]);
+                /* An angle is at least its chord: most pairs that are not the least are seen without an arc tangent. */
+                const double square = 2.0 * (1.0 - heading[l]);
+                chord[l] = p->root * sqrt(p->turn2 * square + p->turn1 * sqrt(square) + fixed[l]) + straight[l];
+            }
+            for (SIZE l = 0; l < some; l++) {
+                double *const least = of == 0 ? out + i * m + low + l : of == 1 ? out + i : out + low + l;
+                if (of && chord[l] > *least) continue;
+                const double turn = 2.0 * purcell_arctan2_of(sqrt(1.0 - heading[l]), sqrt(1.0 + heading[l]));
+                const double cost = p->root * sqrt(p->turn2 * (turn * turn) + p->turn1 * turn + fixed[l]) + straight[l];
+                if (!of || cost < *least) *least = cost;
+            }
         }
     }
 }

@@ -59,10 +59,10 @@ _SPOILT = 30.0
 """Residual at which the last rotations take over, in units of what rounding to the clock adds to the residual."""
 _NEVER = 1000
 """More steps than `approach` takes."""
-FROM_FAR = 0.6, 8, 2
+FROM_FAR = 0.6, 8, 2, 10, 5.0
 """How Newton's method brings a motion to a goal that it begins far from: the largest change of an angle in a step
-[rad], rounds without a halved residual, and steps in a row of which little helps, before it is given up: motions that
-arrive do so soon."""
+[rad], rounds without a halved residual, and steps in a row of which little helps, before it is given up, evaluations
+after which little must be missing, and how little, then as at the beginning [L, rad]: motions that arrive do so soon."""
 _LOST = 2
 """Rounds without a halved residual before `approach` gives a motion up."""
 
@@ -73,6 +73,8 @@ def approach(
     reach_rad: float = _REACH_RAD,
     patience: int = _LOST,
     stuck: int = _NEVER,
+    trials: int = 0,
+    hopeless: float = math.inf,
     enough: float = CLOSE,
 ) -> tuple[Equations, Values, float]:
     """Return the motion with its angles changed to arrive, by short steps within the bend limit.
@@ -83,6 +85,8 @@ def approach(
         reach_rad: The largest change of an angle in a step [rad].
         patience: Rounds in which the residual does not even halve before it is given up.
         stuck: Steps in a row of which the smallest part or none helps before it is given up.
+        trials: Evaluations after which it is given up if more than `hopeless` is still missing.
+        hopeless: What may be missing at the beginning, or it is given up [L, rad].
         enough: What may be missing [L, rad].
 
     Returns:
@@ -90,7 +94,9 @@ def approach(
     """
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
     search = equations.descent(least, ACTIVE, *rows_besides(equations, None))
-    angle, *known, off = search.approached(equations.angles, enough, reach_rad, patience, stuck)
+    angle, *known, off = search.approached(
+        equations.angles, enough, reach_rad, patience, stuck, trials, hopeless
+    )
     return equations.of(equations.with_angles(angle)), equations.values(angle, *known), off
 
 
