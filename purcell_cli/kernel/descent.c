@@ -51,7 +51,7 @@ static double *taken(double **room, SIZE count) {
 API SIZE purcell_descent_room(SIZE n, SIZE free, SIZE equations, SIZE k, SIZE most) {
     const SIZE r = equations + most, tall = r > n ? r : n;
     const SIZE point = free + n + 18 * (n + 1) + equations + equations * free + most + most * free;
-    return 3 * point + 94 * n + 36 * k + tall * n + 6 * n + 4 * free + 2 * r * free + r + 7 * (r + free) + free +
+    return 3 * point + 94 * n + 36 * k + tall * n + 6 * n + 4 * free + 2 * r * free + r + 7 * r + 10 * free +
            free + 3 * r * free + 5 * r * r + 8 * r + 8;
 }
 
@@ -182,14 +182,14 @@ static int propose(struct descent *d, double reach, double *merit) {
         const double *from = equal ? p->derivative + i * m->free : p->slope + (i - m->equations) * m->free;
         double *to = d->kept + i * m->free, sum = 0.0;
         for (SIZE j = 0; j < m->free; j++) {
-            to[j] = d->table[i * m->free + j] = equal ? from[j] : -from[j];
+            to[j] = equal ? from[j] : -from[j];
             sum += to[j] * p->angle[j];
         }
         d->right[i] = sum - (equal ? p->residual[i] : -p->room[i - m->equations]);
         if (!(fabs(d->right[i]) <= DBL_MAX)) return 0;
     }
-    if (purcell_program(rows, m->free, m->equations, m->price, d->table, d->right, m->weight, d->low, d->high, d->x,
-                        d->room, d->whole) < 0)
+    if (purcell_program(rows, m->free, m->equations, m->price, d->kept, d->right, m->weight, d->low, d->high, d->x,
+                        d->table, d->room, d->whole) < 0)
         return 0;
     double travel = 0.0, missed = 0.0;
     for (SIZE j = 0; j < m->free; j++) travel += m->weight[j] * fabs(d->x[j]);
@@ -244,7 +244,7 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
     d->table = taken(&room, r * m->free);
     d->kept = taken(&room, r * m->free);
     d->right = taken(&room, r);
-    d->room = taken(&room, 7 * (r + m->free) + m->free);
+    d->room = taken(&room, 7 * r + 10 * m->free);
     d->work = room;
     d->whole = whole;
 }
@@ -270,7 +270,7 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
  * sign, and its angle where it has none. repeats, stops, start, wanted, ends: see `purcell_equations`. least: see
  * `purcell_bend_rows`, as near. most: of inequalities. watch: null, or is told angles and shapes, (n,) and
  * (n + 1, 2, 3, 3), and gives more inequalities and their derivatives, by free angles. room, whole: to work in,
- * `purcell_descent_room` and 2 (6 + 6 t + most + free) numbers.
+ * `purcell_descent_room` and 3 (6 + 6 t + most + free) numbers.
  * weight: joint travel per free angle. A beginning that misses by `close` or more is moved back first, and given up
  * where it then misses by `astray` or more. reaches: see `descend`. angle: the free angles, changed.
  * missed: the violations where the programs begin, infinite where it is given up, and where they end.

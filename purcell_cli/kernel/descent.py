@@ -83,7 +83,7 @@ class Descent:
         self._angles, self._shapes = (part := np.empty(n + 18 * (n + 1)))[:n], part[n:].reshape(n + 1, 2, 3, 3)
         self._room, self._slope = np.empty(self._most), np.empty((self._most, free))
         size = KERNEL.purcell_descent_room(n, free, self.equations, len(parts), rows)
-        work, whole = np.empty(size), np.empty(2 * (self.equations + rows + free), dtype=np.int64)
+        work, whole = np.empty(size), np.empty(3 * (self.equations + rows + free), dtype=np.int64)
         self._stopped: BaseException | None = None
         self._watcher = _WATCHER(self._watch)
         arrays = [

@@ -105,9 +105,9 @@ API SIZE purcell_bend_rows(SIZE n, const SIZE *control, const double *angle, con
                            const SIZE *fixed, double near, double *places, double *room, double *slope);
 API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, const double *missing, const double *room,
                               const double *slope, double reach, double *work, double *out);
-API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, double *matrix, const double *wanted,
-                         const double *cost, const double *low, const double *high, double *x, double *room,
-                         int64_t *whole);
+API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, const double *matrix,
+                         const double *wanted, const double *cost, const double *low, const double *high, double *x,
+                         double *table, double *room, int64_t *whole);
 
 /* beads.c, bead_table.c: the resistance of links that feel each other's flow, from their beads and from a table of it.
  *

@@ -7,9 +7,14 @@
 #include <math.h>
 
 #include "kernel.h"
+#include "wide.h"
 
 #define TINY 1e-11       /* a pivot, or a gain per unit, below this is none, in units of the largest */
 #define NO_BOUND 1e300
+/* An inequality joins that misses more than this at the beginning, and later on, in units of what one variable changes it
+ * by at the most. */
+#define NEAR -2.0
+#define BROKEN 1e-11
 #define ROUNDS_A_COLUMN 40
 
 /* A cost: `slope[0]` from `edge[0]` to `edge[1]`, and `slope[1]` on to `edge[2]`. */
@@ -22,6 +27,8 @@ struct program {
     double *table;          /* how the basis changes with the rest: (rows, columns) */
     struct cost *costs;     /* of the columns' variables, then of the rows' */
     double *value;          /* of all variables, in that order */
+    double *gains, *pivot;  /* of the columns, and of the last exchange: (columns,) */
+    double *idle;           /* a row of none: (columns,) */
     int64_t *piece, *basic, *resting;
 };
 
@@ -37,25 +44,84 @@ static double way_left(const struct cost *c, double value, int64_t piece, double
     return way > 0.0 ? way : 0.0;
 }
 
-/* The best column to move, how it moves and at what gain per unit; -1 where none gains. */
-static SIZE chosen(const struct program *p, double *gains, double least, int *direction, double *gain) {
-    SIZE best = -1;
-    double most = 0.0;
-    for (SIZE j = 0; j < p->columns; j++) gains[j] = 0.0;
+#define TOGETHER 4
+
+/* To rows, so many times a pivot row, and to the gains so many times what the rows then are, one after the other. */
+BODY renewed_body(SIZE n, int changed, double *const *row, const double *factor, const double *slope, const double *pivot,
+                  double *gains) {
+    SIZE j = 0;
+    for (; j + QUAD <= n; j += QUAD) {
+        quad gain = AT(gains + j);
+        for (int k = 0; k < TOGETHER; k++) {
+            quad here = AT(row[k] + j);
+            if (changed) {
+                here += factor[k] * AT(pivot + j);
+                PUT(row[k] + j, here);
+            }
+            gain += slope[k] * here;
+        }
+        PUT(gains + j, gain);
+    }
+    for (; j < n; j++)
+        for (int k = 0; k < TOGETHER; k++) {
+            if (changed) row[k][j] += factor[k] * pivot[j];
+            gains[j] += slope[k] * row[k][j];
+        }
+}
+EITHER(renewed,
+       (SIZE n, int changed, double *const *row, const double *factor, const double *slope, const double *pivot,
+        double *gains),
+       (n, changed, row, factor, slope, pivot, gains))
+
+/* Renews the gains of the columns; exchanges the variables of a row and a column first, if it is told a row. */
+static void renew(struct program *p, SIZE row, SIZE column) {
+    const SIZE n = p->columns;
+    double *const pivot = p->pivot;
+    if (row >= 0) {
+        double *const from = p->table + row * n, by = 1.0 / from[column];
+        for (SIZE j = 0; j < n; j++) pivot[j] = from[j] *= -by;
+        pivot[column] = from[column] = by;
+        const SIZE variable = p->basic[row];
+        p->basic[row] = p->resting[column];
+        p->resting[column] = variable;
+    }
+    for (SIZE j = 0; j < n; j++) p->gains[j] = 0.0;
+    double *some[TOGETHER], factor[TOGETHER] = {0.0}, slope[TOGETHER] = {0.0};
+    int many = 0, changed = 0;
     for (SIZE i = 0; i < p->rows; i++) {
         const SIZE variable = p->basic[i];
-        const double slope = p->costs[variable].slope[p->piece[variable]];
-        const double *row = p->table + i * p->columns;
-        if (slope != 0.0)
-            for (SIZE j = 0; j < p->columns; j++) gains[j] += slope * row[j];
+        double *const here = p->table + i * n;
+        slope[many] = p->costs[variable].slope[p->piece[variable]];
+        factor[many] = row >= 0 && i != row ? here[column] : 0.0;
+        if (slope[many] == 0.0 && factor[many] == 0.0) continue;
+        if (factor[many] != 0.0) {
+            here[column] = 0.0;
+            changed = 1;
+        }
+        some[many++] = here;
+        if (many < TOGETHER) continue;
+        purcell_renewed(n, changed, some, factor, slope, pivot, p->gains);
+        many = changed = 0;
     }
+    if (!many) return;
+    for (int k = many; k < TOGETHER; k++) {
+        some[k] = p->idle;
+        slope[k] = factor[k] = 0.0;
+    }
+    purcell_renewed(n, changed, some, factor, slope, pivot, p->gains);
+}
+
+/* The best column to move, how it moves and at what gain per unit; -1 where none gains. */
+static SIZE chosen(const struct program *p, double least, int *direction, double *gain) {
+    SIZE best = -1;
+    double most = 0.0;
     for (SIZE j = 0; j < p->columns; j++) {
         const SIZE variable = p->resting[j];
         const struct cost *c = p->costs + variable;
         for (int d = -1; d <= 1; d += 2) {
             const int piece = piece_towards(c, p->value[variable], d);
             if (piece < 0 || piece > 1) continue;
-            const double found = -d * (c->slope[piece] + gains[j]);
+            const double found = -d * (c->slope[piece] + p->gains[j]);
             if (found > least && found * c->scale > most) {
                 most = found * c->scale;
                 best = j;
@@ -65,25 +131,6 @@ static SIZE chosen(const struct program *p, double *gains, double least, int *di
         }
     }
     return best;
-}
-
-/* Exchanges the variables of a row and a column. */
-static void exchange(struct program *p, SIZE row, SIZE column) {
-    const SIZE n = p->columns;
-    double *pivot = p->table + row * n;
-    const double by = 1.0 / pivot[column];
-    for (SIZE j = 0; j < n; j++) pivot[j] *= -by;
-    pivot[column] = by;
-    for (SIZE i = 0; i < p->rows; i++) {
-        double *other = p->table + i * n;
-        const double factor = other[column];
-        if (i == row || factor == 0.0) continue;
-        other[column] = 0.0;
-        for (SIZE j = 0; j < n; j++) other[j] += factor * pivot[j];
-    }
-    const SIZE variable = p->basic[row];
-    p->basic[row] = p->resting[column];
-    p->resting[column] = variable;
 }
 
 /* Moves a column's variable as far as the cost falls, and exchanges it with what stops it, if that is another. */
@@ -120,51 +167,82 @@ static void move(struct program *p, SIZE column, int direction, double gain) {
     const SIZE variable = stopped < 0 ? mover : p->basic[stopped];
     const double speed = stopped < 0 ? direction : direction * p->table[stopped * n + column];
     p->value[variable] = p->costs[variable].edge[p->piece[variable] + (speed > 0.0 ? 1 : 0)];
-    if (stopped >= 0) exchange(p, stopped, column);
+    renew(p, stopped, column);
+}
+
+/* A row as it changes with the resting variables, which joins the rest of the table. */
+static void join(struct program *p, SIZE row, const double *from) {
+    const SIZE n = p->columns;
+    double *const to = p->table + p->rows * n;
+    for (SIZE j = 0; j < n; j++) to[j] = p->resting[j] < n ? from[p->resting[j]] : 0.0;
+    for (SIZE i = 0; i < p->rows; i++) {
+        const double factor = p->basic[i] < n ? from[p->basic[i]] : 0.0, *other = p->table + i * n;
+        if (factor == 0.0) continue;
+        for (SIZE j = 0; j < n; j++) to[j] += factor * other[j];
+    }
+    p->basic[p->rows++] = n + row;
 }
 
 /* The x between bounds of the least sum of cost |x| + price (|m_1| + ... + max(m_(equal + 1), 0) + ...), m being what
- * matrix x - wanted misses: equations first, then inequalities.
+ * matrix x - wanted misses: equations first, then inequalities. Of these those join the table that are nearly broken, and
+ * what is broken then, until nothing is.
  *
- * matrix: (rows, columns), spoilt. x: where to begin, becomes the solution, (columns,). room: 7 (rows + columns) and
- * whole: 2 (rows + columns) numbers to work in. Returns how many steps were taken, or -1 if too many. */
-API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, double *matrix, const double *wanted,
-                         const double *cost, const double *low, const double *high, double *x, double *room,
-                         int64_t *whole) {
+ * matrix: (rows, columns). x: where to begin, becomes the solution, (columns,). table: (rows, columns), room: 7 rows +
+ * 10 columns and whole: 3 rows + 2 columns numbers to work in. Returns how many steps were taken, or -1 if too many. */
+API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, const double *matrix, const double *wanted,
+                         const double *cost, const double *low, const double *high, double *x, double *table,
+                         double *room, int64_t *whole) {
     const SIZE all = rows + columns;
-    struct program p = {.rows = rows, .columns = columns, .table = matrix, .costs = (struct cost *)room};
-    double *const gains = room + 7 * all;
+    struct program p = {.rows = 0, .columns = columns, .table = table, .costs = (struct cost *)room};
     double largest = price;
     p.value = room + 6 * all;
+    p.gains = p.value + all;
+    p.pivot = p.gains + columns;
+    p.idle = p.pivot + columns;
     p.piece = whole;
     p.basic = whole + all;
     p.resting = p.basic + rows;
+    int64_t *const joined = p.resting + columns;
     for (SIZE j = 0; j < columns; j++) {
         const double bend = low[j] > 0.0 ? low[j] : high[j] < 0.0 ? high[j] : 0.0;
         p.costs[j] = (struct cost){{-cost[j], cost[j]}, {low[j], bend, high[j]}, high[j] - low[j]};
         p.value[j] = x[j] < low[j] ? low[j] : x[j] > high[j] ? high[j] : x[j];
         p.resting[j] = j;
+        p.idle[j] = 0.0;
         largest = cost[j] > largest ? cost[j] : largest;
     }
     for (SIZE i = 0; i < rows; i++) {
-        double missing = -wanted[i], scale = 1e-300;
+        double scale = 1e-300;
         for (SIZE j = 0; j < columns; j++) {
             const double reach = fabs(matrix[i * columns + j]) * p.costs[j].scale;
-            missing += matrix[i * columns + j] * p.value[j];
             scale = reach > scale ? reach : scale;
         }
         p.costs[columns + i] = (struct cost){{i < equal ? -price : 0.0, price}, {-NO_BOUND, 0.0, NO_BOUND}, scale};
-        p.value[columns + i] = missing;
-        p.piece[columns + i] = missing < 0.0 ? 0 : 1;
-        p.basic[i] = columns + i;
+        joined[i] = 0;
     }
     SIZE steps = 0, column = 0;
-    for (; steps < ROUNDS_A_COLUMN * all; steps++) {
-        int direction = 0;
-        double gain = 0.0;
-        column = chosen(&p, gains, TINY * largest, &direction, &gain);
-        if (column < 0) break;
-        move(&p, column, direction, gain);
+    for (int again = 0;; again = 1) {
+        const SIZE known = p.rows;
+        for (SIZE i = 0; i < rows; i++) {
+            if (joined[i]) continue;
+            double missing = -wanted[i];
+            for (SIZE j = 0; j < columns; j++) missing += matrix[i * columns + j] * p.value[j];
+            if (i >= equal && !(missing > (again ? BROKEN : NEAR) * p.costs[columns + i].scale)) continue;
+            p.value[columns + i] = missing;
+            p.piece[columns + i] = missing < 0.0 ? 0 : 1;
+            join(&p, i, matrix + i * columns);
+            joined[i] = 1;
+        }
+        if (again && p.rows == known) break;
+        renew(&p, -1, 0);
+        for (; steps < ROUNDS_A_COLUMN * all; steps++) {
+            int direction = 0;
+            double gain = 0.0;
+            column = chosen(&p, TINY * largest, &direction, &gain);
+            if (column < 0) break;
+            move(&p, column, direction, gain);
+        }
+        if (column >= 0 || p.rows == rows) break;
     }
     for (SIZE j = 0; j < columns; j++) x[j] = p.value[j] < low[j] ? low[j] : p.value[j] > high[j] ? high[j] : p.value[j];
     return column < 0 || all == 0 ? steps : -1;

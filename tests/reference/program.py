@@ -39,7 +39,7 @@ def penalised(
     Raises:
         ValueError: Numbers that are not finite, bounds that cross, or costs that are negative.
     """
-    rows = np.array(doubles(matrix, "matrix", (-1, -1)), order="C")
+    rows = doubles(matrix, "matrix", (-1, -1))
     m, n = rows.shape
     each, right = doubles(cost, "cost", (n,)), doubles(wanted, "wanted", (m,))
     least, most, x = doubles(low, "low", (n,)), doubles(high, "high", (n,)), np.array(doubles(begun, "begun", (n,)))
@@ -47,10 +47,10 @@ def penalised(
         raise ValueError("program: finite numbers are wanted")
     if np.any(each < 0.0) or np.any(least > most) or not price > 0.0 or not 0 <= equal <= m:
         raise ValueError("program: costs that are not negative, bounds in order and a positive price are wanted")
-    kept, room, whole = rows.copy(), np.empty(7 * (m + n) + n), np.empty(2 * (m + n), dtype=np.int64)
-    places = (address(part) for part in (rows, right, each, least, most, x, room, whole))
+    table, room, whole = np.empty((m, n)), np.empty(7 * m + 10 * n), np.empty(3 * m + 2 * n, dtype=np.int64)
+    places = (address(part) for part in (rows, right, each, least, most, x, table, room, whole))
     if KERNEL.purcell_program(m, n, equal, float(price), *places) < 0:
         return None
-    missed = (kept * x).sum(axis=1) - right
+    missed = (rows * x).sum(axis=1) - right
     missed = np.concatenate([np.abs(missed[:equal]), np.maximum(missed[equal:], 0.0)])
     return x, float(np.sum(each * np.abs(x)) + price * np.sum(missed))
