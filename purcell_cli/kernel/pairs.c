@@ -75,7 +75,7 @@ static double tips_apart(const double *a, const double *b) {
  * A way of length r along the unit vector u, which leaves aside of the heading of a_i by s, costs along r and
  * swing |heading a - heading b| + aside s, or along r and far (|heading a - u| + |heading b - u|), forwards or
  * backwards, whichever is less.
- * a, b: position and heading, (n, 6) and (m, 6). before: (n,). after: (m,), ascending. most, within: ways that cost
+ * a, b: position and heading, (n, 6) and (6, m). before: (n,). after: (m,), ascending. most, within: ways that cost
  * as much, or so many times the least by then, are none, missing: nor those on which the costs but that of the length
  * are more than so many times what is spent besides. cost: (n,), infinite where there is none. index: (n,). */
 API void purcell_meetings(SIZE n, SIZE m, const double *a, const double *b, const double *before, const double *after,
@@ -88,25 +88,36 @@ API void purcell_meetings(SIZE n, SIZE m, const double *a, const double *b, cons
         double best = within * least;
         cost[i] = INFINITY;
         index[i] = -1;
-        for (SIZE j = 0; j < m && before[i] + after[j] < best; j++) {
-            const double *h = b + 6 * j;
-            const double way[3] = {h[0] - g[0], h[1] - g[1], h[2] - g[2]}, left = best - before[i] - after[j];
-            const double square = DOT(way, way), turn = heading[0] * h[3] + heading[1] * h[4] + heading[2] * h[5];
-            /* Two directions are apart by no more than both are from a third. */
-            if (along * square >= left * left || 2.0 * swing * swing * (1.0 - turn) >= left * left) continue;
-            const double length = sqrt(square), on = DOT(way, heading), sign = on < 0.0 ? -1.0 : 1.0;
-            const double beside = square - on * on, turned = tips_apart(heading, h + 3);
-            double spent = p->swing * turned + p->aside * sqrt(beside > 0.0 ? beside : 0.0);
-            if (length > 0.0) {
-                const double u[3] = {sign * way[0] / length, sign * way[1] / length, sign * way[2] / length};
-                const double far = p->far * (tips_apart(heading, u) + tips_apart(h + 3, u));
-                spent = far < spent ? far : spent;
+        for (SIZE low = 0; low < m && before[i] + after[low] < best; low += BLOCK) {
+            const int some = m - low < BLOCK ? (int)(m - low) : BLOCK;
+            double square[BLOCK], turn[BLOCK], spare[BLOCK];
+            for (int l = 0; l < some; l++) { /* side by side */
+                const double *h = b + low + l, x = h[0] - g[0], y = h[m] - g[1], z = h[2 * m] - g[2];
+                const double left = best - before[i] - after[low + l];
+                square[l] = x * x + y * y + z * z;
+                turn[l] = heading[0] * h[3 * m] + heading[1] * h[4 * m] + heading[2] * h[5 * m];
+                /* Two directions are apart by no more than both are from a third. */
+                const double apart = 2.0 * swing * swing * (1.0 - turn[l]), way = along * square[l];
+                spare[l] = left * left - (apart > way ? apart : way);
             }
-            if (spent > missing * (before[i] + after[j])) continue;
-            spent += before[i] + after[j] + p->along * length;
-            if (spent < best) {
-                cost[i] = best = spent;
-                index[i] = j;
+            for (int l = 0; l < some; l++) {
+                const SIZE j = low + l;
+                if (!(spare[l] > 0.0) || !(before[i] + after[j] < best)) continue;
+                const double h[6] = {b[j], b[m + j], b[2 * m + j], b[3 * m + j], b[4 * m + j], b[5 * m + j]};
+                const double way[3] = {h[0] - g[0], h[1] - g[1], h[2] - g[2]}, length = sqrt(square[l]);
+                const double on = DOT(way, heading), sign = on < 0.0 ? -1.0 : 1.0, beside = square[l] - on * on;
+                double spent = p->swing * tips_apart(heading, h + 3) + p->aside * sqrt(beside > 0.0 ? beside : 0.0);
+                if (length > 0.0) {
+                    const double u[3] = {sign * way[0] / length, sign * way[1] / length, sign * way[2] / length};
+                    const double far = p->far * (tips_apart(heading, u) + tips_apart(h + 3, u));
+                    spent = far < spent ? far : spent;
+                }
+                if (spent > missing * (before[i] + after[j])) continue;
+                spent += before[i] + after[j] + p->along * length;
+                if (spent < best) {
+                    cost[i] = best = spent;
+                    index[i] = j;
+                }
             }
         }
         least = cost[i] < least ? cost[i] : least;

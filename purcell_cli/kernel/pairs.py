@@ -97,6 +97,7 @@ def meetings(
     n, m, numbers = len(a), len(b), doubles(prices, "prices", (4,))
     spent = doubles(before, "before", (n,)), doubles(after, "after", (m,))
     cost, index = np.empty(n), np.empty(n, dtype=np.int64)
-    given = (address(part) for part in (a, b, *spent, numbers))
+    columns = np.ascontiguousarray(b.T)
+    given = (address(part) for part in (a, columns, *spent, numbers))
     KERNEL.purcell_meetings(n, m, *given, most, within, missing, address(cost), address(index))
     return cost, index
