@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import pages
+from benchmarks.long_search import LONG, shaken_on
 from benchmarks.resumed import outcomes
 from purcell_cli import Configuration, Swimmer, plan
 from purcell_cli.files.builtin import find_swimmer
@@ -39,7 +40,6 @@ from purcell_cli.planner.exploration import Exploration
 from purcell_cli.planner.joints.candidates import joint_candidates
 from purcell_cli.planner.joints.effort import JointBreadth
 from purcell_cli.planner.refine.minimum_travel import Pace
-from purcell_cli.planner.refine.segments import free_primitives
 from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refinement import Refinement
 
@@ -47,10 +47,7 @@ CLASSES = {"small": (0.02, 0.3), "mid": (0.4, 2.5), "far": (4.0, 30.0)}
 """The classes of queries, and how far their goals are, at least and at most [L]."""
 BENT_RAD = 0.9
 """Limbs are bent at most so far at the start and the goal [rad]."""
-SHAKEN = (0.03, 0.1, 0.25)
-"""Standard deviations of the relative changes of the best plan's angles, in turn."""
 WIDE = JointBreadth(ways=4, chains=4000, kept=6, short=40, arcs=48, pace=Pace(3, 30))
-LONG = Pace(rounds=3, steps=40, price=300.0, work=6000)
 STAGE = Stage(candidates=6, pace=LONG, most_apart=80)
 """How widely the long search looks, with each seed, and how long it shortens what it finds."""
 
@@ -78,11 +75,6 @@ def query(seed: int, swimmer: Swimmer) -> Query:
     return Query(kind, Configuration(shape=shapes[0]), Configuration(pose, shapes[1]))
 
 
-def shaken(motion: Equations, part: float, rng: np.random.Generator) -> Equations:
-    """Return a motion whose free angles are all a little others."""
-    return motion.of(motion.with_angles(motion.angles * (1.0 + part * rng.normal(size=len(motion.angles)))))
-
-
 def long_search(swimmer: Swimmer, asked: Query, seconds: float) -> float:
     """Return the least joint travel of plans that a search of some length finds [rad].
 
@@ -91,23 +83,17 @@ def long_search(swimmer: Swimmer, asked: Query, seconds: float) -> float:
         asked: The query.
         seconds: How long it looks [s of processor time].
     """
-    began, rng = time.process_time(), np.random.default_rng(0)
+    began = time.process_time()
     thorough = plan(asked.start, asked.goal, swimmer=swimmer, options=PlanOptions(effort=Effort.THOROUGH))
     wanted = flattened(swimmer, displacement_between(asked.start, asked.goal, swimmer.length_m))
     empty = Equations(swimmer.scaled(), (), asked.start.shape, asked.goal.shape, wanted, SEARCHING)
     search = Exploration(empty, Refinement(swimmer, asked.start, Limits(), "travel"))
-    seed = 10
-    while time.process_time() - began < seconds:
-        if time.process_time() - began < 0.5 * seconds:
-            wide = dataclasses.replace(WIDE, seed=seed)
-            search.explore(STAGE, joint_candidates(swimmer.scaled(), asked.start.shape, asked.goal.shape, wanted, wide))
-        best = search.incumbent.best
-        if best is not None and free_primitives(best.motion.segments):
-            other = shaken(best.motion.at_accuracy(SEARCHING), SHAKEN[seed % len(SHAKEN)], rng)
-            near = search.refinement.near(other)
-            if near.close:
-                search.consider(search.refinement.shorter(near.motion, LONG), "shaken")
-        seed += 1
+
+    def wider(seed: int) -> None:
+        wide = dataclasses.replace(WIDE, seed=seed)
+        search.explore(STAGE, joint_candidates(swimmer.scaled(), asked.start.shape, asked.goal.shape, wanted, wide))
+
+    shaken_on(search, LONG, began + seconds, wider)
     return min(search.incumbent.joint_travel_rad, thorough.joint_travel_rad)
 
 

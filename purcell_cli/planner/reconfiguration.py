@@ -91,16 +91,16 @@ def reconfigure(
     kept_to = limits or Limits()
     bend_rad = careful_bend_rad(swimmer, kept_to)
 
-    def least(objective: str, begun: _Searched | None = None) -> _Searched:
-        def searched(bend_rad: float) -> _Searched:
+    def least(objective: str, begun: Searched | None = None) -> Searched:
+        def within(bend_rad: float) -> Searched:
             careful = dataclasses.replace(swimmer, max_bend_rad=bend_rad)
-            return _searched(careful, start, goal, gaits, effort, objective, kept_to, progress, begun)
+            return searched(careful, start, goal, gaits, effort, objective, kept_to, progress, begun)
 
-        found = searched(bend_rad)
+        found = within(bend_rad)
         for share in smaller_bends:
             if not found.search.incumbent.leaves_workspace or share * bend_rad < _LEAST_BEND_RAD:
                 break
-            other = searched(share * bend_rad)
+            other = within(share * bend_rad)
             if other.search.incumbent.better_than(found.search.incumbent):
                 found = other
         return found
@@ -140,7 +140,7 @@ def careful_bend_rad(swimmer: Swimmer, limits: Limits) -> float:
 
 
 @frozen_dataclass(eq=False)
-class _Searched:
+class Searched:
     """A search that is over.
 
     Attributes:
@@ -154,7 +154,7 @@ class _Searched:
     interrupted: bool = False
 
 
-def _searched(
+def searched(
     careful: Swimmer,
     start: Configuration,
     goal: Configuration,
@@ -162,9 +162,9 @@ def _searched(
     effort: str,
     minimize: str,
     kept_to: Limits,
-    progress: Progress,
-    begun: _Searched | None,
-) -> _Searched:
+    progress: Progress = silent,
+    begun: Searched | None = None,
+) -> Searched:
     """Return a search that is over.
 
     Args:
@@ -206,10 +206,10 @@ def _searched(
         except KeyboardInterrupt:
             if not (stage.interrupt_keeps_best and search.incumbent.good):
                 raise
-            return _Searched(search, found, interrupted=True)
+            return Searched(search, found, interrupted=True)
     if begun is not None:
         search.take(begun.search)
-    return _Searched(search, found)
+    return Searched(search, found)
 
 
 def _generators(

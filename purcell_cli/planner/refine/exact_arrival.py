@@ -62,7 +62,7 @@ _NEVER = 1000
 FROM_FAR = 0.6, 8, 2, 10, 5.0
 """How Newton's method brings a motion to a goal that it begins far from: the largest change of an angle in a step
 [rad], rounds without a halved residual, and steps in a row of which little helps, before it is given up, evaluations
-after which little must be missing, and how little, then as at the beginning [L, rad]: motions that arrive do so soon."""
+after which little must be missing, and how little then and at the beginning [L, rad]: motions that arrive do so soon."""
 _LOST = 2
 """Rounds without a halved residual before `approach` gives a motion up."""
 
@@ -94,9 +94,7 @@ def approach(
     """
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
     search = equations.descent(least, ACTIVE, *rows_besides(equations, None))
-    angle, *known, off = search.approached(
-        equations.angles, enough, reach_rad, patience, stuck, trials, hopeless
-    )
+    angle, *known, off = search.approached(equations.angles, enough, reach_rad, patience, stuck, trials, hopeless)
     return equations.of(equations.with_angles(angle)), equations.values(angle, *known), off
 
 
