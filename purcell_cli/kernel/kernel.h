@@ -100,6 +100,8 @@ API SIZE purcell_equations(const double *swimmer, SIZE stages, const double *nod
                            const SIZE *control, const double *angle, SIZE k, const SIZE *repeats, const double *wanted,
                            SIZE t, const SIZE *stops, const double *ends, double *room, double *shapes,
                            double *residual, double *derivative);
+void purcell_turning_axis(SIZE control, const double *shape, double out[3]);
+void purcell_turns_about_base(SIZE n, const SIZE *control, int out[2]);
 void purcell_gap_between(const double *found, const double *wanted, double out[6]);
 API SIZE purcell_bend_rows(SIZE n, const SIZE *control, const double *angle, const double *shapes, const double *least,
                            const SIZE *fixed, double near, double *places, double *room, double *slope);
@@ -108,6 +110,17 @@ API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, con
 API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, const double *matrix,
                          const double *wanted, const double *cost, const double *low, const double *high, double *x,
                          double *table, double *room, int64_t *whole);
+
+/* clearance.c: see there. */
+API void purcell_circles(SIZE n, const double *shapes, const double *rates, double *centre, double *cosine, double *sine,
+                         double *turn);
+API SIZE purcell_clearance_begun(SIZE n, const double *numbers, const double *centre, const double *cosine,
+                                 const double *sine, const double *turn, const double *duration, SIZE apart, double enough,
+                                 double *best, double *when, SIZE *where, double *stretches);
+API SIZE purcell_clearance_cut(SIZE n, const double *numbers, const double *centre, const double *cosine,
+                               const double *sine, const double *turn, const double *duration, SIZE apart, double enough,
+                               double *best, double *when, SIZE *where, double *stretches, SIZE most, double *cut,
+                               double *error);
 
 /* beads.c, bead_table.c: the resistance of links that feel each other's flow, from their beads and from a table of it.
  *

@@ -42,6 +42,7 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "largest_bends": (None, [_SIZE, *[_ARRAY] * 7]),
     "clearance_begun": (_SIZE, [_SIZE, *_APART, _ARRAY]),
     "clearance_cut": (_SIZE, [_SIZE, *_APART, _ARRAY, _SIZE, *[_ARRAY] * 2]),
+    "clearance_rows": (_SIZE, [_SIZE, *[_ARRAY] * 5, *[_NUMBER] * 2, *[_ARRAY] * 3]),
     "from_balls": (None, [_SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 4]),
     "from_box": (None, [_SIZE, *[_ARRAY] * 5, _SIZE, _ARRAY]),
     "inside_cones": (None, [_SIZE, *[_ARRAY] * 2, *[_SIZE] * 2, *[_ARRAY] * 7]),

@@ -8,13 +8,13 @@
 #define FULL_TURN 6.283185307179586
 
 /* The axis that a primitive turns its limb about, where it begins. */
-static void turning_axis(SIZE control, const double *shape, double out[3]) {
+void purcell_turning_axis(SIZE control, const double *shape, double out[3]) {
     const double *limb = shape + 9 * LIMB_OF(control);
     for (int i = 0; i < 3; i++) out[i] = control < BASE_YAW ? limb[3 * i + AXIS_OF(control)] : i == 2;
 }
 
 /* Whether a limb turns about the base's z on any of n primitives: its pitches then turn it about its own y later. */
-static void turns_about_base(SIZE n, const SIZE *control, int out[2]) {
+void purcell_turns_about_base(SIZE n, const SIZE *control, int out[2]) {
     out[0] = out[1] = 0;
     for (SIZE p = 0; p < n; p++)
         if (control[p] >= BASE_YAW) out[LIMB_OF(control[p])] = 1;
@@ -56,13 +56,13 @@ API SIZE purcell_equations(const double *swimmer, SIZE stages, const double *nod
         double *rows = derivative + 6 * (e + 1) * n;
         const double *end = shapes + 18 * stops[e];
         int universal[2];
-        turns_about_base(stops[e], control, universal);
+        purcell_turns_about_base(stops[e], control, universal);
         purcell_gap_between(end, ends, residual + 6 * (e + 1));
         for (SIZE i = 0; i < 6 * n; i++) rows[i] = 0.0;
         for (SIZE p = 0; p < stops[e]; p++) {
             const int limb = LIMB_OF(control[p]);
             double axis[3];
-            turning_axis(control[p], shapes + 18 * p, axis);
+            purcell_turning_axis(control[p], shapes + 18 * p, axis);
             for (int i = 0; i < 3; i++)
                 rows[(3 * limb + i) * n + p] =
                     universal[limb] && control[p] < BASE_YAW ? end[9 * limb + 3 * i + 1] : axis[i];
@@ -80,9 +80,9 @@ API SIZE purcell_bend_rows(SIZE n, const SIZE *control, const double *angle, con
                            const SIZE *fixed, double near, double *places, double *room, double *slope) {
     SIZE m = 0;
     int universal[2];
-    turns_about_base(n, control, universal);
+    purcell_turns_about_base(n, control, universal);
     double *const abouts = places + 3 * n;
-    for (SIZE p = 0; p < n; p++) turning_axis(control[p], shapes + 18 * p, abouts + 3 * p);
+    for (SIZE p = 0; p < n; p++) purcell_turning_axis(control[p], shapes + 18 * p, abouts + 3 * p);
     for (SIZE p = 0; p < n; p++) {
         const int limb = LIMB_OF(control[p]), axis = AXIS_OF(control[p]);
         if (axis == 0 || fixed[p]) continue;

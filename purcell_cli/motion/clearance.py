@@ -16,15 +16,18 @@ limb is nearest to the body where it bends most, so that pair needs no search.
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import arccos, arcsin, cos, hypot, sin
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel import clearance as kernel
 from purcell_cli.kernel.linear import nearest_on_segments
+from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.limb_circles import LimbCircles
@@ -182,8 +185,41 @@ def clearances(swimmer: Swimmer, pieces: Pieces, enough_m: float = np.inf) -> tu
     return found.distance, found.time
 
 
+def clearance_slack(
+    swimmer: Swimmer, controls: ArrayLike, angles: ArrayLike, shapes: ArrayLike, least_m: ArrayLike, near_m: float
+) -> tuple[Array, Array]:
+    """Return by how much limbs are farther apart than they must be where that is little, and its derivative.
+
+    Args:
+        swimmer: The swimmer.
+        controls: The controls of primitives. Shape (n,).
+        angles: How far each turns [rad]. Shape (n,).
+        shapes: Shapes before, between and after them. Shape (n + 1, 2, 3, 3).
+        least_m: The least distance of the limbs on each [m]; -infinity where it does not matter. Shape (n,).
+        near_m: Distances that exceed it by more than this do not matter [m].
+
+    Returns:
+        What the least distance on m primitives exceeds the least allowed by [m], shape (m,), and its derivative by all
+        angles, shape (m, n).
+    """
+    small_m = TOLERANCE_L * swimmer.length_m
+    return kernel.rows(controls, angles, shapes, least_m, _links(swimmer), small_m, straight_distance(swimmer), near_m)
+
+
+@functools.lru_cache(maxsize=64)
+def straight_distance(swimmer: Swimmer) -> float:
+    """Return the distance of the limbs' surfaces where both are straight [m]."""
+    return float(limb_distance(swimmer, COLLINEAR[..., 0]))
+
+
 def _nearest(swimmer: Swimmer, circles: LimbCircles, apart: bool, enough_m: float) -> kernel.Nearest:
     """Return the least distances on all pieces or, apart, on each; those above what is enough are not exact [m]."""
+    small_m = TOLERANCE_L * swimmer.length_m
+    return kernel.nearest(circles.known, circles.duration, _links(swimmer), apart, enough_m, small_m, _MOST_STRETCHES)
+
+
+@functools.lru_cache(maxsize=64)
+def _links(swimmer: Swimmer) -> tuple[float, float, float, float]:
+    """Return half the base's length, the limbs' lengths and their radii together [m]."""
     one, two = (2.0 * half for half in swimmer.halves_m[1:])
-    links, small_m = (swimmer.base_half_length_m, one, two, _radii(swimmer)), TOLERANCE_L * swimmer.length_m
-    return kernel.nearest(circles.known, circles.duration, links, apart, enough_m, small_m, _MOST_STRETCHES)
+    return swimmer.base_half_length_m, one, two, _radii(swimmer)

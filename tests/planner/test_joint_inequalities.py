@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from helpers import assert_close, assert_slope
+from reference.clearance_slack import clearance_slack as by_numpy
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
@@ -15,8 +16,7 @@ from purcell_cli.mechanics.joints import Joint, limb_at
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.clearance import clearances
-from purcell_cli.planner.refine import inequalities
+from purcell_cli.motion.clearance import clearance_slack, clearances
 from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, range_rows
 from purcell_cli.planner.refine.segments import Segment
 from purcell_cli.planner.refine.shooting import Equations
@@ -69,16 +69,26 @@ def test_an_angle_at_the_goal_may_be_at_the_end_of_its_range() -> None:
 
 
 @pytest.mark.parametrize(("bend", "looked_for"), [(1.3, False), (2.9, True)])
-def test_limbs_are_looked_for_only_where_one_bends_beyond_a_right_angle(
-    bend: float, looked_for: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked = []
-    monkeypatch.setattr(inequalities, "clearances", lambda *given: asked.append(1) or clearances(*given))
+def test_limbs_are_looked_for_only_where_one_bends_beyond_a_right_angle(bend: float, looked_for: bool) -> None:
     sequence = PrimitiveSequence.of([(6, bend - 0.3), (6, -bend), (7, 0.1)])
     equations = motion(sequence, 1, Joint("universal"))
     shapes = sequence.shapes(START)
     room, _ = clearance_rows(equations, sequence, shapes, np.ones(3))
-    assert bool(asked) == looked_for
     apart, _ = clearances(equations.swimmer, Pieces.between(sequence, shapes), 1.3)
     assert len(room) == np.count_nonzero(apart < 1.25)
     assert bool(len(room)) == looked_for
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_the_room_between_limbs_is_that_of_numpy(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    count, most = int(rng.integers(1, 12)), 8 if seed % 2 else 6
+    sequence = PrimitiveSequence(rng.integers(0, most, count), rng.uniform(-2.0, 2.0, count))
+    swimmer = Swimmer(slenderness=float(rng.uniform(0.005, 0.08))).scaled()
+    shapes = sequence.shapes(np.stack([limb_at(*rng.uniform(-1.5, 1.5, 2)) for _ in range(2)]))
+    least = np.where(rng.random(count) < 0.3, -np.inf, rng.uniform(0.0, 1.9, count))
+    near = float(rng.uniform(0.05, 0.6))
+    room, slope = clearance_slack(swimmer, sequence.control, sequence.angle, shapes, least, near)
+    wanted = by_numpy(swimmer, sequence, shapes, least, near)
+    assert_close(room, wanted[0], 1e-13)
+    assert_close(slope, wanted[1], 1e-13)

@@ -61,8 +61,8 @@ _NEVER = 1000
 """More steps than `approach` takes."""
 FROM_FAR = 0.6, 8, 2, 10, 5.0
 """How Newton's method brings a motion to a goal that it begins far from: the largest change of an angle in a step
-[rad], rounds without a halved residual, and steps in a row of which little helps, before it is given up, evaluations
-after which little must be missing, and how little then and at the beginning [L, rad]: motions that arrive do so soon."""
+[rad], rounds without a halved residual, and steps in a row of which little helps, before it is given up; evaluations
+after which little must be missing, and how little then and at the beginning [L, rad]. What arrives does so soon."""
 _LOST = 2
 """Rounds without a halved residual before `approach` gives a motion up."""
 

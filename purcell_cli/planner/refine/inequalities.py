@@ -14,17 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.frozen_dataclass import frozen_dataclass
-from purcell_cli.geometry.reproducible import arccos, cos, inner
-from purcell_cli.geometry.rotations import Array, cross
+from purcell_cli.geometry.reproducible import arccos, cos
+from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel import shooting
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joints import ANGLES
-from purcell_cli.mechanics.lift_derivatives import turning_axes
-from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
-from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.clearance import clearances, distance_slope, limb_distance
-from purcell_cli.motion.limb_circles import LimbCircles
+from purcell_cli.motion.clearance import clearance_slack, limb_distance, straight_distance
 from purcell_cli.planner.refine.shooting import Equations, MoreRows
 
 ACTIVE = 0.35
@@ -196,49 +192,12 @@ def clearance_rows(
         Distance - least where the limbs are nearest on primitives [L], shape (j,), and its derivative
         by the free angles, shape (j, n).
     """
-    row, limb = np.arange(len(sequence)), sequence.limb
-    active = np.flatnonzero(least > -np.inf)
-    if len(active):
-        active = active[~_far_apart(equations.swimmer, sequence, shapes, active, float(np.max(least[active])))]
-    if not len(active):
-        return np.zeros(0), np.zeros((0, len(equations.weight)))
-    pieces = Pieces.between(sequence, shapes)[active]
-    enough = float(np.max(least, initial=0.0)) + _NEAR_L
-    apart, time = clearances(equations.swimmer, pieces, enough)
-    near = np.flatnonzero(apart - least[active] < _NEAR_L)
-    at_end = time[near] >= pieces.durations[near]
-    axes = LimbCircles.of(pieces).at(near, time[near])
-    torque = cross(axes, distance_slope(equations.swimmer, axes))
-    lever = inner(turning_axes(sequence, shapes, row), torque[:, limb])
-    based = sequence.control >= 6
-    if np.any(based):  # universal joints' pitches turn limbs about their own y, where they are
-        pitched = np.flatnonzero(~based & np.isin(limb, limb[based]))
-        own_y = shapes[active[near] + at_end][..., 1][:, limb[pitched]]
-        lever[:, pitched] = inner(own_y, torque[:, limb[pitched]])
-    acts = row[None, :] < (active[near] + at_end)[:, None]
-    return (apart - least[active])[near], equations.by_free_angles(np.where(acts, lever, 0.0))
+    slack, slope = clearance_slack(equations.swimmer, sequence.control, sequence.angle, shapes, least, _NEAR_L)
+    return slack, equations.by_free_angles(slope)
 
 
 def _never_near(equations: Equations, least: float) -> bool:
     """Return whether limbs as bent as phases 1 and 3 allow are no nearer to each other than their joints, by far."""
     shapes = np.stack([equations.start, equations.goal, equations.home])
     most = max(equations.swimmer.max_bend_rad, float(np.max(arccos(np.clip(shapes[..., 0, 0], -1.0, 1.0)))))
-    return most < 0.5 * np.pi - _BEYOND_RAD and _joints_apart(equations.swimmer) - least >= _NEAR_L
-
-
-def _joints_apart(swimmer: Swimmer) -> float:
-    """Return the distance of straight limbs [L]."""
-    return float(limb_distance(swimmer, COLLINEAR[..., 0]))
-
-
-def _far_apart(
-    swimmer: Swimmer, sequence: PrimitiveSequence, shapes: Array, some: NDArray[np.int64], least: float
-) -> NDArray[np.bool_]:
-    """Return on which of some primitives no limb bends by more than a right angle, where the joints are far apart.
-
-    The joints are then nearest to each other. On the way between two bends a limb bends at most by half of the sum of
-    both and of the angle that it turns by.
-    """
-    bend = arccos(np.clip(shapes[..., 0, 0], -1.0, 1.0))
-    most = 0.5 * (bend[some] + bend[some + 1] + np.abs(sequence.angle[some])[:, None])
-    return np.asarray((np.max(most, axis=1) < 0.5 * np.pi) & (_joints_apart(swimmer) - least >= _NEAR_L))
+    return most < 0.5 * np.pi - _BEYOND_RAD and straight_distance(equations.swimmer) - least >= _NEAR_L
