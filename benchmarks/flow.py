@@ -1,7 +1,7 @@
 """What the flow costs among links that feel each other's flow: ``python -m benchmarks.flow``.
 
 Of 27 primitives, in pairs: links alone, then links that feel each other, processor time. Walks turn limbs at random
-within 1 rad; squares are of both limbs' yaw and pitch, as strokes are.
+within 1 rad, wide ones within 1.5; squares are of both limbs' yaw and pitch, as strokes are.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from purcell_cli.mechanics.collocation import Accuracy, flow_of
 from purcell_cli.mechanics.lift import EXACT, SEARCHING
 
 PRIMITIVES = 27
-MOST_RAD = 1.0
+MOST_RAD, WIDE_RAD = 1.0, 1.5
 ROUNDS, SECONDS = 5, 0.1
 """How often each is timed, and how long at least; the least time of a round counts."""
 COLLINEAR = np.stack([np.eye(3), np.eye(3)])
@@ -28,14 +28,14 @@ Primitives = tuple[Array, Array, Array]
 """Controls, angles and shapes."""
 
 
-def walk(seed: int) -> Primitives:
-    """Return primitives at random angles that keep limbs bent by at most `MOST_RAD`."""
+def walk(seed: int, most_rad: float = MOST_RAD) -> Primitives:
+    """Return primitives at random angles that keep limbs bent by at most so much."""
     rng = np.random.default_rng(seed)
     limbs, controls, angles = [np.eye(3), np.eye(3)], list[int](), list[float]()
     while len(controls) < PRIMITIVES:
         control, angle = int(rng.integers(6)), float(rng.uniform(-1.0, 1.0))
         turned = limbs[control // 3] @ about_axis(control % 3, angle)
-        if turned[0, 0] > np.cos(MOST_RAD):
+        if turned[0, 0] > np.cos(most_rad):
             limbs[control // 3] = turned
             controls.append(control)
             angles.append(angle)
@@ -77,7 +77,11 @@ def timed(body: Swimmer, accuracy: Accuracy, motion: Primitives) -> tuple[float,
 def main() -> None:
     """Measure and print."""
     bodies = Swimmer(), dataclasses.replace(Swimmer(), fluid="beads")
-    motions = {"walks": [walk(seed) for seed in range(4)], "squares": [squares()]}
+    motions = {
+        "walks": [walk(seed) for seed in range(4)],
+        "wide walks": [walk(seed, WIDE_RAD) for seed in range(4)],
+        "squares": [squares()],
+    }
     for name, many in motions.items():
         for told, accuracy in (("exact", EXACT), ("searching", SEARCHING)):
             rounds = [[[timed(body, accuracy, one) for one in many] for body in bodies] for _ in range(ROUNDS)]

@@ -10,7 +10,7 @@ import numpy as np
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.bead_table import bead_table
+from purcell_cli.mechanics.bead_table import bead_tables
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.joint_motion import home_shape, plane_axis, refuse_displacement
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -78,7 +78,7 @@ def plan_mission(
         return followed(mission, mission.follow, body, options, gaits, progress)
     refuse_waypoints(mission, body, options)
     if body.fluid == "beads":
-        bead_table(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
+        bead_tables(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
     touring = Touring(body, LegPrice(body), Limits.of(options))
     dear = options.controls == Controls.SIMULTANEOUS or options.obstacles is not None
     orders = passing_orders(mission, touring, 1 if dear else _ORDERS[options.effort])

@@ -241,9 +241,9 @@ def planned(
     body, limits = swimmer or Swimmer(), dataclasses.replace(Limits.of(options), clock_s=clock_s)
     refuse_query(start, goal, body, options)
     if body.fluid == "beads":
-        from purcell_cli.mechanics.bead_table import bead_table
+        from purcell_cli.mechanics.bead_table import bead_tables
 
-        bead_table(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
+        bead_tables(body, lambda done, of: progress(done, of, "table of the links' drag, once for this swimmer"))
     packaged = stored_gaits()
     left_out = unfit_gaits([gait for name, gait in stored.items() if packaged.get(name) is not gait], body)
     stored = {**stored, **{name: packaged[name] for name in left_out if name in packaged}}

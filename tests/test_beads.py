@@ -152,11 +152,11 @@ def test_bad_arrays_are_refused() -> None:
     with pytest.raises(ValueError, match="link and radius"):
         bead_resistance(place, place, np.array([1.0, 0.0]), np.array([0, 1]))
     numbers = kernel_numbers(STOUT)
-    for wrong in (numbers[:-1], numbers[:24], np.append(numbers, 0.0)):
+    for wrong in (numbers[:-1], numbers[:22], np.append(numbers, 0.0)):
         with pytest.raises(ValueError, match="swimmer"):
             swimmer_numbers(wrong)
     huge = numbers.copy()
-    huge[23] = 1e9
+    huge[22] = 1e9
     with pytest.raises(ValueError, match="swimmer"):
         swimmer_numbers(huge)
     with pytest.raises(ValueError, match="table"):
@@ -263,10 +263,23 @@ def test_the_table_is_the_beads_to_many_digits(monkeypatch: pytest.MonkeyPatch) 
     assert connection_error(1.3) < 2e-10
     assert connection_error(1.6) < 5e-8
     axes = bent_shapes(np.random.default_rng(3), 1.0, 30)[..., 0]
-    monkeypatch.setattr(bead_table, "FINE", bead_table.Grid(many_bends=7))
+    monkeypatch.setattr(bead_table, "FINE", [bead_table.Grid(many_bends=7)])
     off = connection_error(1.0)
     assert off > 1e-9
     assert_close(bead_table.table_error(STOUT, axes) / off, 1.0, 1e-4)
+
+
+def test_small_bends_are_looked_up_in_a_table_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One too coarse spoils only them, and so does one for all bends, the foil, where the other would serve."""
+    fine = connection_error(1.0)
+    near, far = bead_table.FINE
+    assert near.reach_rad < 1.1
+    monkeypatch.setattr(bead_table, "FINE", (bead_table.Grid(near.reach_rad, 5), far))
+    assert connection_error(1.0) > 1e4 * fine
+    bent = shape_from_angles((60, 0, 0), (10, 5, 0))[None, ..., 0]
+    assert bead_table.table_error(STOUT, bent) < 1e-10
+    monkeypatch.setattr(bead_table, "FINE", (near, bead_table.Grid(many_bends=5)))
+    assert connection_error(1.0) > 1e4 * fine  # it is sampled from the other
 
 
 def test_bends_beyond_the_table_are_refused() -> None:
@@ -350,7 +363,7 @@ def test_links_of_their_own_sizes_have_beads_of_their_own() -> None:
 def test_the_table_of_unequal_limbs_is_sampled_whole() -> None:
     """By the mirror of equal limbs, the foil, it would be another swimmer's."""
     unit = Swimmer(fluid="beads", slenderness=0.1, links=LinkSizes(limb2=LinkSize(0.06, 0.125))).scaled()
-    table = np.concatenate([np.zeros(NUMBERS - 3), bead_table.made_table(unit)])
+    table = np.concatenate([np.zeros(NUMBERS - 1), bead_table.made_tables(unit)])
     axes = np.stack([shape_from_angles((50, 20, 0), (-30, 9, 0)), shape_from_angles((-5, 70, 0), (80, 3, 0))])[..., 0]
     found, wanted = looked_up(table, axes), solved_anew(unit, axes)
     assert_close(found, wanted, 1e-9, float(np.abs(wanted).max()))

@@ -29,8 +29,8 @@ from purcell_cli.kernel.screw_chains import solved
 from purcell_cli.kernel.sequence import cheapest
 from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.kernel.steering import steered
-from purcell_cli.mechanics.base_velocity import kernel_numbers, with_table
-from purcell_cli.mechanics.bead_table import Grid, made_table
+from purcell_cli.mechanics.base_velocity import kernel_numbers, with_tables
+from purcell_cli.mechanics.bead_table import Grid, made_tables
 from purcell_cli.mechanics.collocation import Accuracy, flow_of
 from purcell_cli.mechanics.lift import EXACT, SEARCHING
 from purcell_cli.mechanics.moves import MoveSequence
@@ -291,7 +291,7 @@ def chained(rng: np.random.Generator) -> chains.Settled:
 def on_beads(primitives: PrimitiveSequence, shapes: np.ndarray, turns: np.ndarray) -> list[np.ndarray]:
     """Return flows, their derivatives and work among links that feel each other, by a coarse table."""
     swimmer = Swimmer(slenderness=0.2, fluid="beads")
-    flow = Flow(with_table(swimmer, coarse_table(swimmer)), flow_of(SWIMMER, EXACT).rule)
+    flow = Flow(with_tables(swimmer, coarse_tables(swimmer)), flow_of(SWIMMER, EXACT).rule)
     pieces = shapes, np.linspace(-1.0, 1.0, 180).reshape(30, 6), np.linspace(0.0, 1.0, 30)
     return [
         looked_up(flow.swimmer, shapes[..., 0]),
@@ -303,9 +303,9 @@ def on_beads(primitives: PrimitiveSequence, shapes: np.ndarray, turns: np.ndarra
 
 
 @functools.cache
-def coarse_table(swimmer: Swimmer) -> np.ndarray:
-    """Return a table of few samples."""
-    return made_table(swimmer, grid=Grid(many_bends=5, many_angles=5))
+def coarse_tables(swimmer: Swimmer) -> np.ndarray:
+    """Return tables of few samples."""
+    return made_tables(swimmer, grids=[Grid(0.5, 4, 4), Grid(many_bends=5, many_angles=5)])
 
 
 def everything(seed: int) -> bytes:

@@ -106,10 +106,10 @@ def ready(swimmer: Swimmer, walled: bool = False) -> Swimmer:
         walled: Whether it may swim beside a wall: then it needs no table.
     """
     if swimmer.fluid == "beads" and not (walled and swimmer.wall is not None):
-        from purcell_cli.mechanics.bead_table import bead_table
+        from purcell_cli.mechanics.bead_table import bead_tables
 
         with bar("table of the links' drag") as progress:
-            bead_table(swimmer, lambda done, of: progress(done, of, "once for this swimmer"))
+            bead_tables(swimmer, lambda done, of: progress(done, of, "once for this swimmer"))
     return swimmer
 
 

@@ -8,27 +8,28 @@
 
 void purcell_fill_field(const struct swimmer *s, double begun[2][3], double rates[2][3], double start, double length,
                         int nodes, struct known *known, struct field *out) {
-    double middle[3];
+    double axes[PANEL_NODES][2][3];
     const int still = DOT(rates[0], rates[0]) == 0.0 ? 0 : DOT(rates[1], rates[1]) == 0.0 ? 1 : -1;
-    known->window = known->power ? WITH_POWER : known->couplings || still < 0 ? BOTH : 1 - still;
-    if (out->count != nodes) {
-        for (int k = 0; k < nodes; k++)
-            purcell_sin_cos_of(PI * (k + 0.5) / nodes, out->sines + k, out->nodes + k);
-        if (still >= 0) purcell_fix(s, still, begun[still], known);
-    }
+    known->window = known->power ? WITH_POWER : known->couplings || still < 0 ? BOTH : MOTION;
+    if (out->count != nodes)
+        for (int k = 0; k < nodes; k++) purcell_sin_cos_of(PI * (k + 0.5) / nodes, out->sines + k, out->nodes + k);
     out->count = nodes;
     out->changes = known->slopes;
     out->couplings = known->couplings;
     out->start = start;
     out->length = length;
-    for (int k = 0; k < nodes; k++) {
-        double axes[2][3];
+    for (int k = 0; k < nodes; k++)
         for (int limb = 0; limb < 2; limb++) {
-            for (int i = 0; i < 3; i++) middle[i] = rates[limb][i] * (start + 0.5 * length * (1.0 + out->nodes[k]));
-            purcell_rotate(middle, begun[limb], axes[limb]);
+            const double time = start + 0.5 * length * (1.0 + out->nodes[k]);
+            double turned[3];
+            for (int i = 0; i < 3; i++) turned[i] = rates[limb][i] * time;
+            purcell_rotate(turned, begun[limb], axes[k][limb]);
         }
-        if (still < 0) purcell_fix(s, 0, axes[0], known);
-        purcell_look_up(s, axes, rates, known, out->values[k]);
+    known->table = purcell_table_for(s, nodes, axes);
+    if (still >= 0) purcell_fix(still, begun[still], known);
+    for (int k = 0; k < nodes; k++) {
+        if (still < 0) purcell_fix(0, axes[k][0], known);
+        purcell_look_up(axes[k], rates, known, out->values[k]);
     }
 }
 
@@ -60,8 +61,9 @@ void purcell_at_shape(const struct swimmer *s, double axes[2][3], double rates[2
     known.slopes = changes;
     known.couplings = couplings;
     known.window = couplings ? WITH_POWER : BOTH;
-    purcell_fix(s, 0, axes[0], &known);
-    purcell_look_up(s, axes, rates, &known, out);
+    known.table = purcell_table_for(s, 1, (double(*)[2][3])axes);
+    purcell_fix(0, axes[0], &known);
+    purcell_look_up(axes, rates, &known, out);
 }
 
 /* The table's resistances at n shapes. (n, 2, 3) to (n, 78). */

@@ -3,85 +3,94 @@
 #include "kernel.h"
 #include "wide.h"
 
-BODY table_rows_body(const double *rows, SIZE stride, int count, int entries, const double *weight, const double *slope,
-                     double *sum, double *sloped) {
-    for (int e = 0; e < entries; e += BLOCK) {
-        double value[BLOCK] = {0.0}, other[BLOCK] = {0.0};
-        if (sloped)
-            for (int a = 0; a < count; a++)
-                for (int i = 0; i < BLOCK; i++) {
-                    value[i] += weight[a] * rows[a * stride + e + i];
-                    other[i] += slope[a] * rows[a * stride + e + i];
-                }
-        else
-            for (int a = 0; a < count; a++)
-                for (int i = 0; i < BLOCK; i++) value[i] += weight[a] * rows[a * stride + e + i];
-        for (int i = 0; i < BLOCK; i++) sum[e + i] = value[i];
-        for (int i = 0; sloped && i < BLOCK; i++) sloped[e + i] = other[i];
+/* Numbers side by side, which compilers would else rather not keep so. */
+typedef double quad __attribute__((vector_size(32), aligned(8), may_alias));
+#define QUAD 4
+#define AT(numbers) (*(const quad *)(numbers))
+#define PUT(numbers, value) (*(quad *)(numbers) = (value))
+static const quad nothing = {0.0, 0.0, 0.0, 0.0};
+
+BODY table_rows_body(const double *rows, int count, int entries, const double *weight, const double *slope, double *sum,
+                     double *sloped) {
+    for (int e = 0; e < entries; e += 2 * QUAD) {
+        quad value[2] = {nothing, nothing}, other[2] = {nothing, nothing};
+        const double *row = rows + e;
+        for (int a = 0; a < count; a++, row += WIDTH) {
+            const quad one = AT(row), two = AT(row + QUAD);
+            value[0] += weight[a] * one;
+            value[1] += weight[a] * two;
+            if (!sloped) continue;
+            other[0] += slope[a] * one;
+            other[1] += slope[a] * two;
+        }
+        for (int i = 0; i < 2; i++) {
+            PUT(sum + e + i * QUAD, value[i]);
+            if (sloped) PUT(sloped + e + i * QUAD, other[i]);
+        }
     }
 }
 EITHER(table_rows,
-       (const double *rows, SIZE stride, int count, int entries, const double *weight, const double *slope, double *sum,
-        double *sloped),
-       (rows, stride, count, entries, weight, slope, sum, sloped))
+       (const double *rows, int count, int entries, const double *weight, const double *slope, double *sum, double *sloped),
+       (rows, count, entries, weight, slope, sum, sloped))
 
-BODY contract_body(const struct known *known, int entries, const double *weight, const double *slope,
-                   struct contracted *out) {
-    for (int c = 0; c < known->used; c++)
-        for (int e = 0; e < entries; e += BLOCK) {
-            double value[BLOCK] = {0.0}, other[BLOCK] = {0.0}, sloped[BLOCK] = {0.0};
-            if (known->slopes)
-                for (int b = 0; b < known->many[c]; b++) {
-                    const double *from = known->sums[0][c][b] + e, *steep = known->sums[1][c][b] + e;
-                    for (int i = 0; i < BLOCK; i++) {
-                        value[i] += weight[b] * from[i];
-                        other[i] += slope[b] * from[i];
-                        sloped[i] += weight[b] * steep[i];
-                    }
-                }
-            else
-                for (int b = 0; b < known->many[c]; b++) {
-                    const double *from = known->sums[0][c][b] + e;
-                    for (int i = 0; i < BLOCK; i++) value[i] += weight[b] * from[i];
-                }
-            for (int i = 0; i < BLOCK; i++) out->value[c][e + i] = value[i];
-            for (int i = 0; known->slopes && i < BLOCK; i++) out->other[c][e + i] = other[i];
-            for (int i = 0; known->slopes && i < BLOCK; i++) out->known[c][e + i] = sloped[i];
+BODY contract_body(const struct known *known, const double *weight, const double *slope, struct contracted *out) {
+    const int entries = known->entries, row = known->slopes ? 2 * entries : entries;
+    const double *from = known->sums;
+    for (int c = 0; c < known->used; from += known->many[c] * row, c++)
+        for (int e = 0; e < entries; e += 2 * QUAD) {
+            quad value[2] = {nothing, nothing}, other[2] = {nothing, nothing}, sloped[2] = {nothing, nothing};
+            const double *sum = from + e;
+            for (int b = 0; b < known->many[c]; b++, sum += row) {
+                const quad one = AT(sum), two = AT(sum + QUAD);
+                value[0] += weight[b] * one;
+                value[1] += weight[b] * two;
+                if (!known->slopes) continue;
+                other[0] += slope[b] * one;
+                other[1] += slope[b] * two;
+                sloped[0] += weight[b] * AT(sum + entries);
+                sloped[1] += weight[b] * AT(sum + entries + QUAD);
+            }
+            for (int i = 0; i < 2; i++) {
+                PUT(out->value[c] + e + i * QUAD, value[i]);
+                if (!known->slopes) continue;
+                PUT(out->other[c] + e + i * QUAD, other[i]);
+                PUT(out->known[c] + e + i * QUAD, sloped[i]);
+            }
         }
 }
-EITHER(contract,
-       (const struct known *known, int entries, const double *weight, const double *slope, struct contracted *out),
-       (known, entries, weight, slope, out))
+EITHER(contract, (const struct known *known, const double *weight, const double *slope, struct contracted *out),
+       (known, weight, slope, out))
 
-BODY angle_series_body(double (*of)[WIDTH], int used, int plains, int entries, const double *plain, const double *mixed,
+BODY angle_series_body(double (*of)[WIDTH], int used, int entries, const double *plain, const double *mixed,
                        struct series *out) {
-    for (int kind = 0; kind < 2; kind++) {
-        const double *factor = kind ? mixed : plain;
-        for (int e = kind ? plains : 0; e < (kind ? entries : plains); e += BLOCK) {
-            double even[BLOCK] = {0.0}, odd[BLOCK] = {0.0};
-            for (int c = 0; c < used; c += 2)
-                for (int i = 0; i < BLOCK; i++) even[i] += factor[c] * of[c][e + i];
-            for (int c = 1; c < used; c += 2)
-                for (int i = 0; i < BLOCK; i++) odd[i] += factor[c] * of[c][e + i];
-            for (int i = 0; i < BLOCK; i++) out->even[e + i] = even[i];
-            for (int i = 0; i < BLOCK; i++) out->odd[e + i] = odd[i];
+    for (int e = 0; e < entries; e += QUAD) {
+        quad sums[2][2] = {{nothing, nothing}, {nothing, nothing}}; /* of kind and parity */
+        const int first = purcell_mirrored[e], last = purcell_mirrored[e + QUAD - 1];
+        for (int c = 0; c < used; c++) {
+            const quad here = AT(of[c] + e);
+            sums[first][c % 2] += (first ? mixed : plain)[c] * here;
+            if (last != first) sums[last][c % 2] += (last ? mixed : plain)[c] * here;
+        }
+        for (int i = 0; i < QUAD; i++) {
+            out->even[e + i] = sums[purcell_mirrored[e + i]][0][i];
+            out->odd[e + i] = sums[purcell_mirrored[e + i]][1][i];
         }
     }
 }
 EITHER(angle_series,
-       (double (*of)[WIDTH], int used, int plains, int entries, const double *plain, const double *mixed,
-        struct series *out),
-       (of, used, plains, entries, plain, mixed, out))
+       (double (*of)[WIDTH], int used, int entries, const double *plain, const double *mixed, struct series *out),
+       (of, used, entries, plain, mixed, out))
 
 BODY interpolated_body(const struct field *f, double (*weight)[LANES], int first, int last, lane *out) {
-    for (int e = first; e < last; e += BLOCK) {
-        double one[BLOCK] = {0.0}, two[BLOCK] = {0.0};
+    for (int e = first; e < last; e += 2 * QUAD) {
+        quad one[2] = {nothing, nothing}, two[2] = {nothing, nothing};
         for (int k = 0; k < f->count; k++)
-            for (int i = 0; i < BLOCK; i++) {
-                one[i] += weight[k][0] * f->values[k][e + i];
-                two[i] += weight[k][1] * f->values[k][e + i];
+            for (int i = 0; i < 2; i++) {
+                const quad here = AT(f->values[k] + e + i * QUAD);
+                one[i] += weight[k][0] * here;
+                two[i] += weight[k][1] * here;
             }
-        for (int i = 0; i < BLOCK; i++) out[e + i] = (lane){one[i], two[i]};
+        for (int i = 0; i < 2 * QUAD; i++) out[e + i] = (lane){one[i / QUAD][i % QUAD], two[i / QUAD][i % QUAD]};
     }
 }
 EITHER(interpolated, (const struct field *f, double (*weight)[LANES], int first, int last, lane *out),

@@ -9,30 +9,28 @@
 #include "kernel.h"
 #include "small.h"
 
-/* In the table entries stand by the mirror of limb 1's plane: first those that it leaves alone, then those that it
- * changes; of each kind first the couplings of limb 1's rate with the base, then P, the couplings of limb 2's rate, and
- * what only the power needs. So what a motion of one limb needs stands together. */
-#define PLAIN 43
-#define PLAIN_COUPLINGS 9
-#define MIXED_COUPLINGS 9
-/* Windows may reach into what is not needed. */
-static const struct {
-    int plain, plains, mixed, mixeds;
-} WINDOWS[] = {
-    {0, 22, PLAIN, 18},                                 /* limb 1's motion */
-    {PLAIN_COUPLINGS, 22, PLAIN + MIXED_COUPLINGS, 18}, /* limb 2's */
-    {0, 30, PLAIN, 34},                                 /* both limbs' */
-    {0, 43, PLAIN, 37},                                 /* and the power */
-};
+/* How many entries of a row are summed: windows begin with P and the couplings of the limb that is not summed over, then
+ * come the other's couplings, and what only the power needs. They end with blocks, which may reach into what is not needed. */
+static const int ENTRIES_OF[] = {40, 64, WIDTH};
 
-/* Which entry of the resistance each of them is, and whether half a turn about x changes its sign. */
-static const int ENTRIES[RESISTANCE] = {
-    23, 24, 25, 29, 30, 31, 33, 34, 38, 0, 1, 2, 5, 8, 9, 12, 13, 14, 15, 16, 20, 41, 42, 43, 47, 48,
-    49, 51, 52, 56, 57, 58, 59, 62, 63, 64, 66, 67, 68, 70, 71, 74, 77, 21, 22, 26, 27, 28, 32, 35, 36, 37,
-    3, 4, 6, 7, 10, 11, 17, 18, 19, 39, 40, 44, 45, 46, 50, 53, 54, 55, 60, 61, 65, 69, 72, 73, 75, 76};
-static const int FLIPPED[RESISTANCE] = {
-    1, 0, 1, 0, 1, 0, 1, 0, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0,
-    1, 0, 0, 0, 0, 1, 1, 1, 0, 0, 0, 1, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 1, 1, 1, 0, 0, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0};
+/* Which entry of the resistance a row has, of the sums over limb 1's bend and over limb 2's; in each part first those that
+ * the mirror of limb 1's plane leaves alone, then those that it changes. NOTHING fills up a block. */
+#define NOTHING RESISTANCE
+static const int ENTRIES[2][WIDTH] = {
+    {0,  1,  2,  5,  8,  9,  12, 13, 14, 15, 16, 20, 41, 42, 43, 47, 48, 49, 51, 52, 56, 3,  4,  6,  7,  10, 11,
+     17, 18, 19, 39, 40, 44, 45, 46, 50, 53, 54, 55, NOTHING, 23, 24, 25, 29, 30, 31, 33, 34, 38, 21, 22, 26, 27, 28,
+     32, 35, 36, 37, 57, 58, 59, 62, 63, 64, 66, 67, 68, 70, 71, 74, 77, 60, 61, 65, 69, 72, 73, 75, 76, NOTHING},
+    {0,  1,  2,  5,  8,  9,  12, 13, 14, 15, 16, 20, 23, 24, 25, 29, 30, 31, 33, 34, 38, 3,  4,  6,  7,  10, 11,
+     17, 18, 19, 21, 22, 26, 27, 28, 32, 35, 36, 37, NOTHING, 41, 42, 43, 47, 48, 49, 51, 52, 56, 39, 40, 44, 45, 46,
+     50, 53, 54, 55, 57, 58, 59, 62, 63, 64, 66, 67, 68, 70, 71, 74, 77, 60, 61, 65, 69, 72, 73, 75, 76, NOTHING},
+};
+/* Whether half a turn about x changes an entry's sign, and whether the mirror does. */
+static const int FLIPPED[WIDTH] = {0, 1, 0, 0, 1, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0, 1, 0, 0, 1, 0, 0, 1, 1, 0,
+                                   0, 1, 0, 0, 1, 1, 1, 0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0, 1, 0, 0, 0, 1, 1, 1, 0,
+                                   0, 0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, 1, 0, 0, 0, 1, 0, 1, 0, 1, 0, 1, 0, 0};
+const int purcell_mirrored[WIDTH] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1,
+                                     1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1,
+                                     1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 1};
 
 /* T_0 ... T_(n-1) of y, and their derivatives by y. */
 static void chebyshev(double y, int n, double *out, double *slope) {
@@ -58,45 +56,59 @@ static void multiples(double cosine, double sine, int n, double *cosines, double
 
 /* The bend of an axis, as far as the table reaches, and the direction aside: cosine and sine about the base's axis, of any
  * angle where straight. */
-static double bend_of(const struct swimmer *s, const double a[3], double *cosine, double *sine) {
+static double bend_of(const struct bead_table *table, const double a[3], double *cosine, double *sine) {
     const double aside = sqrt(a[1] * a[1] + a[2] * a[2]);
     *cosine = aside > 0.0 ? a[1] / aside : 1.0;
     *sine = aside > 0.0 ? a[2] / aside : 0.0;
     const double bend = purcell_arctan2_of(aside, a[0]);
-    return bend < s->reach ? bend : s->reach;
+    return bend < table->reach ? bend : table->reach;
 }
 
-static double of_bend(const struct swimmer *s, double bend) {
-    const double x = bend / s->reach;
+static double of_bend(const struct bead_table *table, double bend) {
+    const double x = bend / table->reach;
     return 2.0 * x * x - 1.0;
+}
+
+const struct bead_table *purcell_table_for(const struct swimmer *s, int shapes, double (*axes)[2][3]) {
+    const struct bead_table *table = (const struct bead_table *)s->numbers;
+    double least = 1.0;
+    for (int k = 0; k < shapes; k++)
+        for (int limb = 0; limb < 2; limb++) least = axes[k][limb][0] < least ? axes[k][limb][0] : least;
+    for (int k = 1; k < (int)s->tables && least < table->least; k++) {
+        const SIZE n = (SIZE)table->bends, m = (SIZE)table->multiples;
+        table = (const struct bead_table *)(table->numbers + n * m * (4 + 2 * n * WIDTH));
+    }
+    return table;
 }
 
 /* A part of the table's sum over one limb's bend, for all the rest: with the polynomials, and with their slopes. Chebyshev
  * series converge fast, so that most coefficients of high degree in all three are rounding: they are left out. */
-void purcell_fix(const struct swimmer *s, int limb, const double axis[3], struct known *out) {
-    const int n = (int)s->bends, m = (int)s->multiples;
-    const SIZE stride = limb ? RESISTANCE : (SIZE)n * RESISTANCE, row = limb ? (SIZE)n * RESISTANCE : RESISTANCE;
-    const double *counts = s->table + (2 * out->exact + limb) * n * m, *coefficients = s->table + 4 * n * m;
-    const int plains = WINDOWS[out->window].plains, mixeds = WINDOWS[out->window].mixeds;
+void purcell_fix(int limb, const double axis[3], struct known *out) {
+    const struct bead_table *table = out->table;
+    const int n = (int)table->bends, m = (int)table->multiples, entries = ENTRIES_OF[out->window];
+    const double *counts = table->numbers + (2 * out->exact + limb) * n * m;
+    const double *coefficients = table->numbers + n * m * (4 + (SIZE)limb * n * WIDTH);
     double weight[MOST_BENDS], slope[MOST_BENDS], cosine, sine;
-    const double bend = bend_of(s, axis, &cosine, &sine);
-    if (out->limb == limb && out->bend == bend && out->fixed == out->window) return;
-    chebyshev(of_bend(s, bend), n, weight, slope);
+    const double bend = bend_of(table, axis, &cosine, &sine);
+    if (out->limb == limb && out->bend == bend && out->fixed == out->window && out->of == table) return;
+    chebyshev(of_bend(table, bend), n, weight, slope);
     out->limb = limb;
     out->bend = bend;
     out->fixed = out->window;
+    out->of = table;
     out->used = 1;
+    out->entries = entries;
+    double *sum = out->sums;
     for (int c = 0; c < m; c++) {
         out->many[c] = 0;
-        for (int b = 0; b < n; b++) {
-            const int count = (int)counts[b * m + c];
-            const double *table = coefficients + (SIZE)c * n * n * RESISTANCE + b * row;
-            double *const sum = out->sums[0][c][b], *const sloped = out->slopes ? out->sums[1][c][b] : 0;
-            if (count) out->many[c] = b + 1;
-            if (count && c >= out->used) out->used = c + 1;
-            purcell_table_rows(table + WINDOWS[out->window].plain, stride, count, plains, weight, slope, sum, sloped);
-            purcell_table_rows(table + WINDOWS[out->window].mixed, stride, count, mixeds, weight, slope, sum + plains,
-                               sloped ? sloped + plains : 0);
+        for (int b = 0; b < n; b++)
+            if (counts[c * n + b] > 0.0) out->many[c] = b + 1;
+        if (out->many[c]) out->used = c + 1;
+        for (int b = 0; b < out->many[c]; b++) {
+            double *const sloped = out->slopes ? sum + entries : 0;
+            purcell_table_rows(coefficients + (SIZE)(c * n + b) * n * WIDTH, (int)counts[c * n + b], entries, weight, slope,
+                               sum, sloped);
+            sum += out->slopes ? 2 * entries : entries;
         }
     }
 }
@@ -190,17 +202,12 @@ static void mixed(const struct pull *x, double a, const struct pull *y, double b
 }
 
 /* The resistance from series: weights of the even and odd one by whether half a turn about x changes an entry. */
-static void assembled(const struct series *series, const double even[2], const double odd[2], int window, int more,
-                      double out[RESISTANCE]) {
-    for (int kind = 0; kind < 2; kind++) {
-        const int from = kind ? WINDOWS[window].mixed : WINDOWS[window].plain, skip = kind ? WINDOWS[window].plains : 0;
-        const int many = kind ? WINDOWS[window].mixeds : WINDOWS[window].plains;
-        for (int k = 0; k < many && from + k < RESISTANCE; k++) {
-            const int flipped = FLIPPED[from + k];
-            const double sum = even[flipped] * series->even[skip + k] + odd[flipped] * series->odd[skip + k];
-            if (more) out[ENTRIES[from + k]] += sum;
-            else out[ENTRIES[from + k]] = sum;
-        }
+static void assembled(const struct series *series, const double even[2], const double odd[2], const struct known *known,
+                      int more, double out[RESISTANCE + 1]) {
+    for (int k = 0; k < known->entries; k++) {
+        const int flipped = FLIPPED[k], at = ENTRIES[known->limb][k];
+        const double sum = even[flipped] * series->even[k] + odd[flipped] * series->odd[k];
+        out[at] = more ? out[at] + sum : sum;
     }
 }
 
@@ -219,20 +226,19 @@ static void coupled(const double resistance[RESISTANCE], double c, double s, int
 }
 
 /* The resistance at a shape, and, where `known` has slopes, how it changes when a limb is turned; see `purcell_at_shape`. */
-void purcell_look_up(const struct swimmer *s, double axes[2][3], double rates[2][3], const struct known *known,
-                     double out[GIVEN]) {
-    const int n = (int)s->bends, used = known->used, window = known->window, other = 1 - known->limb;
-    const int plains = WINDOWS[window].plains, entries = plains + WINDOWS[window].mixeds;
-    const int moving[2] = {window != 1, window != 0};
+void purcell_look_up(double axes[2][3], double rates[2][3], const struct known *known, double out[GIVEN]) {
+    const struct bead_table *table = known->table;
+    const int n = (int)table->bends, used = known->used, other = 1 - known->limb, entries = known->entries;
+    const int moving[2] = {known->window != MOTION || other == 0, known->window != MOTION || other == 1};
     double cosine[2], sine[2], bend[2], x[2], weight[MOST_BENDS], slope[MOST_BENDS];
     double even[MOST_MULTIPLES], odd[MOST_MULTIPLES], even_slope[MOST_MULTIPLES], odd_slope[MOST_MULTIPLES];
-    double whole[RESISTANCE], seen[2][3];
+    double whole[RESISTANCE + 1], seen[2][3];
     struct contracted all;
     struct series series, by_angle, by_bend[2];
     struct pull *const pulls = (struct pull *)out, now;
     for (int limb = 0; limb < 2; limb++) {
-        bend[limb] = bend_of(s, axes[limb], cosine + limb, sine + limb);
-        x[limb] = bend[limb] / s->reach;
+        bend[limb] = bend_of(table, axes[limb], cosine + limb, sine + limb);
+        x[limb] = bend[limb] / table->reach;
     }
     /* Seen from the frame in which limb 1 is bent along y. */
     const double c = cosine[0], d = sine[0], turn = c * cosine[1] + d * sine[1], aside = c * sine[1] - d * cosine[1];
@@ -241,24 +247,24 @@ void purcell_look_up(const struct swimmer *s, double axes[2][3], double rates[2]
         seen[limb][1] = c * rates[limb][1] + d * rates[limb][2];
         seen[limb][2] = c * rates[limb][2] - d * rates[limb][1];
     }
-    chebyshev(of_bend(s, bend[other]), n, weight, slope);
+    chebyshev(of_bend(table, bend[other]), n, weight, slope);
     multiples(turn, aside, used, even, odd);
-    purcell_contract(known, entries, weight, slope, &all);
-    purcell_angle_series(all.value, used, plains, entries, even, odd, &series);
+    purcell_contract(known, weight, slope, &all);
+    purcell_angle_series(all.value, used, entries, even, odd, &series);
     const double as_even[2] = {1.0, x[0]}, as_odd[2] = {x[0] * x[1], x[1]};
-    assembled(&series, as_even, as_odd, window, 0, whole);
+    assembled(&series, as_even, as_odd, known, 0, whole);
     pull_of(whole, seen, moving, &now);
     for (int i = 0; i < GIVEN; i++) out[i] = 0.0;
     turned_about_x(&now, c, d, pulls);
-    if (known->couplings) coupled(whole, c, d, window == WITH_POWER, out);
+    if (known->couplings) coupled(whole, c, d, known->window == WITH_POWER, out);
     if (!known->slopes) return;
     for (int k = 0; k < used; k++) {
         even_slope[k] = -k * odd[k];
         odd_slope[k] = k * even[k];
     }
-    purcell_angle_series(all.value, used, plains, entries, even_slope, odd_slope, &by_angle);
-    purcell_angle_series(all.other, used, plains, entries, even, odd, &by_bend[other]);
-    purcell_angle_series(all.known, used, plains, entries, even, odd, &by_bend[known->limb]);
+    purcell_angle_series(all.value, used, entries, even_slope, odd_slope, &by_angle);
+    purcell_angle_series(all.other, used, entries, even, odd, &by_bend[other]);
+    purcell_angle_series(all.known, used, entries, even, odd, &by_bend[known->limb]);
     /* The couplings' wrenches for the rates turned about x, y and z with their limb. */
     double turning[2][3][6], about_x[6];
     for (int limb = 0; limb < 2; limb++)
@@ -271,10 +277,10 @@ void purcell_look_up(const struct swimmer *s, double axes[2][3], double rates[2]
             if (moving[limb]) wrench(whole, limb, turned, turning[limb][axis]);
         }
     for (int i = 0; i < 6; i++) about_x[i] = turning[0][0][i] + turning[1][0][i];
-    double sloped[RESISTANCE], crossed[RESISTANCE];
+    double sloped[RESISTANCE + 1], crossed[RESISTANCE + 1];
     struct pull angle, spun, bent[2], other_side[2], both;
-    const double per = 1.0 / s->reach;
-    assembled(&by_angle, as_even, as_odd, window, 0, sloped);
+    const double per = 1.0 / table->reach;
+    assembled(&by_angle, as_even, as_odd, known, 0, sloped);
     pull_of(sloped, seen, moving, &angle);
     turning_about_x(&now, about_x, &spun);
     for (int limb = 0; limb < 2; limb++) {
@@ -282,8 +288,8 @@ void purcell_look_up(const struct swimmer *s, double axes[2][3], double rates[2]
         const double power_even[2] = {0.0, limb ? 0.0 : per}, power_odd[2] = {per * x[1 - limb], limb ? per : 0.0};
         const double steep = 4.0 * x[limb] * per;
         const double own_even[2] = {steep, steep * x[0]}, own_odd[2] = {steep * as_odd[0], steep * x[1]};
-        assembled(&series, power_even, power_odd, window, 0, sloped);
-        assembled(&by_bend[limb], own_even, own_odd, window, 1, sloped);
+        assembled(&series, power_even, power_odd, known, 0, sloped);
+        assembled(&by_bend[limb], own_even, own_odd, known, 1, sloped);
         pull_of(sloped, seen, moving, &bent[limb]);
         /* About the other axis aside: turning limb 1 about x turns the frame and leaves limb 2 behind. */
         if (bend[limb] >= STRAIGHT) {
@@ -293,7 +299,7 @@ void purcell_look_up(const struct swimmer *s, double axes[2][3], double rates[2]
             mixed(limb ? &angle : &spun, quotient, &angle, limb ? 0.0 : -quotient, &other_side[limb]);
             continue;
         }
-        assembled(&by_angle, power_even, power_odd, window, 0, crossed);
+        assembled(&by_angle, power_even, power_odd, known, 0, crossed);
         pull_of(crossed, seen, moving, &both);
         if (limb) {
             other_side[1] = both;

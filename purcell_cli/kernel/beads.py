@@ -12,30 +12,49 @@ RESISTANCE = 78
 """Entries of a resistance on (v, omega, u_1, u_2): P's lower half, Q^T, and the lower half of the rest."""
 MOST_BENDS, MOST_MULTIPLES = 16, 16
 """Chebyshev polynomials of each limb's bend, and multiples of the angle between their planes, in a table at most."""
-NUMBERS = 25
-"""Numbers of a swimmer before its table."""
-BLOCK = 8
-"""Room after a table's numbers: the kernel reads so many at once."""
+MOST_TABLES = 2
+"""Tables of a swimmer at most."""
+NUMBERS = 23
+"""Numbers of a swimmer before its tables."""
+WIDTH = 80
+"""Numbers of a table's row: the entries of a resistance in whole blocks, which the kernel reads at once."""
+_SIZES = 4
+"""Numbers of a table before its counts: how far it reaches, that bend's cosine, and how many there are of what."""
 
 
 def swimmer_numbers(swimmer: ArrayLike) -> Array:
     """Return the numbers of a swimmer, in the order of `struct swimmer` in `kernel.h`, checked.
 
     Raises:
-        ValueError: Their count is not that of a swimmer with the table that they say they have.
+        ValueError: Their count is not that of a swimmer with the tables that they say they have.
     """
     found = doubles(swimmer, "swimmer", (-1,))
     if len(found) < NUMBERS:
         raise ValueError(f"swimmer: an array of shape ({NUMBERS},) or more is wanted, found {found.shape}")
-    reach, bends, multiples = (float(x) for x in found[NUMBERS - 3 : NUMBERS])
-    known = reach > 0.0 and 2 <= bends <= MOST_BENDS and 1 <= multiples <= MOST_MULTIPLES
-    wanted = NUMBERS + (int(bends) * int(multiples) * (4 + int(bends) * RESISTANCE) + BLOCK if known else 0)
-    if len(found) != wanted or not (known or (reach, bends, multiples) == (0.0, 0.0, 0.0)):
-        raise ValueError(f"swimmer: an array of shape ({wanted},) is wanted, found {found.shape}")
-    counts = found[NUMBERS : NUMBERS + 4 * int(bends) * int(multiples)]
-    if known and not (np.min(counts) >= 0.0 and np.max(counts) <= bends):
-        raise ValueError(f"swimmer: at most {bends:g} coefficients of a sum are wanted")
+    left = found[NUMBERS:]
+    for _ in range(int(found[NUMBERS - 1]) if 0.0 <= found[NUMBERS - 1] <= MOST_TABLES else 0):
+        left = left[_checked_table(left) :]
+    if len(left) or found[NUMBERS - 1] not in range(MOST_TABLES + 1):
+        raise ValueError(f"swimmer: up to {MOST_TABLES} tables are wanted, found {len(left)} numbers more")
     return found
+
+
+def _checked_table(numbers: Array) -> int:
+    """Return how long the table is that some numbers begin with.
+
+    Raises:
+        ValueError: They are none.
+    """
+    reach, least, bends, multiples = (float(x) for x in numbers[:_SIZES]) if len(numbers) >= _SIZES else (0.0,) * _SIZES
+    known = reach > 0.0 and -1.0 <= least <= 1.0 and 2 <= bends <= MOST_BENDS and 1 <= multiples <= MOST_MULTIPLES
+    n, m = (int(bends), int(multiples)) if known else (0, 0)
+    length = _SIZES + n * m * (4 + 2 * n * WIDTH)
+    if not known or len(numbers) < length:
+        raise ValueError(f"swimmer: a table of {length} numbers is wanted, found {len(numbers)}")
+    counts = numbers[_SIZES : _SIZES + 4 * n * m]
+    if not (np.min(counts) >= 0.0 and np.max(counts) <= n):
+        raise ValueError(f"swimmer: at most {n} coefficients of a sum are wanted")
+    return length
 
 
 def bead_resistance(
@@ -73,7 +92,7 @@ def bead_resistance(
 
 
 def looked_up(swimmer: ArrayLike, axes: ArrayLike) -> Array:
-    """Return the resistances that a swimmer's table has for limb axes in base coordinates; see `bead_resistance`.
+    """Return the resistances that a swimmer's tables have for limb axes in base coordinates; see `bead_resistance`.
 
     Args:
         swimmer: Its numbers, with a table.

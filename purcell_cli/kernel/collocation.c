@@ -249,7 +249,7 @@ SIZE purcell_mesh(const struct swimmer *s, const struct rule *rule, const double
     }
     c.sweep = sqrt(square);
     if (c.sweep * duration > finest * MOST_STEPS) return -1; /* no step is longer than `finest` */
-    if (s->reach == 0.0) {
+    if (s->tables == 0.0) {
         cut(&c, 0.0, duration, 0);
         return c.steps;
     }

@@ -240,7 +240,7 @@ API void purcell_connections(const double *numbers, SIZE n, const double *axes, 
                 a[i / 3][i % 3][w] = axes[at];
                 u[i / 3][i % 3][w] = rates[at];
             }
-        if (s->reach > 0.0)
+        if (s->tables > 0.0)
             for (int w = 0; w < LANES; w++) {
                 double axes_of[2][3], rates_of[2][3], found[GIVEN] = {0.0};
                 for (int i = 0; i < 6; i++) {
@@ -250,7 +250,7 @@ API void purcell_connections(const double *numbers, SIZE n, const double *axes, 
                 purcell_at_shape(s, axes_of, rates_of, change != 0, per_rate || power, found);
                 for (int e = 0; e < GIVEN; e++) given[e][w] = found[e];
             }
-        purcell_connection(s, a, u, s->reach > 0.0 ? given : 0, out, change ? slopes : 0, per_rate ? each : 0, power ? &work : 0);
+        purcell_connection(s, a, u, s->tables > 0.0 ? given : 0, out, change ? slopes : 0, per_rate ? each : 0, power ? &work : 0);
         for (int w = 0; w < LANES && k + w < n; w++) {
             for (int i = 0; i < 6; i++) xi[6 * (k + w) + i] = out[i][w];
             for (int i = 0; i < 36; i++) {

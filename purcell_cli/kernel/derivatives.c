@@ -110,7 +110,7 @@ static void ending(const struct chain *c, const double *shape, SIZE control, dou
         rates[i / 3][i % 3] = (lane){u, u};
         rate[i / 3][i % 3] = u;
     }
-    const int together = c->s->reach > 0.0, known = together && steps;
+    const int together = c->s->tables > 0.0, known = together && steps;
     if (together && !known) purcell_at_shape(c->s, at_end, rate, 0, 0, found);
     for (int e = 0; together && e < PULL; e++) given[e] = known ? c->given[e] : (lane){found[e], found[e]};
     purcell_connection(c->s, axes, rates, together ? given : 0, xi, 0, 0, 0);
@@ -255,7 +255,7 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
         const SIZE steps = purcell_mesh(c.s, &rule, shapes + 18 * p, rate, duration, c.moves || c.based >= 0 ? PER_RATE : CHANGE,
                                         &c.known, link, &c);
         if (steps < 0) return p + 1;
-        if (control && c.s->reach == 0.0 && ((p + 1 < n && amount[p + 1] == 0.0) || amount[p] == 0.0)) {
+        if (control && c.s->tables == 0.0 && ((p + 1 < n && amount[p + 1] == 0.0) || amount[p] == 0.0)) {
             /* Primitives that turn by nothing, offered in case that they may, all end at one shape. */
             double *const end = room + 88 * n + 6 * p;
             const int limb = LIMB_OF(control[p]), axis = (int)(control[p] % 3);

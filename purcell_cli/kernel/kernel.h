@@ -84,15 +84,21 @@ struct swimmer {
     double straight_spread;  /* what a bend of one limb adds to the spread of the links */
     double steepness;        /* how fast the distance can change with the angle of a limb */
     struct limb limbs[2];
-    /* Of links that feel each other, and else 0: up to which bend the table reaches [rad], how many Chebyshev
-     * polynomials of each limb's bend it has, and how many multiples of the angle between their planes. */
-    double reach, bends, multiples;
-    /* (2, 2, bends, multiples) numbers of coefficients that count, roughly and exactly, for the sums over limb 1's bend at
-     * one of limb 2's polynomials and a multiple, and for those over limb 2's; then (multiples, bends, bends, 78)
-     * coefficients in the table's order, and room for a block more. */
-    double table[];
+    double tables;           /* how many `struct bead_table` follow: 0 for links that do not feel each other */
+    double numbers[];
 };
-#define SWIMMER_NUMBERS 25
+#define SWIMMER_NUMBERS 23
+
+/* The resistance of links that feel each other over the limbs' bends, up to one; those of a swimmer follow one another, the
+ * one that reaches furthest last. */
+struct bead_table {
+    double reach, least;      /* up to which bend it reaches [rad], and that bend's cosine */
+    double bends, multiples;  /* Chebyshev polynomials of each limb's bend, and multiples of the angle between their planes */
+    /* (2, 2, multiples, bends) numbers of coefficients that count, roughly and exactly, for the sums over limb 1's bend at
+     * a multiple and one of limb 2's polynomials, and for those over limb 2's; then for each of these sums (multiples,
+     * bends, bends, WIDTH) coefficients: the last bend is the one that is summed over. */
+    double numbers[];
+};
 
 /* shooting.c, program.c: see there. */
 API SIZE purcell_equations(const double *swimmer, SIZE stages, const double *nodes, const double *weights,
@@ -144,20 +150,23 @@ static inline int entry(int i, int j) {
 #define GIVEN (POWERS + 28)
 #define MOST_BENDS 16
 #define MOST_MULTIPLES 16
-#define WIDTH 88 /* numbers of a resistance side by side, and room for whole blocks of them */
+#define WIDTH 80 /* numbers of a resistance side by side, in whole blocks */
 #define PANEL_NODES 16
 #define PANEL_RAD 2.0
-/* What is left of the table when one limb's bend is known: its sums with the polynomials, and with their slopes. */
+/* What is wanted of a resistance: what a motion of the limb that is not summed over needs, of both limbs, the power too. */
+enum window { MOTION, BOTH, WITH_POWER };
+/* What is left of a table when one limb's bend is known: its sums with the polynomials, and with their slopes. */
 struct known {
-    int limb, fixed, window;      /* the limb, -1 at first; which entries of a resistance were summed, and are wanted */
+    const struct bead_table *table, *of; /* which is wanted, and which was summed */
+    int limb;                     /* the limb, -1 at first */
+    enum window window, fixed;    /* which entries of a resistance are wanted, and which were summed */
     int slopes, couplings, power; /* what is wanted: changes, the couplings themselves, what the power needs */
     int exact;                    /* whether every coefficient that counts is summed, or only those that do for a search */
     int used, many[MOST_MULTIPLES]; /* of how many multiples, and of how many of the other limb's polynomials by the multiple */
+    int entries;                    /* how many entries of a resistance were summed */
     double bend;
-    double sums[2][MOST_MULTIPLES][MOST_BENDS][WIDTH];
+    double sums[MOST_MULTIPLES * MOST_BENDS * 2 * WIDTH]; /* by the multiple and the other's polynomial: sums, then slopes */
 };
-/* Of one limb's motion, 0 and 1; of both limbs'; and what the power needs besides. */
-enum window { BOTH = 2, WITH_POWER };
 /* Along a part of a path what a motion needs of the resistance is a polynomial in time. */
 struct field {
     double start, length;
@@ -173,23 +182,23 @@ struct contracted {
 struct series {
     double even[WIDTH], odd[WIDTH];
 };
-#define BLOCK 8 /* numbers that are summed at once */
 /* bead_sums.c. A sum of rows of a table with weights, and with others where slopes are wanted. */
-void purcell_table_rows(const double *rows, SIZE stride, int count, int entries, const double *weight, const double *slope,
-                        double *sum, double *sloped);
-void purcell_contract(const struct known *known, int entries, const double *weight, const double *slope,
-                      struct contracted *out);
-/* The first `plains` entries with some factors of the multiples, the others with others. */
-void purcell_angle_series(double (*of)[WIDTH], int used, int plains, int entries, const double *plain, const double *mixed,
+void purcell_table_rows(const double *rows, int count, int entries, const double *weight, const double *slope, double *sum,
+                        double *sloped);
+void purcell_contract(const struct known *known, const double *weight, const double *slope, struct contracted *out);
+extern const int purcell_mirrored[WIDTH]; /* whether the mirror of limb 1's plane changes an entry's sign */
+/* The entries that the mirror leaves alone with some factors of the multiples, the others with others. */
+void purcell_angle_series(double (*of)[WIDTH], int used, int entries, const double *plain, const double *mixed,
                           struct series *out);
 /* Of two times, sums over a field's nodes. */
 void purcell_interpolated(const struct field *f, double (*weight)[LANES], int first, int last, lane *out);
 
-/* bead_table.c. A part of the table's sum over one limb's bend, for all the rest: with the polynomials, and with their
- * slopes. And what is needed at a shape; where slopes are wanted, how it changes when a limb is turned too. */
-void purcell_fix(const struct swimmer *s, int limb, const double axis[3], struct known *known);
-void purcell_look_up(const struct swimmer *s, double axes[2][3], double rates[2][3], const struct known *known,
-                     double out[GIVEN]);
+/* bead_table.c. The table of the least reach that has both bends at some shapes, pairs of axes. */
+const struct bead_table *purcell_table_for(const struct swimmer *s, int shapes, double (*axes)[2][3]);
+/* A part of the table's sum over one limb's bend, for all the rest: with the polynomials, and with their slopes. */
+void purcell_fix(int limb, const double axis[3], struct known *known);
+/* What is needed at a shape; where slopes are wanted, how it changes when a limb is turned too. */
+void purcell_look_up(double axes[2][3], double rates[2][3], const struct known *known, double out[GIVEN]);
 
 /* bead_field.c */
 void purcell_fill_field(const struct swimmer *s, double begun[2][3], double rates[2][3], double start, double length,

@@ -26,31 +26,31 @@ def kernel_numbers(swimmer: Swimmer) -> Array:
         Half the base's length, its diagonal drag, the distance from the collinear shape at which A(r) is sharp [rad],
         the spread of the links per squared bend, how fast the distance can change; and of each limb its side, half
         its length, its drag across, the part by which that along is less, its drags of turning and of spinning.
-        Shape (25,), with the table of links that feel each other after that.
+        Shape (22,), then how many tables of links that feel each other follow, and these.
 
     Raises:
         ParameterError: A swimmer beside a wall.
     """
     if swimmer.fluid != "beads":
-        return with_table(swimmer, np.zeros(3))
-    from purcell_cli.mechanics.bead_table import bead_table
+        return with_tables(swimmer, np.zeros(1))
+    from purcell_cli.mechanics.bead_table import bead_tables
 
-    return with_table(swimmer, bead_table(swimmer))
+    return with_tables(swimmer, bead_tables(swimmer))
 
 
-def with_table(swimmer: Swimmer, table: Array) -> Array:
+def with_tables(swimmer: Swimmer, tables: Array) -> Array:
     """Return what the kernel needs of a swimmer; see `kernel_numbers`.
 
     Args:
         swimmer: The swimmer.
-        table: The table of links that feel each other; see `bead_table.made_table`.
+        tables: How many tables of links that feel each other there are, and these; see `bead_table.made_tables`.
     """
     unit = swimmer.scaled()
     # The kernel's distance counts all lengths alike, so that it is at most what it is by their drags.
     half, spread = max(unit.halves_m[1:]), unit.bend_spread() / unit.weights()[0]
     steepness = math.sqrt(4.0 * (2.0 / 3.0 * half * half * half) / spread)
     base = (unit.base_half_length_m, *np.diagonal(unit.drag_matrix(0)), unit.roll_sharpness(), spread, steepness)
-    out = np.concatenate([[*base, 1.0, *_limb(unit, 1), -1.0, *_limb(unit, 2)], table])
+    out = np.concatenate([[*base, 1.0, *_limb(unit, 1), -1.0, *_limb(unit, 2)], tables])
     out.setflags(write=False)
     return out
 

@@ -4,22 +4,24 @@ A resistance depends on the limbs' axes only: on the bend of each, and on the an
 bent in. Seen from the frame in which limb 1 is bent along y it is a smooth function of these three, mirror symmetric
 in the last, and each bend goes on through straight to the other side: even or odd Chebyshev polynomials in the bends
 and a Fourier series in the angle come near it to many digits. For limbs alike an end-for-end turn of the swimmer gives
-half of the samples. What the coefficients are of stands in `bead_table.c`.
+half of the samples. What the coefficients are of stands in `bead_table.c`. A second table, of the bends that motions
+mostly stay within, needs a third as many coefficients to be as near; it is sampled from the first.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.linear_systems import solve
 from purcell_cli.geometry.reproducible import arccos, cos, matmul, sin, sin_cos_of
 from purcell_cli.geometry.rotations import Array, about_axis
-from purcell_cli.kernel.beads import BLOCK, NUMBERS, looked_up
+from purcell_cli.kernel.beads import NUMBERS, looked_up
 from purcell_cli.kernel.library import DIGEST
 from purcell_cli.mechanics.beads import LOWER, grand_resistance, solved_anew
 from purcell_cli.mechanics.fluid import BEADS
@@ -32,17 +34,30 @@ REACH_RAD = BEADS["max_bend_rad"][1]
 _SLACK_RAD = 1e-6
 """Room for rounding beyond that [rad]."""
 _BENDS, _ANGLES = 10, 13
-"""Polynomials of each limb's bend, and multiples of the angle: the error is some 1e-11 up to bends of 1 rad."""
+"""Polynomials of each limb's bend, and multiples of the angle: the error is some 1e-12 up to bends of 1 rad."""
+_NEAR_RAD = 1.0 + 1e-6
+"""Up to which bend the nearer table reaches [rad]: that of `max_bend_rad`, where nothing else is said."""
+_NEAR_BENDS = 9
+"""Polynomials of each limb's bend in it: the error is no larger."""
 
 _MIRRORED = np.array([0, 0, 1, 1, 1, 0, 1, 1, 0, 1, 1, 0])
 """Which components of (v, omega, u_1, u_2) change their sign in the mirror of the x-y plane."""
 
 _FLIPPED = np.array([0, 1, 1] * 4)
 """Which of them half a turn about x changes."""
-_PART = np.where(LOWER[0] < 6, 1, np.where(LOWER[1] >= 6, 3, np.where(LOWER[0] < 9, 0, 2)))
-"""What an entry is of: limb 1's couplings with the base, P, limb 2's couplings, or the power alone."""
-_ORDER = np.lexsort((_PART, _MIRRORED[LOWER[0]] != _MIRRORED[LOWER[1]]))
-"""The table's order of entries: `ENTRIES` of `bead_table.c`."""
+
+
+def _order(fixed: int) -> NDArray[np.int64]:
+    """Return which entries a row has of the sums over a limb's bend: `ENTRIES` of `bead_table.c`. Shape (80,).
+
+    P and the other limb's couplings with the base, this limb's, and what only the power needs; 78 is no entry.
+    """
+    row, column = LOWER
+    own = (row < 9) == (fixed == 0)
+    part = np.where(row < 6, 0, np.where(column >= 6, 2, np.where(own, 1, 0)))
+    order = np.lexsort((row >= 6, _MIRRORED[row] != _MIRRORED[column], part))
+    return np.append(np.insert(order, np.count_nonzero(part == 0), len(order)), len(order))
+
 
 _ROUGH, _EXACT = 1e-9, 1e-14
 """Coefficients below these parts of the largest are left out in a search, whose flows err by 1e-7, and else."""
@@ -95,18 +110,23 @@ class Grid:
         return self.reach_rad * self.parts
 
     @property
+    def shape(self) -> tuple[int, int, int]:
+        """How many nodes there are: bends of limb 1, of limb 2, angles."""
+        return self.many_bends, self.many_bends, self.many_angles
+
+    @property
     def angles(self) -> Array:
         """The angles that are sampled [rad]. Shape (m,)."""
         m = self.many_angles
         return np.asarray(np.linspace(0.5, m - 0.5, m) * (np.pi / m), dtype=np.float64)
 
 
-FINE = Grid()
-"""The grid of the tables that plans are made with."""
+FINE = Grid(_NEAR_RAD, _NEAR_BENDS), Grid()
+"""The grids of the tables that plans are made with."""
 
 
 def _samples(unit: Swimmer, grid: Grid, progress: Progress) -> Array:
-    """Return the resistances at all nodes. Shape (n, n, m, 12, 12)."""
+    """Return the resistances of the beads at all nodes. Shape (n, n, m, 78)."""
     bends, angles, n = grid.bends, grid.angles, grid.many_bends
     out = np.empty((n, n, grid.many_angles, 12, 12))
     alike = unit.equal_limbs
@@ -132,56 +152,71 @@ def _samples(unit: Swimmer, grid: Grid, progress: Progress) -> Array:
             turn = _end_for_end(float(angles[c]))
             out[b, a, c] = matmul(matmul(turn, found), turn.T)
         progress(k, len(wanted))
-    return out
+    return out[..., LOWER[0], LOWER[1]]
 
 
-def made_table(swimmer: Swimmer, progress: Progress = lambda _done, _of: None, grid: Grid = FINE) -> Array:
-    """Return the kernel's table of a swimmer: its numbers, what counts, and coefficients. Shape (11 + n m (4 + n 78),).
+def made_tables(swimmer: Swimmer, progress: Progress = lambda _done, _of: None, grids: Sequence[Grid] = FINE) -> Array:
+    """Return the kernel's tables of a swimmer: how many there are, then these, see `struct bead_table` of `kernel.h`.
 
     Args:
         swimmer: The swimmer.
         progress: Is told how far it is.
-        grid: Where it is sampled.
+        grids: Where they are sampled, the one of the largest reach last: from the beads, the others from its table.
     """
-    entries = LOWER[0][_ORDER], LOWER[1][_ORDER]
-    samples = _samples(swimmer.scaled(), grid, progress)[..., entries[0], entries[1]]
+    *near, far = grids
+    widest = _table(_samples(swimmer.scaled(), far, progress), far)
+    numbers = np.concatenate([np.zeros(NUMBERS - 1), [1.0], widest])
+    tables = [_table(looked_up(numbers, _nodes(grid)).reshape(*grid.shape, -1), grid) for grid in near]
+    return np.concatenate([[len(grids)], *tables, widest])
+
+
+def _nodes(grid: Grid) -> Array:
+    """Return the limb axes at a grid's nodes. Shape (n n m, 2, 3)."""
+    bends, angles = grid.bends.tolist(), grid.angles.tolist()
+    return np.array([_axes(a, b, angle) for a in bends for b in bends for angle in angles])
+
+
+def _table(samples: Array, grid: Grid) -> Array:
+    """Return the table of resistances at a grid's nodes. Shape (4 + n m (4 + 160 n),)."""
     n, m, angles = grid.many_bends, grid.many_angles, grid.angles
     places, steps = np.arange(n), np.arange(m)
     polynomials = cos(places[:, None] * ((places + 0.5) * (np.pi / n))) * (2.0 / n)
     polynomials[0] *= 0.5
     even, odd = (f(steps[:, None] * angles) * (2.0 / m) for f in (cos, sin))
     even[0] *= 0.5
-    mixed = _MIRRORED[entries[0]] != _MIRRORED[entries[1]]
+    mixed = _MIRRORED[LOWER[0]] != _MIRRORED[LOWER[1]]
     turned = samples.transpose(2, 0, 1, 3).reshape(m, -1)
     sums = [matmul(series, turned).reshape(m, n, n, -1) for series in (even, odd)]
     table: Array = np.where(mixed, sums[1], sums[0]).transpose(1, 2, 0, 3)
-    flips = _FLIPPED[entries[0]] != _FLIPPED[entries[1]]
+    flips = _FLIPPED[LOWER[0]] != _FLIPPED[LOWER[1]]
     parts, is_odd = grid.parts, steps % 2 == 1
     table = table / np.where(is_odd[:, None] != flips, parts[:, None, None, None], 1.0)
     table = table / np.where(is_odd[:, None], parts[:, None, None], 1.0)
     for _ in range(2):
         table = matmul(polynomials, table.reshape(n, -1)).reshape(table.shape).swapaxes(0, 1)
-    room = np.zeros(BLOCK)
-    return np.concatenate([[grid.reach_rad, n, m], _counts(table).ravel(), table.transpose(2, 0, 1, 3).ravel(), room])
+    padded = np.concatenate([table, np.zeros((n, n, m, 1))], axis=-1)
+    rows = [padded.transpose(2, *axes, 3)[..., _order(limb)].ravel() for limb, axes in enumerate(((1, 0), (0, 1)))]
+    sizes = grid.reach_rad, float(cos(grid.reach_rad)), n, m
+    return np.concatenate([sizes, _counts(table).ravel(), *rows])
 
 
 def _counts(table: Array) -> Array:
-    """Return how many coefficients count in the sums over each limb's bend: roughly, exactly. Shape (2, 2, n, m)."""
+    """Return how many coefficients count in the sums over each limb's bend: roughly, exactly. Shape (2, 2, m, n)."""
     size = np.max(np.abs(table), axis=-1)
     out = []
     for part in (_ROUGH, _EXACT):
         for axis in (0, 1):
             big = np.moveaxis(size > part * np.max(size), axis, -1)
-            out.append(np.max(big * (1 + np.arange(len(size))), axis=-1))
-    return np.array(out, dtype=np.float64).reshape(2, 2, len(size), -1)
+            out.append(np.max(big * (1 + np.arange(len(size))), axis=-1).T)
+    return np.array(out, dtype=np.float64)
 
 
 _known: dict[str, Array] = {}
 """The tables of this process, by what they depend on."""
 
 
-def bead_table(swimmer: Swimmer, progress: Progress = lambda _done, _of: None) -> Array:
-    """Return the kernel's table of a swimmer: made once, then kept in the user's cache folder; see `made_table`.
+def bead_tables(swimmer: Swimmer, progress: Progress = lambda _done, _of: None) -> Array:
+    """Return the kernel's tables of a swimmer: made once, then kept in the user's cache folder; see `made_tables`.
 
     Args:
         swimmer: The swimmer.
@@ -193,11 +228,11 @@ def bead_table(swimmer: Swimmer, progress: Progress = lambda _done, _of: None) -
     refuse_wall(swimmer)
     unit = swimmer.scaled()
     sizes = *unit.halves_m, *unit.radii_m
-    key = f"{DIGEST} {FINE.reach_rad!r} {FINE.many_bends} {FINE.many_angles} {_ROUGH!r} {_EXACT!r} {sizes!r}"
+    key = f"{DIGEST} {[(g.reach_rad, g.many_bends, g.many_angles) for g in FINE]} {_ROUGH!r} {_EXACT!r} {sizes!r}"
     if key not in _known:
-        table = kept("beads", key, lambda: made_table(unit, progress, FINE))
-        table.setflags(write=False)
-        _known[key] = table
+        tables = kept("beads", key, lambda: made_tables(unit, progress, FINE))
+        tables.setflags(write=False)
+        _known[key] = tables
     return _known[key]
 
 
@@ -219,7 +254,7 @@ def tabulated(swimmer: Swimmer, axes: Array) -> Array:
         raise ParameterError(
             f"limbs of links that feel each other bent by at most {REACH_RAD:g} rad are wanted, found {far:.4g} rad"
         )
-    return looked_up(np.concatenate([np.zeros(NUMBERS - 3), bead_table(swimmer)]), axes)
+    return looked_up(np.concatenate([np.zeros(NUMBERS - 1), bead_tables(swimmer)]), axes)
 
 
 def table_error(swimmer: Swimmer, axes: Array) -> float:

@@ -14,8 +14,8 @@ import numpy as np
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
-from purcell_cli.mechanics.base_velocity import with_table
-from purcell_cli.mechanics.bead_table import REACH_RAD, Grid, made_table
+from purcell_cli.mechanics.base_velocity import with_tables
+from purcell_cli.mechanics.bead_table import REACH_RAD, Grid, made_tables
 from purcell_cli.mechanics.collocation import flow_with
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.lift import SEARCHING
@@ -52,8 +52,8 @@ def end_on_beads(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block]
     if not len(once):
         return start
     reach_rad = min(max(bend + BEND_SLACK_RAD, _LEAST_REACH_RAD), REACH_RAD)
-    table = made_table(beads, grid=Grid(reach_rad, _MANY_BENDS, _MANY_ANGLES))
-    flow = flow_with(with_table(beads, table), SEARCHING)
+    tables = made_tables(beads, grids=[Grid(reach_rad, _MANY_BENDS, _MANY_ANGLES)])
+    flow = flow_with(with_tables(beads, tables), SEARCHING)
     moves = flow.runs(once.shapes, once.rates, once.durations, pieces.counts, pieces.cycles)
     moved = se3.prefix_products(moves)[-1]
     moved[:3, 3] *= swimmer.length_m
