@@ -31,6 +31,7 @@ from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.kernel.steering import steered
 from purcell_cli.mechanics.base_velocity import kernel_numbers, with_tables
 from purcell_cli.mechanics.bead_table import Grid, made_tables
+from purcell_cli.mechanics.beads import resistance_entries
 from purcell_cli.mechanics.collocation import Accuracy, flow_of
 from purcell_cli.mechanics.lift import EXACT, SEARCHING
 from purcell_cli.mechanics.moves import MoveSequence
@@ -294,6 +295,7 @@ def on_beads(primitives: PrimitiveSequence, shapes: np.ndarray, turns: np.ndarra
     flow = Flow(with_tables(swimmer, coarse_tables(swimmer)), flow_of(SWIMMER, EXACT).rule)
     pieces = shapes, np.linspace(-1.0, 1.0, 180).reshape(30, 6), np.linspace(0.0, 1.0, 30)
     return [
+        resistance_entries(swimmer, shapes[0, ..., 0]),
         looked_up(flow.swimmer, shapes[..., 0]),
         flow.pieces(*pieces),
         flow.work(*pieces),

@@ -1,14 +1,5 @@
-/* The sums over a table of links that feel each other, where nearly all of its time goes: over rows of numbers side by side,
- * each the same sum in the same order. */
-#include "kernel.h"
+/* The sums over a table of links that feel each other, where nearly all of its time goes: over rows of numbers side by side. */
 #include "wide.h"
-
-/* Numbers side by side, which compilers would else rather not keep so. */
-typedef double quad __attribute__((vector_size(32), aligned(8), may_alias));
-#define QUAD 4
-#define AT(numbers) (*(const quad *)(numbers))
-#define PUT(numbers, value) (*(quad *)(numbers) = (value))
-static const quad nothing = {0.0, 0.0, 0.0, 0.0};
 
 BODY table_rows_body(const double *rows, int count, int entries, const double *weight, const double *slope, double *sum,
                      double *sloped) {

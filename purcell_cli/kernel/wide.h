@@ -1,7 +1,9 @@
-/* Functions built twice where a processor may have wider registers, which make more numbers at once: each is the same
- * number. A build with PURCELL_NARROW never uses them. */
+/* Sums of many numbers side by side. A processor with wider registers makes more of them at once; each number is the same sum in
+ * the same order. A build with PURCELL_NARROW never uses them. */
 #ifndef PURCELL_WIDE_H
 #define PURCELL_WIDE_H
+
+#include "kernel.h"
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(PURCELL_NARROW)
 #include <cpuid.h>
@@ -23,7 +25,7 @@ static int is_wide(void) {
     return known;
 }
 
-/* A function from its body, built twice. */
+/* A function from its body, `name_body`, built twice. */
 #define EITHER(name, parameters, arguments)                   \
     WIDE static void name##_wide parameters { name##_body arguments; } \
     static void name##_plain parameters { name##_body arguments; }     \
@@ -36,12 +38,13 @@ static int is_wide(void) {
     void purcell_##name parameters { name##_body arguments; }
 #endif
 
+#define BODY static inline __attribute__((always_inline)) void
+
 /* Numbers side by side, which compilers would else rather not keep so. */
 typedef double quad __attribute__((vector_size(32), aligned(8), may_alias));
 #define QUAD 4
 #define AT(numbers) (*(const quad *)(numbers))
 #define PUT(numbers, value) (*(quad *)(numbers) = (value))
-
-#define BODY static inline __attribute__((always_inline)) void
+static const quad nothing = {0.0, 0.0, 0.0, 0.0};
 
 #endif
