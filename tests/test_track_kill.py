@@ -7,12 +7,16 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from helpers import Run, runner
 
+from purcell_cli.feedback import track_mission
+from purcell_cli.feedback.track import Tracking
 from purcell_cli.files.trajectory_reader import read_csv
 from purcell_cli.motion.trajectory_table import Table
 
@@ -56,3 +60,36 @@ def test_what_was_written_before_a_kill_can_be_read_and_comes_again(
     assert found.time_s[-1] < whole.time_s[-1]
     assert same_beginning(found, whole)
     assert not same_beginning(found, dataclasses.replace(whole, position_m=whole.position_m + 1e-12))
+
+
+def test_a_way_that_is_broken_off_again_takes_nothing_from_its_file(
+    command: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where another way was swum, the foil, its file is that of the last."""
+    monkeypatch.chdir(tmp_path)
+    Path("truth.yaml").write_text("drag_ratio: 1.7\n")
+    Path("other.yaml").write_text("drag_ratio: 1.8\n")
+    file = Path("real.csv")
+    way = "nearby", "--truth", "truth.yaml", "--out", "real.csv"
+    assert command(*way)[0] == 0
+    whole = file.read_bytes()
+    swum = track_mission.track_mission
+
+    def broken_off(*arguments: Any, told: Callable[[Tracking], None], **options: Any) -> Tracking:
+        def once(found: Tracking) -> None:
+            told(found)
+            raise KeyboardInterrupt
+
+        return swum(*arguments, told=once, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(track_mission, "track_mission", broken_off)
+        assert command(*way)[0] == 130
+        assert file.read_bytes() == whole
+        assert command("nearby", "--truth", "other.yaml", "--out", "real.csv")[0] == 130
+        short = file.read_bytes()
+        assert len(short) < len(whole)
+    assert command(*way)[0] == 0
+    assert file.read_bytes() == whole
+    assert command(*way, "--replans", "0")[0] == 1  # a way that ends sooner
+    assert len(file.read_bytes()) < len(whole)

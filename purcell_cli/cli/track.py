@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from purcell_cli.cli.options import Format
 from purcell_cli.cli.terminal import DONE, NOT_REACHED, Json, SwimmerFile, bar, ready, show, swimmer_of
+
+if TYPE_CHECKING:
+    from purcell_cli.motion.trajectory import Trajectory
 
 
 def register(app: typer.Typer) -> None:
@@ -66,6 +69,7 @@ def track(
     from purcell_cli.feedback.track import Tracking
     from purcell_cli.feedback.track_mission import track_mission
     from purcell_cli.files.scenario_file import warn_if_far
+    from purcell_cli.files.trajectory_csv import goes_on
     from purcell_cli.files.trajectory_formats import write_trajectory
     from purcell_cli.motion.options import PlanOptions
 
@@ -79,11 +83,16 @@ def track(
     body = ready(swimmer_of(truth), walled=True)
     warn_if_far(query)
     ready(query.swimmer)
+
+    def further(swum: Trajectory) -> bool:
+        """Return whether the same command has written more already, before it was broken off."""
+        return named is not None and named[0] == "csv" and goes_on(named[1], swum)
+
     with bar("swimming") as progress:
 
         def told(found: Tracking) -> None:
             progress(found.replans, replans, f"off by {found.off.position_m / query.swimmer.length_m:.2g} L")
-            if named is not None and found.trajectory is not None:
+            if named is not None and found.trajectory is not None and not further(found.trajectory):
                 write_trajectory(found.trajectory, named[1], named[0], body)
 
         found = track_mission(
@@ -98,7 +107,11 @@ def track(
             told=told,
             **({"fitted": Learning(query.swimmer, measuring)} if learn else {}),
         )
-    file = None if named is None or found.trajectory is None else str(named[1])
+    file = None
+    if named is not None and found.trajectory is not None:
+        file = str(named[1])
+        if further(found.trajectory):  # of a longer way that begins alike
+            write_trajectory(found.trajectory, named[1], named[0], body)
     document = track_document(found, query.swimmer, measuring, tolerance, tolerance_deg, file)
     show(document, json, show_track)
     return DONE if found.arrived else NOT_REACHED

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import IO
 
@@ -58,6 +59,19 @@ def write_rows(trajectory: Trajectory, stream: IO[bytes]) -> None:
             blocks += [quaternion, as_euler(rotation)]
         numbers = np.concatenate([*blocks, trajectory.rate_rad_s[part]], axis=1) + 0.0  # no zero with a sign
         stream.write(_as_text(numbers, [words[k] for k in which[part].tolist()]))
+
+
+def goes_on(path: Path | str, trajectory: Trajectory) -> bool:
+    """Return whether a file has all rows of a trajectory but the last, in which joints rest, and more after them."""
+    made = io.BytesIO()
+    write_rows(trajectory, made)
+    text = made.getvalue()
+    rows = text[: text.rfind(b"\n", 0, -1) + 1]
+    try:
+        with Path(path).open("rb") as stream:
+            return Path(path).stat().st_size > len(text) and stream.read(len(rows)) == rows
+    except OSError:
+        return False
 
 
 def _as_text(numbers: Array, words: list[bytes]) -> bytes:
