@@ -30,7 +30,7 @@ from purcell_cli.planner.missions.one_motion import one_motion
 from purcell_cli.planner.missions.waypoint_order import cheapest_orders, leg_prices
 from purcell_cli.planner.missions.waypoint_poses import Touring
 from purcell_cli.planner.progress import Progress, silent
-from purcell_cli.query import refuse_query
+from purcell_cli.query import refuse_bent, refuse_query
 from purcell_cli.solution import Solution, carried_out, plan, planned
 from purcell_cli.wording import counted
 
@@ -195,12 +195,14 @@ def refuse_waypoints(mission: Mission, swimmer: Swimmer, options: PlanOptions) -
     """Refuse waypoints at which limits cannot be kept, whatever is chosen for what they leave free.
 
     Raises:
-        ParameterError: Limbs too near each other, a shape that the joints cannot make, or a position out of range.
+        ParameterError: Limbs too near each other, a shape that the joints cannot make or links that feel each other do
+            not have, or a position out of range.
     """
     limits, home = Limits.of(options), home_shape(swimmer, mission.start.shape)
     for k, one in enumerate(mission.via):
         filled = one.filled(Configuration(mission.start.pose, home))
         refuse_large(swimmer, f"via[{k}]", filled)
+        refuse_bent(swimmer, f"via[{k}]", filled)
         refuse_displacement(swimmer, mission.start, filled, f"via[{k}]")
         known = one.position_m is not None and one.orientation is not None
         (limits if known else dataclasses.replace(limits, workspace=None, obstacles=None)).refuse(

@@ -33,6 +33,7 @@ from purcell_cli.kernel.beads import NUMBERS, bead_resistance, looked_up, swimme
 from purcell_cli.mechanics import bead_table
 from purcell_cli.mechanics.base_velocity import kernel_numbers
 from purcell_cli.mechanics.beads import LOWER, Beads, grand_resistance, solved_anew
+from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import connection, power, resistance, resistance_and_coupling, shape_from_angles
 from purcell_cli.mechanics.drag import LinkSize, LinkSizes
 from purcell_cli.mechanics.lift import flow, work
@@ -40,6 +41,8 @@ from purcell_cli.mechanics.lift_derivatives import flow_and_jacobian, flow_and_j
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.missions import plan_mission
+from purcell_cli.motion.mission import Mission, Waypoint
 from purcell_cli.motion.trajectory import as_table
 from purcell_cli.verification.verify import verify
 
@@ -284,8 +287,16 @@ def test_small_bends_are_looked_up_in_a_table_of_their_own(monkeypatch: pytest.M
 
 def test_bends_beyond_the_table_are_refused() -> None:
     far = shape_from_angles((100, 0, 0), (0, 0, 0))[None, ..., 0]
-    with pytest.raises(ParameterError, match=r"1.6 rad are wanted, found 1.745 rad"):
+    with pytest.raises(ParameterError, match=r"1.6 rad, for links that feel each other, are wanted, found 1.745"):
         bead_table.tabulated(STOUT, far)
+    bent = Configuration(shape=shape_from_angles((100, 0, 0), (0, 0, 0)))
+    for start, goal, called in ((bent, Configuration(), "start"), (Configuration(), bent, "goal")):
+        with pytest.raises(ParameterError, match=f"^{called}: limbs bent by at most 1.6 rad.*found 1.745 rad"):
+            plan(start, goal, swimmer=STOUT)
+        assert plan(start, goal, swimmer=ALONE).verdict == "reached"
+    bend = Waypoint(limb1=bent.shape[0])
+    with pytest.raises(ParameterError, match=r"^via\[0\]: limbs bent by at most 1.6 rad"):
+        plan_mission(Mission(Configuration(), Configuration(), (bend,)), swimmer=STOUT)
 
 
 @pytest.mark.parametrize("start", [COLLINEAR, shape_from_angles((30, 20, 10), (-10, 25, 0))])

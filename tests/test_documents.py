@@ -211,7 +211,10 @@ BAD: dict[str, tuple[Any, str]] = {
     "a trajectory": ("t_s,phase,gait\n0,1,x\n", "plan.json:1: the document: wanted a mapping"),
     "a scenario": ({"name": "x", "start": {}, "goal": {}}, "plan.json:1: name: wanted one of the keys schema"),
     "another form": (document(schema="purcell/plan-document/9"), "plan.json:1: schema: wanted one of purcell/plan-doc"),
-    "what --json prints": (document(schema="purcell/plan/1"), "plan.json:1: schema: wanted one of"),
+    "what --json prints": (
+        {"schema": "purcell/plan/1", "verdict": "reached"},
+        "plan.json:1: wanted a plan document, as --plan-out writes it, found what --json prints",
+    ),
     "unknown key": (document(goals={}), "plan.json:1: goals: wanted one of the keys"),
     "no blocks": ({k: v for k, v in document().items() if k != "blocks"}, "plan.json:1: blocks: wanted a list"),
     "NaN": ('{"dt_s": NaN, ' + json.dumps(document())[1:], "plan.json:1: dt_s: wanted each key once"),

@@ -444,7 +444,7 @@ def test_brackets_are_looked_at_as_deep_as_few_joints_want() -> None:
     for joints, depth in depths.items():
         swimmer = Swimmer(joints=joints) if joints else Swimmer()
         assert usual_depth(swimmer) == depth
-        assert usual_depth(dataclasses.replace(swimmer, fluid="beads")) == 4
+        assert usual_depth(dataclasses.replace(swimmer, fluid="beads")) == depth
 
 
 def test_one_hinge_alone_has_no_brackets_and_is_told_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -21,14 +21,14 @@ from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, as_euler, from_quaternion, wrapped
 from purcell_cli.kernel.flow import played, with_twice_the_digits
 from purcell_cli.kernel.shapes import shapes_along
-from purcell_cli.mechanics.bead_table import REACH_RAD
 from purcell_cli.mechanics.configuration import Configuration, Deviation
+from purcell_cli.mechanics.fluid import refuse_far_bends
 from purcell_cli.mechanics.joint_motion import refuse_shape
 from purcell_cli.mechanics.joints import Joints, named
 from purcell_cli.mechanics.lift import piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles
+from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.motion.pace import slowed
 from purcell_cli.motion.trajectory import Trajectory
 from purcell_cli.motion.trajectory_table import Table
@@ -121,7 +121,7 @@ def simulate(table: Table, swimmer: Swimmer, noise: Noise = NO_NOISE, begun: Arr
     shapes = shapes_along(shape, None, rates[:-1] * seconds[:, None])
     pieces = Pieces(shapes[:-1], rates[:-1], seconds)
     if swimmer.fluid == "beads":
-        _refuse_far_bends(pieces)
+        refuse_far_bends(float(np.max(LimbCircles.of(pieces).largest_bends()[0], initial=0.0)))
     begins = first.pose if begun is None else begun
     if swimmer.wall is None:
         poses = _poses(swimmer, begins, pieces)
@@ -164,15 +164,6 @@ def _poses(swimmer: Swimmer, begun: Array, pieces: Pieces) -> Array:
     out[:-1] = played(here, piece_displacements(swimmer, pieces), 1)[0]
     out[-1] = played(here, np.eye(4)[None], 1)[0, 0]
     return out
-
-
-def _refuse_far_bends(pieces: Pieces) -> None:
-    """Refuse a motion on which a limb bends further than the table of links that feel each other reaches."""
-    bend = float(np.max(LimbCircles.of(pieces).largest_bends()[0], initial=0.0))
-    if bend > REACH_RAD + BEND_SLACK_RAD:
-        raise ParameterError(
-            f"limbs bent by at most {REACH_RAD:g} rad, for links that feel each other, are wanted, found {bend:.4g} rad"
-        )
 
 
 def _refuse_unfit_joints(table: Table, truth: Swimmer) -> None:

@@ -10,12 +10,14 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from purcell_cli import __version__
+from purcell_cli.errors import InputError
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.files.containers import Field, ListOf, Pair, Record
 from purcell_cli.files.documents import Document, Made
@@ -40,6 +42,9 @@ from purcell_cli.motion.plan import Plan
 
 SCHEMA = "purcell/plan-document/1"
 """The name of the form that plan documents have."""
+
+_REPORT = rb'{\s*"schema":\s*"purcell/(plan|run|replan)/'
+"""How what commands print of plans begins, which says nothing of how to play them."""
 
 _LARGEST_ANGLE_RAD = 10.0
 """Largest turn of a joint in one primitive or move [rad]: more than a whole turn, which no plan needs in one go.
@@ -212,12 +217,17 @@ PLAN = Document(
 
 def is_plan(path: Path | str) -> bool:
     """Return whether a file is a plan document, by its first lines."""
+    begun = _beginning(path)
+    return begun.startswith(b"{") and f'"{SCHEMA}"'.encode() in begun
+
+
+def _beginning(path: Path | str) -> bytes:
+    """Return a file's first bytes, none where it cannot be read."""
     try:
         with Path(path).open("rb") as stream:
-            begun = stream.read(_BEGIN_BYTES)
+            return stream.read(_BEGIN_BYTES).lstrip()
     except (OSError, ValueError):
-        return False
-    return begun.lstrip().startswith(b"{") and f'"{SCHEMA}"'.encode() in begun
+        return b""
 
 
 def write_plan(document: PlanDocument, path: Path | str) -> None:
@@ -240,4 +250,6 @@ def load_plan(path: Path | str) -> PlanDocument:
     Raises:
         InputError: The file says no plan.
     """
+    if re.match(_REPORT, _beginning(path)):
+        raise InputError(f"{path}:1: wanted a plan document, as --plan-out writes it, found what --json prints")
     return load(path, PLAN)

@@ -36,7 +36,7 @@ _SHARE = 0.05
 
 def usual_depth(swimmer: Swimmer) -> int:
     """Return the depth of brackets that shows what a swimmer's joints reach: the fewer turn, the deeper it is."""
-    if swimmer.ball_joints or swimmer.fluid == "beads":
+    if swimmer.ball_joints:
         return _USUAL_DEPTH
     return max(_USUAL_DEPTH, _DEPTHS.get(len(swimmer.controls), _USUAL_DEPTH))
 

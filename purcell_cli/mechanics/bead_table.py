@@ -16,7 +16,6 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.errors import ParameterError
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.linear_systems import solve
 from purcell_cli.geometry.reproducible import arccos, cos, matmul, sin, sin_cos_of
@@ -24,15 +23,13 @@ from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.kernel.beads import NUMBERS, looked_up
 from purcell_cli.kernel.library import DIGEST
 from purcell_cli.mechanics.beads import LOWER, grand_resistance, solved_anew
-from purcell_cli.mechanics.fluid import BEADS
+from purcell_cli.mechanics.fluid import BEADS, refuse_far_bends
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.mechanics.wall import refuse_wall
 from purcell_cli.user_cache import kept
 
 REACH_RAD = BEADS["max_bend_rad"][1]
 """Up to which bend the table reaches [rad]: beyond, beads of different links come near each other."""
-_SLACK_RAD = 1e-6
-"""Room for rounding beyond that [rad]."""
 _BENDS, _ANGLES = 10, 13
 """Polynomials of each limb's bend, and multiples of the angle: the error is some 1e-12 up to bends of 1 rad."""
 _NEAR_RAD = 1.0 + 1e-6
@@ -249,11 +246,7 @@ def tabulated(swimmer: Swimmer, axes: Array) -> Array:
     Raises:
         ParameterError: A limb is bent further than the table reaches.
     """
-    far = float(np.max(arccos(np.clip(axes[..., 0], -1.0, 1.0)), initial=0.0))
-    if far > REACH_RAD + _SLACK_RAD:
-        raise ParameterError(
-            f"limbs of links that feel each other bent by at most {REACH_RAD:g} rad are wanted, found {far:.4g} rad"
-        )
+    refuse_far_bends(float(np.max(arccos(np.clip(axes[..., 0], -1.0, 1.0)), initial=0.0)))
     return looked_up(np.concatenate([np.zeros(NUMBERS - 1), bead_tables(swimmer)]), axes)
 
 

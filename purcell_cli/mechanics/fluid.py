@@ -23,6 +23,27 @@ FLUIDS: tuple[Fluid, ...] = get_args(Fluid)
 """The models of the fluid: each link alone, or links that feel each other's flow."""
 
 
+_SLACK_RAD = 1e-6
+"""Room for rounding beyond the largest bend [rad]."""
+
+
+def refuse_far_bends(bend_rad: float, called: str = "") -> None:
+    """Refuse a bend that links that feel each other do not have: beads of different links would come near each other.
+
+    Args:
+        bend_rad: The largest bend of a limb [rad].
+        called: What has it, where that is not plain.
+
+    Raises:
+        ParameterError: It is too large.
+    """
+    most = BEADS["max_bend_rad"][1]
+    if bend_rad > most + _SLACK_RAD:
+        place = f"{called}: " if called else ""
+        wanted = f"limbs bent by at most {most:g} rad, for links that feel each other, are wanted"
+        raise ParameterError(f"{place}{wanted}, found {bend_rad:.4g} rad")
+
+
 def refuse_unfit(swimmer: Swimmer) -> None:
     """Refuse a fluid that is unknown, and what links that feel each other cannot have.
 

@@ -11,13 +11,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.mechanics.base_velocity import with_tables
 from purcell_cli.mechanics.bead_table import REACH_RAD, Grid, made_tables
 from purcell_cli.mechanics.collocation import flow_with
 from purcell_cli.mechanics.configuration import Configuration
+from purcell_cli.mechanics.fluid import refuse_far_bends
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block, BlockPieces
@@ -46,9 +46,7 @@ def end_on_beads(swimmer: Swimmer, start: Configuration, blocks: Sequence[Block]
     pieces = BlockPieces.of(blocks, start.shape)
     once, begun = pieces.once, float(np.max(bends(start.shape[..., 0])))
     bend = float(np.max(LimbCircles.of(once).largest_bends()[0], initial=begun))
-    if bend > REACH_RAD + BEND_SLACK_RAD:
-        wanted = f"limbs bent by at most {REACH_RAD:g} rad, for links that feel each other, are wanted"
-        raise ParameterError(f"{wanted}, found {bend:.4g} rad")
+    refuse_far_bends(bend)
     if not len(once):
         return start
     reach_rad = min(max(bend + BEND_SLACK_RAD, _LEAST_REACH_RAD), REACH_RAD)
