@@ -8,9 +8,9 @@
 
 The first four measure and keep their rows in `benchmarks/data/local_against_beads.json`; the last draws the pictures
 of `docs/explanation/beads.md` from it and prints its tables. `gaits` and `amplitudes` make the table of the
-beads first, in processor time that grows as the third power of one over the slenderness: 1 s at 0.05, half a minute at
-0.01. `cruise` and `loops` need none: they solve the beads along planar strokes, also of thinner links than swimmers may
-have, and also more of them.
+beads first, in processor time that grows as the third power of one over the slenderness: 2 s at 0.01, four minutes at
+0.002, where links are thinner than swimmers may have them. `cruise` and `loops` need none: they solve the beads along
+planar strokes, and also more of them.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from purcell_cli.gaits.atlas import twist_in_lengths
 from purcell_cli.gaits.gait import MOTIONS, Gait
 from purcell_cli.geometry.rotations import about_axis
 from purcell_cli.kernel.beads import bead_resistance
+from purcell_cli.mechanics import fluid as fluids
 from purcell_cli.mechanics.beads import LOWER
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import work
@@ -280,6 +281,8 @@ def main() -> None:
     rows = kept()
     if asked.what == "pictures":
         return draw(rows)
+    thin = min(*asked.slenderness, fluids.BEADS["slenderness"][0])
+    fluids.BEADS = {**fluids.BEADS, "slenderness": (thin, 0.2)}  # tables may take minutes here
     for s in asked.slenderness:
         if asked.what == "cruise":
             rows["cruise"][f"{s:g} {asked.finer:g}"] = cruise(s, asked.finer)

@@ -272,6 +272,26 @@ def test_the_table_is_the_beads_to_many_digits(monkeypatch: pytest.MonkeyPatch) 
     assert_close(bead_table.table_error(STOUT, axes) / off, 1.0, 1e-4)
 
 
+def test_a_swimmer_has_one_table_whatever_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another slenderness, the foil, has another."""
+    made: list[str] = []
+
+    def told(_name: str, key: str, _make: object) -> Array:
+        made.append(key)
+        return np.zeros(1)
+
+    monkeypatch.setattr(bead_table, "kept", told)
+    monkeypatch.setattr(bead_table, "_known", {})
+    uneven = Swimmer(0.1, 0.07, fluid="beads", slenderness=0.05, links=LinkSizes(limb2=LinkSize(0.06, 0.1)))
+    for k, swimmer in enumerate((STOUT, uneven), 1):
+        longer = dataclasses.replace(swimmer, viscosity_pa_s=2.0, max_bend_rad=1.3)
+        for same in (swimmer, swimmer.scaled(), swimmer.scaled().scaled(), longer):
+            bead_table.bead_tables(same)
+        assert len(made) == k
+    bead_table.bead_tables(dataclasses.replace(STOUT, slenderness=0.0501))
+    assert len(made) == 3
+
+
 def test_small_bends_are_looked_up_in_a_table_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
     """One too coarse spoils only them, and so does one for all bends, the foil, where the other would serve."""
     fine = connection_error(1.0)

@@ -10,6 +10,7 @@ mostly stay within, needs a third as many coefficients to be as near; it is samp
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Callable, Iterator, Sequence
 
@@ -23,6 +24,7 @@ from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.kernel.beads import NUMBERS, looked_up
 from purcell_cli.kernel.library import DIGEST
 from purcell_cli.mechanics.beads import LOWER, grand_resistance, solved_anew
+from purcell_cli.mechanics.drag import LinkSize, LinkSizes
 from purcell_cli.mechanics.fluid import BEADS, refuse_far_bends
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.mechanics.wall import refuse_wall
@@ -208,8 +210,19 @@ def _counts(table: Array) -> Array:
     return np.array(out, dtype=np.float64)
 
 
+_DIGITS = 13
+"""Decimals of lengths at L = 1: what the rest makes of a resistance is far below a table's error."""
+
 _known: dict[str, Array] = {}
 """The tables of this process, by what they depend on."""
+
+
+def _unit(swimmer: Swimmer) -> Swimmer:
+    """Return a swimmer with L = 1, its lengths to so many digits that the same swimmer scaled already is no other."""
+    unit = swimmer.scaled()
+    base, *limbs = (round(half, _DIGITS) for half in unit.halves_m)
+    links = LinkSizes(*(LinkSize(half, unit.slenderness_of(1 + k)) for k, half in enumerate(limbs)))
+    return dataclasses.replace(unit, base_half_length_m=base, limb_half_length_m=limbs[0], links=links)
 
 
 def bead_tables(swimmer: Swimmer, progress: Progress = lambda _done, _of: None) -> Array:
@@ -223,7 +236,7 @@ def bead_tables(swimmer: Swimmer, progress: Progress = lambda _done, _of: None) 
         ParameterError: A swimmer beside a wall.
     """
     refuse_wall(swimmer)
-    unit = swimmer.scaled()
+    unit = _unit(swimmer)
     sizes = *unit.halves_m, *unit.radii_m
     key = f"{DIGEST} {[(g.reach_rad, g.many_bends, g.many_angles) for g in FINE]} {_ROUGH!r} {_EXACT!r} {sizes!r}"
     if key not in _known:
