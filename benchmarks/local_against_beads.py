@@ -51,6 +51,8 @@ NODES = 11
 """Chebyshev nodes on a primitive of 2 rad: the twist is interpolated to 1e-8."""
 
 
+TICKS = (0.002, 0.005, 0.01, 0.02, 0.05)
+"""Slendernesses that a picture's axis names."""
 LABEL_STEP = 0.014
 """How far labels of a picture stay apart, in its own unit: the height of their letters."""
 
@@ -215,6 +217,8 @@ def draw_gaits(rows: dict[str, Any]) -> None:
             axes.annotate(name, (float(sizes[-1]), height), (6, -2), textcoords="offset points", fontsize=6)
         axes.set_xscale("log")
         axes.set_xlim(0.8 * float(sizes[0]), 1.9 * float(sizes[-1]))
+        axes.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS])
+        axes.minorticks_off()
         axes.set(xlabel="slenderness", ylabel="motion of a cycle, of that among links alone")
     save_figure(figure, PICTURES / "beads-gaits.svg")
 
