@@ -136,7 +136,8 @@ class Chains:
         """Return what the kernel finds; see `settled`."""
         low, high = self._bounds()
         effort = 8.0 * (self.cycles + 0.5)
-        loose = np.concatenate([effort, effort, np.full_like(self.roll, _ROLL_EFFORT)], axis=1) ** -2.0
+        efforts = np.concatenate([effort, effort, np.full_like(self.roll, _ROLL_EFFORT)], axis=1)
+        loose = 1.0 / (efforts * efforts)  # numpy's powers depend on the processor
         kinds = [fan.table for fan in self.fans]
         chains = self.which, self.cycles, self.mirrored, self.backwards, self._unknown
         return settled(kinds, self.roll_stroke.table, self.fans[0].measure, *chains, wanted, low, high, loose, rounds)
