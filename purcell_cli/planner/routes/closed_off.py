@@ -93,7 +93,8 @@ def _edges(room: float, change: float) -> Array:
         return np.zeros(1)
     thin = -room / change
     end = 1.0 if change > 0.0 else 0.0
-    graded = thin + (end - thin) * np.concatenate([[0.0], _RATIO ** np.arange(-_GRADED, 1.0)])
+    shorter = np.cumprod([1.0, *[1.0 / _RATIO] * _GRADED])  # numpy's powers depend on the processor
+    graded = thin + (end - thin) * np.append(shorter, 0.0)[::-1]
     return graded if end > thin else graded[::-1]
 
 
