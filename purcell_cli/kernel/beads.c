@@ -3,7 +3,6 @@
 
 #include "kernel.h"
 #include "small.h"
-#include "wide.h"
 
 #define PI_6 18.849555921538759431 /* 6 pi */
 #define PI_8 25.132741228718345908 /* 8 pi */
@@ -60,49 +59,6 @@ static void add_image(double a, double b, const double gap[3], double high, doub
             m[i * stride + j] += (far[i][j] + skew[i][j] - 2.0 * mixed[i] * normal[j]) / PI_8;
     }
 }
-
-#define TILE 3 /* rows at once: those of a bead */
-
-/* Rows of L with M = L L^T, in place of M's lower half, or 0 in `positive`: a bead's rows and four columns at once, whose sums
- * are each of four parts. */
-BODY cholesky_body(SIZE n, double *m, int *positive) {
-    for (SIZE i = 0; i < n; i += TILE) {
-        double *const row = m + i * n;
-        for (SIZE j = 0; j < i + TILE; j += QUAD) {
-            const int many = i + TILE - j < QUAD ? (int)(i + TILE - j) : QUAD;
-            const double *other[QUAD];
-            quad sums[TILE][QUAD];
-            for (int c = 0; c < QUAD; c++) other[c] = m + (c < many ? j + c : j) * n;
-            for (int r = 0; r < TILE; r++)
-                for (int c = 0; c < QUAD; c++) sums[r][c] = nothing;
-            for (SIZE k = 0; k < j; k += QUAD) { /* columns of L; j is a multiple of four */
-                const quad mine[TILE] = {AT(row + k), AT(row + n + k), AT(row + 2 * n + k)};
-                for (int c = 0; c < QUAD; c++) {
-                    const quad here = AT(other[c] + k);
-                    for (int r = 0; r < TILE; r++) sums[r][c] += mine[r] * here;
-                }
-            }
-            for (int r = 0; r < TILE; r++)
-                for (int c = 0; c < many && j + c <= i + r; c++) {
-                    double *const at = row + r * n + j;
-                    const quad sum = sums[r][c];
-                    double left = at[c] - ((sum[0] + sum[1]) + (sum[2] + sum[3]));
-                    for (int k = 0; k < c; k++) left -= at[k] * other[c][j + k];
-                    if (j + c < i + r) {
-                        at[c] = left / other[c][j + c];
-                    } else {
-                        if (!(left > 0.0)) {
-                            *positive = 0;
-                            return;
-                        }
-                        at[c] = sqrt(left);
-                    }
-                }
-        }
-    }
-    *positive = 1;
-}
-EITHER(cholesky, (SIZE n, double *m, int *positive), (n, m, positive))
 
 /* The resistance K^T M^-1 K of n beads in a fluid of unit viscosity, 1 if M is positive definite and 0 if not.
  *

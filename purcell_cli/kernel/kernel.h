@@ -190,6 +190,8 @@ extern const int purcell_mirrored[WIDTH]; /* whether the mirror of limb 1's plan
 /* The entries that the mirror leaves alone with some factors of the multiples, the others with others. */
 void purcell_angle_series(double (*of)[WIDTH], int used, int entries, const double *plain, const double *mixed,
                           struct series *out);
+/* Rows of L with M = L L^T, in place of M's lower half, n being a multiple of three; or 0 in `positive`. */
+void purcell_cholesky(SIZE n, double *m, int *positive);
 /* Of two times, sums over a field's nodes. */
 void purcell_interpolated(const struct field *f, double (*weight)[LANES], int first, int last, lane *out);
 
