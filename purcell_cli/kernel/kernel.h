@@ -182,7 +182,7 @@ struct contracted {
 struct series {
     double even[WIDTH], odd[WIDTH];
 };
-/* bead_sums.c. A sum of rows of a table with weights, and with others where slopes are wanted. */
+/* wide_sums.c. A sum of rows of a table with weights, and with others where slopes are wanted. */
 void purcell_table_rows(const double *rows, int count, int entries, const double *weight, const double *slope, double *sum,
                         double *sloped);
 void purcell_contract(const struct known *known, const double *weight, const double *slope, struct contracted *out);
@@ -192,6 +192,10 @@ void purcell_angle_series(double (*of)[WIDTH], int used, int entries, const doub
                           struct series *out);
 /* Rows of L with M = L L^T, in place of M's lower half, n being a multiple of three; or 0 in `positive`. */
 void purcell_cholesky(SIZE n, double *m, int *positive);
+#define TOGETHER 4 /* rows of a linear program that are renewed at once */
+/* To rows, so many times a pivot row, and to the gains so many times what the rows then are, one after the other. */
+void purcell_renewed(SIZE n, int changed, double *const *row, const double *factor, const double *slope,
+                     const double *pivot, double *gains);
 /* Of two times, sums over a field's nodes. */
 void purcell_interpolated(const struct field *f, double (*weight)[LANES], int first, int last, lane *out);
 

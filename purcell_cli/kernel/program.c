@@ -7,7 +7,6 @@
 #include <math.h>
 
 #include "kernel.h"
-#include "wide.h"
 
 #define TINY 1e-11       /* a pivot, or a gain per unit, below this is none, in units of the largest */
 #define NO_BOUND 1e300
@@ -43,35 +42,6 @@ static double way_left(const struct cost *c, double value, int64_t piece, double
     const double end = speed > 0.0 ? c->edge[piece + 1] : c->edge[piece], way = (end - value) / speed;
     return way > 0.0 ? way : 0.0;
 }
-
-#define TOGETHER 4
-
-/* To rows, so many times a pivot row, and to the gains so many times what the rows then are, one after the other. */
-BODY renewed_body(SIZE n, int changed, double *const *row, const double *factor, const double *slope, const double *pivot,
-                  double *gains) {
-    SIZE j = 0;
-    for (; j + QUAD <= n; j += QUAD) {
-        quad gain = AT(gains + j);
-        for (int k = 0; k < TOGETHER; k++) {
-            quad here = AT(row[k] + j);
-            if (changed) {
-                here += factor[k] * AT(pivot + j);
-                PUT(row[k] + j, here);
-            }
-            gain += slope[k] * here;
-        }
-        PUT(gains + j, gain);
-    }
-    for (; j < n; j++)
-        for (int k = 0; k < TOGETHER; k++) {
-            if (changed) row[k][j] += factor[k] * pivot[j];
-            gains[j] += slope[k] * row[k][j];
-        }
-}
-EITHER(renewed,
-       (SIZE n, int changed, double *const *row, const double *factor, const double *slope, const double *pivot,
-        double *gains),
-       (n, changed, row, factor, slope, pivot, gains))
 
 /* Renews the gains of the columns; exchanges the variables of a row and a column first, if it is told a row. */
 static void renew(struct program *p, SIZE row, SIZE column) {

@@ -1,4 +1,4 @@
-/* The sums where nearly all of the time of links that feel each other goes: over a table's rows, and in Cholesky's factor.
+/* The sums in which most time goes: over a table of links that feel each other, in Cholesky's factor, and of linear programs.
  *
  * Four numbers stand side by side, in one register of 256 bits where the processor has such, and else in two of 128; each
  * number is the same sum in the same order. A build with PURCELL_NARROW never uses the wide ones. */
@@ -29,7 +29,7 @@ typedef struct {
         (sum).high += factor_ * numbers_.high;         \
     } while (0)
 #define PART(numbers, i) ((i) < 2 ? (numbers).low[(i)] : (numbers).high[(i) - 2])
-#include "bead_sums_body.h"
+#include "wide_sums_body.h"
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(PURCELL_NARROW)
 #include <cpuid.h>
@@ -55,7 +55,7 @@ typedef double quad __attribute__((vector_size(32), aligned(8), may_alias));
 #define ADD_EACH(sum, one, other) ((sum) += (one) * (other))
 #define ADD(sum, factor, numbers) ((sum) += (factor) * (numbers))
 #define PART(numbers, i) ((numbers)[i])
-#include "bead_sums_body.h"
+#include "wide_sums_body.h"
 
 /* Whether the processor and its system have 256 bit registers. */
 static int is_wide(void) {
@@ -93,3 +93,7 @@ EITHER(angle_series,
 EITHER(interpolated, (const struct field *f, double (*weight)[LANES], int first, int last, lane *out),
        (f, weight, first, last, out))
 EITHER(cholesky, (SIZE n, double *m, int *positive), (n, m, positive))
+EITHER(renewed,
+       (SIZE n, int changed, double *const *row, const double *factor, const double *slope, const double *pivot,
+        double *gains),
+       (n, changed, row, factor, slope, pivot, gains))

@@ -1,4 +1,4 @@
-/* Sums of many numbers, four side by side (NUMBERS); `bead_sums.c` includes this for each kind of register. */
+/* Sums of many numbers, four side by side (NUMBERS); `wide_sums.c` includes this for each kind of register. */
 
 #define TILE 3 /* rows of Cholesky's factor at once: those of a bead */
 
@@ -117,4 +117,26 @@ VARIANT void NAMED(cholesky)(SIZE n, double *m, int *positive) {
         }
     }
     *positive = 1;
+}
+
+VARIANT void NAMED(renewed)(SIZE n, int changed, double *const *row, const double *factor, const double *slope,
+                            const double *pivot, double *gains) {
+    SIZE j = 0;
+    for (; j + QUAD <= n; j += QUAD) {
+        NUMBERS gain = AT(gains + j);
+        for (int k = 0; k < TOGETHER; k++) {
+            NUMBERS here = AT(row[k] + j);
+            if (changed) {
+                ADD(here, factor[k], AT(pivot + j));
+                PUT(row[k] + j, here);
+            }
+            ADD(gain, slope[k], here);
+        }
+        PUT(gains + j, gain);
+    }
+    for (; j < n; j++)
+        for (int k = 0; k < TOGETHER; k++) {
+            if (changed) row[k][j] += factor[k] * pivot[j];
+            gains[j] += slope[k] * row[k][j];
+        }
 }
