@@ -175,6 +175,22 @@ def test_poses_near_a_path_make_it_cheaper_and_never_dearer() -> None:
     assert again[:2] != path[:2], "an edge that turns out dear is left"
 
 
+def test_a_small_window_in_a_large_wall_is_found() -> None:
+    """Of 3 L by 3 L in a thin wall of 30 L by 30 L: poses that look through it, from each of five seeds."""
+    wide, half = 1.5, 0.15
+    wall = [box((-0.025, low, -wide), (0.025, low + wide - half, wide)) for low in (half, -wide)]
+    wall += [box((-0.025, -half, low), (0.025, half, low + wide - half)) for low in (half, -wide)]
+    start, goal = pose(-0.9, -0.4, 0.2)[0], pose(0.9, 0.3, -0.3)[0]
+    region = Region.of(Scene(tuple(wall)), swings(PAPER), 0.1, 0.0, start, goal)
+    for seed in range(5):
+        rng, roadmap = np.random.default_rng(seed), Roadmap(region, start, goal)
+        for _ in range(2):
+            roadmap.grow(rng, 40)
+        at = roadmap.poses[:, :3, 3]
+        within = (np.abs(at[:, 0]) < 0.2) & np.all(np.abs(at[:, 1:]) < half, axis=1)
+        assert np.any(within & (np.abs(roadmap.poses[:, 0, 0]) > 0.8))
+
+
 def test_a_path_that_nothing_can_be_drawn_near_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     start, goal = collinear((0, 0, 0)).pose, collinear((1.4, 0, 0)).pose
     scene = Scene((Sphere((0.7, 0, 0), 0.25),))

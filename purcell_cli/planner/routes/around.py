@@ -48,7 +48,7 @@ _SPREADS = (2.0, 0.4, 1.0, 0.25)
 NEAR_PATH = {"quick": 4, "standard": 24, "thorough": 80}
 """Rounds, at most, in which poses near the path make it cheaper before legs are planned, by effort: prices are right to
 some 5 %, and a round takes less time than a leg."""
-STARTS = {"quick": 1, "standard": 3, "thorough": 8}
+STARTS = {"quick": 1, "standard": 6, "thorough": 16}
 """How many roadmaps are begun, at most, by effort: what is not cheaper step by step may be so from elsewhere."""
 _IDLE, _LESS = 8, 0.99
 """The rounds end where so many in a row have not brought the path's price below this part of the best before."""

@@ -78,7 +78,7 @@ def first_with_room(
 
 
 def clear_edges(
-    scene: Scene,
+    scene: Scene | None,
     swing: Swing,
     length_m: float,
     clearance_m: float,
@@ -89,7 +89,7 @@ def clear_edges(
     """Return the cheapest ways between poses that are clear of obstacles; None where there is none.
 
     Args:
-        scene: The obstacles.
+        scene: The obstacles; None in empty water.
         swing: The room that strokes take.
         length_m: The swimmer's L [m].
         clearance_m: How far links stay from obstacles [m].
@@ -117,7 +117,9 @@ def clear_edges(
                 continue
             which = found.displacement[some]
             ends, along = swept(swing.loops, found.arc[some], here[which], length_m)
-            for n in _clear(scene, along, swing.half * length_m, swing.radius * length_m + clearance_m).tolist():
+            wide = swing.radius * length_m + clearance_m
+            clear = np.arange(len(along)) if scene is None else _clear(scene, along, swing.half * length_m, wide)
+            for n in clear.tolist():
                 busy = np.flatnonzero(each[some[n]] > _EMPTY_RAD)
                 inner = ends[n, busy[:-1]]
                 out[low + int(which[n])] = Edge(float(price[some[n]]), swing.bend_rad, inner)

@@ -18,8 +18,12 @@ _TRIED = 3000
 """Poses that are drawn at random, of which a few are kept."""
 _PROBED = 20_000
 """Points that are drawn at random to find narrow places."""
-_ASIDE_L = (1.0, 2.5)
-"""How far to both sides of a point in a narrow place something stands [L]."""
+_ROUND_WAY = 0.3
+"""How far aside of the straight way places round it are, as a part of its length, or of a swimmer's if that is more."""
+_ASIDE_L = 4.0
+"""Within so much something stands to both sides of a point in a narrow place [L]."""
+_NEAR_L = 1e-3
+"""Steps by which it is found where the nearest of it stands [L]."""
 _HEADINGS = 40
 """Headings that are tried at a point in a narrow place."""
 _TURNED = 0.3
@@ -137,7 +141,7 @@ class Region:
             count: How many at most.
             ends: The start and the goal [m]. Shape (2, 4, 4).
         """
-        parts = [self._anywhere(rng, count - count // 3, ends), self._narrow(rng, count // 3)]
+        parts = [self._anywhere(rng, count - count // 3, ends), self._narrow(rng, count // 3, ends)]
         if self.scene.tubes:
             parts.append(self._along_tubes(rng))
         found = np.concatenate(parts)
@@ -161,7 +165,7 @@ class Region:
         return moved[self.room(moved) >= 0.0]
 
     def _anywhere(self, rng: np.random.Generator, count: int, ends: Array) -> Array:
-        places = self._in_plane(self.low + rng.random((_TRIED, 3)) * (self.high - self.low), True)
+        places = self._places(rng, _TRIED, ends)
         headings = normal_numbers(rng, (_TRIED, 3))
         way = ends[1, :3, 3] - ends[0, :3, 3]
         if float(norm(way)) > 0.0:  # half of them look roughly where the goal is
@@ -169,16 +173,27 @@ class Region:
         poses = self._poses(places, headings)
         return poses[np.flatnonzero(self.room(poses) >= 0.0)[:count]]
 
-    def _narrow(self, rng: np.random.Generator, count: int) -> Array:
+    def _places(self, rng: np.random.Generator, count: int, ends: Array) -> Array:
+        """Return places anywhere in the region, every other one round the straight way from the start to the goal."""
+        places = self.low + rng.random((count, 3)) * (self.high - self.low)
+        way = ends[1, :3, 3] - ends[0, :3, 3]
+        aside = _ROUND_WAY * max(float(norm(way)), _MARGIN_L * self.length_m)
+        some = places[1::2]
+        some[:] = ends[0, :3, 3] + rng.random((len(some), 1)) * way + aside * normal_numbers(rng, (len(some), 3))
+        return self._in_plane(np.clip(places, self.low, self.high), True)
+
+    def _narrow(self, rng: np.random.Generator, count: int, ends: Array) -> Array:
         """Return poses where something stands to both sides, moved to where there is most room."""
-        places = self._in_plane(self.low + rng.random((_PROBED, 3)) * (self.high - self.low), True)
-        least = self.swings[-1].radius * self.length_m + self.clearance_m
-        places = places[self.scene.distance(places, places)[0] >= least]
-        aside = self._in_plane(normal_numbers(rng, (len(places), 3)), False)
-        far = _ASIDE_L[0] + rng.random(len(places)) * (_ASIDE_L[1] - _ASIDE_L[0])
-        aside *= (far * self.length_m / np.maximum(norm(aside), 1e-9))[:, None]
-        both = [self.scene.distance(places + s * aside, places + s * aside)[0] < 0.0 for s in (1.0, -1.0)]
-        places = places[both[0] & both[1]][:count]
+        places = self._places(rng, _PROBED, ends)
+        most = _ASIDE_L * self.length_m
+        near = self.scene.distance(places, places)[0]
+        some = (near >= self.swings[-1].radius * self.length_m + self.clearance_m) & (near < most)
+        places, near = places[some], near[some]
+        step = _NEAR_L * self.length_m
+        beside = [self.scene.distance(places + step * axis, places + step * axis)[0] for axis in np.eye(3)]
+        away = self._in_plane(np.stack(beside, axis=1) - near[:, None], False)
+        away *= (most / np.maximum(norm(away), 1e-9))[:, None]
+        places = places[self.scene.distance(places, places + away)[0] < 0.0][:count]
         if not len(places):
             return np.empty((0, 4, 4))
         headings = normal_numbers(rng, (_HEADINGS, 3))

@@ -14,6 +14,7 @@ import itertools
 
 import numpy as np
 
+from purcell_cli.environment.scene import Scene
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul, norm
 from purcell_cli.geometry.rotations import Array
@@ -35,7 +36,7 @@ the most promising, which obstacles may bar, and half from among all others."""
 _SLACK = 1.3
 """Poses are tried by which the way, roughly priced, costs up to so many times what it does now."""
 
-_HARDLY = 1.15
+_HARDLY = 1.08
 """A path of less than so many times the price through empty water is taken at once; others wait until the roadmap has
 grown."""
 
@@ -61,7 +62,8 @@ class Roadmap:
         self._level: dict[tuple[int, int], int] = {}
         self._widest = np.empty(0, dtype=np.int64)
         self._prices = [ArcPrice(swing.loops) for swing in region.swings]
-        self._empty_rad = float(self._rough_prices(start[None], goal[None])[0, 0])
+        through_empty_water = self._clear(None, 0, start[None], goal[None])[0]
+        self._empty_rad = 0.0 if through_empty_water is None else through_empty_water.price
         self._join([(START, GOAL)], 0)
 
     def grow(self, rng: np.random.Generator, count: int) -> None:
@@ -149,10 +151,15 @@ class Roadmap:
             if not some:
                 continue
             first, last = (self.poses[[pair[end] for pair in some]] for end in (0, 1))
-            axis = None if region.plane is None else region.plane.axis
-            found = clear_edges(region.scene, region.swings[k], region.length_m, region.clearance_m, first, last, axis)
+            found = self._clear(region.scene, k, first, last)
             self.edges.update({pair: edge for pair, edge in zip(some, found, strict=True) if edge is not None})
             pairs = [pair for pair in pairs if pair not in self.edges]
+
+    def _clear(self, scene: Scene | None, swing: int, first: Array, last: Array) -> list[Edge | None]:
+        """Return the cheapest ways between poses by strokes of a bend that are clear of obstacles, if there are any."""
+        region = self.region
+        axis = None if region.plane is None else region.plane.axis
+        return clear_edges(scene, region.swings[swing], region.length_m, region.clearance_m, first, last, axis)
 
     def _promising(self, pairs: list[tuple[int, int]], swing: int, most_rad: float) -> list[tuple[int, int]]:
         """Return the pairs of poses by which a way from the start to the goal may cost no more than this [rad]."""
