@@ -214,9 +214,14 @@ def test_distances_are_what_a_search_finds() -> None:
     turn = poses.rotation(np.array([[0.3, -0.5, 0.7]]))[0]
     out = np.abs((points - middles[0]) @ turn) - size
     searched = (np.linalg.norm(np.maximum(out, 0.0), axis=-1) + np.minimum(out.max(axis=-1), 0.0)).min(axis=0)
-    found = distances.from_box(first, last, middles[0], turn, size)
+    found = distances.from_boxes(first, last, middles[:1], turn[None], size[None])[0]
     assert np.all((searched > found - 1e-7) & (searched < found + 0.02))
     assert np.min(found) < -0.1, "some are inside"
+    turns, sizes = poses.rotation(rng.normal(size=(5, 3))), rng.uniform(0.1, 0.9, (5, 3))
+    every = [distances.from_boxes(first, last, *(x[k : k + 1] for x in (middles, turns, sizes)))[0] for k in range(5)]
+    found, which = distances.from_boxes(first, last, middles, turns, sizes)
+    assert np.array_equal(found, np.min(every, axis=0))
+    assert np.array_equal(which, np.argmin(every, axis=0))
     begin, way, radius, change = CONES
     part = np.linspace(0.0, 1.0, 401)[:, None, None]
     balls = begin + part * way
@@ -333,7 +338,10 @@ def everything(seed: int) -> bytes:
         linear.cross(pieces[1][:, :3], pieces[1][:, 3:]),
         linear.nearest_on_segments(pieces[1][:, :3], shapes[:, 0, 0], shapes[:, 1, 0]),
         *distances.from_balls(pieces[1][:, :3], pieces[1][:, 3:], shapes[:, 0, 0], pieces[2]),
-        distances.from_box(pieces[1][:, :3], pieces[1][:, 3:], shapes[0, 0, 0], shapes[0, 1], pieces[2][:3]),
+        *distances.from_boxes(
+            *(pieces[1][:, :3], pieces[1][:, 3:], shapes[:, 0, 0]),
+            *(shapes[:, 1], np.abs(shapes[:, 0, 1])),
+        ),
         *distances.inside_cones(pieces[1][:, :3], pieces[1][:, 3:], 8, *CONES),
         linear.least_steps(rng.normal(size=(5, 6, 9)), rng.normal(size=(5, 6)), *bounded(rng, 5, 9)),
         linear.solve(shapes[:, 0] + 0.1, pieces[1].reshape(30, 3, 2)),
@@ -493,7 +501,8 @@ GOOD = {
     "missing": np.full(7, 0.1),
     "points": np.random.default_rng(3).normal(size=(4, 3)),
     "centres": np.random.default_rng(4).normal(size=(7, 3)),
-    "half": np.array([0.1, 0.2, 0.3]),
+    "orientations": np.tile(np.eye(3), (7, 1, 1)),
+    "halves": np.linspace(0.1, 0.4, 21).reshape(7, 3),
     "stroke": np.arange(1.0, 19.0).reshape(6, 3),
 }
 CONES = np.eye(3), np.eye(3)[::-1] - 0.5, np.array([0.3, 0.2, 0.1]), np.array([0.0, 0.1, 2.0])
@@ -534,7 +543,7 @@ CALLS = {
     linear.cross: ("speeds", "speeds"),
     linear.nearest_on_segments: ("speeds", "speeds", "speeds"),
     distances.from_balls: ("points", "points", "centres", "missing"),
-    (lambda first, last, half: distances.from_box(first, last, half, np.eye(3), half)): ("points", "points", "half"),
+    distances.from_boxes: ("points", "points", "centres", "orientations", "halves"),
     (lambda first, last: distances.inside_cones(first, last, 8, *CONES)): ("points", "points"),
     circles: ("shapes", "rates"),
     (lambda shapes, rates, durations: largest_bends(circles(shapes, rates), durations)): (

@@ -403,3 +403,22 @@ def test_commands_plan_and_verify_a_mission(
     code, out, _ = purcell("track", "tour.yaml", "--truth", "paper", "--json")
     found = json.loads(out)
     assert (code, found["replans"], [part["leg"] for part in found["parts"]]) == (0, 0, [1, 2, 3])
+
+
+def test_track_keeps_the_clearance_that_plan_does(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What really happened stays as far from a ball as the plan, but for what drag that the model mistakes does."""
+    monkeypatch.chdir(tmp_path)
+    purcell = runner(capsys)
+    ball = "obstacles: [{sphere: {centre_m: [0.2, 0.1, 0], radius_m: 0.03}}]"
+    Path("ball.yaml").write_text(f"name: ball\nstart: {{}}\ngoal: {{base: {{position_m: [0.02, 0, 0]}}}}\n{ball}\n")
+    Path("truth.yaml").write_text("drag_ratio: 1.8\n")
+    near = []
+    for asked in ((), ("--clearance", "0.02")):
+        code, out, err = purcell("track", "ball.yaml", "--truth", "truth.yaml", *asked, "--json")
+        assert code == 0, err
+        near.append(json.loads(out)["obstacle_m"])
+    assert near[0] < 0.018 < near[1]
+    code, _, err = purcell("track", "ball.yaml", "--truth", "truth.yaml", "--clearance", "-1")
+    assert (code, "--clearance: a finite length of 0 m or more is wanted, found -1.0" in err) == (2, True)

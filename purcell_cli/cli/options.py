@@ -71,6 +71,7 @@ def _taken(option: Option) -> Any:
 
 
 Dt = Annotated[float, _shown(OPTIONS["dt_s"])]
+Clearance = Annotated[float, _shown(OPTIONS["clearance_m"])]
 MaxMemory = Annotated[
     float,
     typer.Option(

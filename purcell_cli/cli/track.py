@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from purcell_cli.cli.options import Format
+from purcell_cli.cli.options import Clearance, Format
 from purcell_cli.cli.terminal import DONE, NOT_REACHED, Json, SwimmerFile, bar, ready, show, swimmer_of
 
 if TYPE_CHECKING:
@@ -51,6 +51,7 @@ def track(
     tolerance_deg: Annotated[
         float, typer.Option("--tolerance-deg", metavar="X", help="Largest error of angles where it stops [deg].")
     ] = 0.1,
+    clearance: Clearance = 0.0,
     learn: Annotated[
         bool, typer.Option("--learn", help="Fit links' drag to what was measured, and plan the rest with it.")
     ] = False,
@@ -99,7 +100,7 @@ def track(
             query.mission,
             body,
             model=query.swimmer,
-            options=PlanOptions(workspace=query.workspace, obstacles=query.obstacles),
+            options=PlanOptions(workspace=query.workspace, obstacles=query.obstacles, clearance_m=clearance),
             replans=replans,
             measuring=measuring,
             tolerance_l=tolerance,

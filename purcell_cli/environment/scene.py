@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from purcell_cli.environment.mesh import Mesh
 from purcell_cli.environment.obstacle import Obstacle, dot
-from purcell_cli.environment.solids import Sphere
+from purcell_cli.environment.solids import Box, Sphere
 from purcell_cli.environment.tube import Tube, inside, together
 from purcell_cli.errors import ParameterError
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.kernel.distances import from_balls
+from purcell_cli.kernel.distances import from_balls, from_boxes
 
 MOST = 10_000
 """Obstacles of a scene at most: with more, a distance takes longer than the flow of what it is computed for."""
@@ -35,15 +35,21 @@ class Scene:
         object.__setattr__(self, "obstacles", tuple(self.obstacles))
         if not 0 < len(self.obstacles) <= MOST:
             raise ParameterError(f"obstacles: from 1 to {MOST} are wanted, found {len(self.obstacles)}")
-        spheres = [k for k, one in enumerate(self.obstacles) if isinstance(one, Sphere)]
-        tubes = [k for k, one in enumerate(self.obstacles) if isinstance(one, Tube)]
+        spheres, boxes, tubes = (
+            [k for k, one in enumerate(self.obstacles) if isinstance(one, kind)] for kind in (Sphere, Box, Tube)
+        )
         balls = [one for one in self.obstacles if isinstance(one, Sphere)]
+        solid = [one for one in self.obstacles if isinstance(one, Box)]
         vessel = [one for one in self.obstacles if isinstance(one, Tube)]
-        others = [k for k in range(len(self.obstacles)) if k not in {*spheres, *tubes}]
+        others = sorted(set(range(len(self.obstacles))) - {*spheres, *boxes, *tubes})
         self.__dict__.update(
             _spheres=np.array(spheres, dtype=np.int64),
             _centres=np.array([b.centre_m for b in balls]).reshape(-1, 3),
             _radii=np.array([b.radius_m for b in balls]),
+            _boxes=np.array(boxes, dtype=np.int64),
+            _middles=np.array([b.centre_m for b in solid]).reshape(-1, 3),
+            _turns=np.array([b.orientation for b in solid]).reshape(-1, 3, 3),
+            _halves=0.5 * np.array([b.size_m for b in solid]).reshape(-1, 3),
             _tubes=np.array(tubes, dtype=np.int64),
             _cones=together(vessel) if vessel else None,
             _owner=np.repeat(tubes, [len(t.cones[0]) for t in vessel]) if vessel else None,
@@ -74,6 +80,10 @@ class Scene:
         if len(inner["_spheres"]):
             best, ball = from_balls(first, last, inner["_centres"], inner["_radii"])
             which = inner["_spheres"][ball]
+        if len(inner["_boxes"]):
+            found, box = from_boxes(first, last, inner["_middles"], inner["_turns"], inner["_halves"])
+            which = np.where(found < best, inner["_boxes"][box], which)
+            best = np.minimum(best, found)
         middle, half = 0.5 * (first + last), 0.5 * np.sqrt(dot(last - first, last - first))
         for k, centre, reach in inner["_others"]:
             off = middle - centre

@@ -10,7 +10,7 @@ from purcell_cli.environment.obstacle import Obstacle, Point, dot, length, point
 from purcell_cli.errors import ParameterError
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array, from_matrix
-from purcell_cli.kernel.distances import from_balls, from_box
+from purcell_cli.kernel.distances import from_balls, from_boxes
 from purcell_cli.kernel.linear import nearest_on_segments
 
 Matrix = tuple[Point, Point, Point]
@@ -103,8 +103,8 @@ class Box(Obstacle):
 
     def distance(self, first: Array, last: Array) -> Array:
         """Return the signed distances of segments, exact outside, to 1e-8 of their length inside [m]. (n, 3), (n,)."""
-        half = 0.5 * np.array(self.size_m)
-        return from_box(first, last, np.array(self.centre_m), np.array(self.orientation), half)
+        boxes = np.array([self.centre_m]), np.array([self.orientation]), 0.5 * np.array([self.size_m])
+        return from_boxes(first, last, *boxes)[0]
 
     def bounds(self) -> Array:
         """Return the least and the largest x, y and z [m]. Shape (2, 3)."""

@@ -63,47 +63,65 @@ static double deepest(const double begin[3], const double way[3], const double h
     return one < two ? one : two;
 }
 
-/* The signed distances of n segments from a box: exact outside, to 2^-rounds of their length inside. The square of the
+/* The signed distance of a segment from a box: exact outside, to 2^-rounds of its length inside. The square of the
  * distance is convex along a segment, and a parabola between the six points at which a coordinate passes a face: its
- * slope, which only rises, tells between which two the least is. Shapes (n, 3), (3,), (3, 3) and (3,) to (n,). */
-API void purcell_from_box(SIZE n, const double *first, const double *last, const double *centre, const double *turned,
-                          const double *half, SIZE rounds, double *out) {
-    for (SIZE k = 0; k < n; k++, first += 3, last += 3) {
-        double begin[3], way[3], at[3], off[3], edge[8];
-        for (int j = 0; j < 3; j++) {
-            begin[j] = way[j] = 0.0;
-            for (int i = 0; i < 3; i++) {
-                begin[j] += (first[i] - centre[i]) * turned[3 * i + j];
-                way[j] += (last[i] - first[i]) * turned[3 * i + j];
-            }
+ * slope, which only rises, tells between which two the least is. */
+static double from_box(const double first[3], const double last[3], const double *centre, const double *turned,
+                       const double *half, SIZE rounds) {
+    double begin[3], way[3], at[3], off[3], edge[8];
+    for (int j = 0; j < 3; j++) {
+        begin[j] = way[j] = 0.0;
+        for (int i = 0; i < 3; i++) {
+            begin[j] += (first[i] - centre[i]) * turned[3 * i + j];
+            way[j] += (last[i] - first[i]) * turned[3 * i + j];
         }
-        int count = 1;
-        edge[0] = 0.0;
-        for (int j = 0; j < 6; j++) {
-            const int axis = j >> 1;
-            const double pass = ((j & 1 ? half[axis] : -half[axis]) - begin[axis]) / way[axis];
-            if (!(pass > 0.0 && pass < 1.0)) continue;
-            int i = count++;
-            for (; i > 1 && edge[i - 1] > pass; i--) edge[i] = edge[i - 1];
-            edge[i] = pass;
-        }
-        edge[count] = 1.0;
-        double low = 0.0, rising = 0.0, where = 1.0;
-        for (int i = 0; i <= count; i++) {
-            for (int j = 0; j < 3; j++) at[j] = begin[j] + edge[i] * way[j];
-            beyond(at, half, off);
-            const double slope = DOT(off, way);
-            if (slope >= 0.0) {
-                where = i && slope > rising ? low + within(-rising / (slope - rising)) * (edge[i] - low) : edge[i];
-                break;
-            }
-            low = edge[i];
-            rising = slope;
-        }
-        for (int j = 0; j < 3; j++) at[j] = begin[j] + where * way[j];
+    }
+    int count = 1;
+    edge[0] = 0.0;
+    for (int j = 0; j < 6; j++) {
+        const int axis = j >> 1;
+        const double pass = ((j & 1 ? half[axis] : -half[axis]) - begin[axis]) / way[axis];
+        if (!(pass > 0.0 && pass < 1.0)) continue;
+        int i = count++;
+        for (; i > 1 && edge[i - 1] > pass; i--) edge[i] = edge[i - 1];
+        edge[i] = pass;
+    }
+    edge[count] = 1.0;
+    double low = 0.0, rising = 0.0, where = 1.0;
+    for (int i = 0; i <= count; i++) {
+        for (int j = 0; j < 3; j++) at[j] = begin[j] + edge[i] * way[j];
         beyond(at, half, off);
-        const double square = DOT(off, off);
-        out[k] = square > 0.0 ? sqrt(square) : deepest(begin, way, half, rounds);
+        const double slope = DOT(off, way);
+        if (slope >= 0.0) {
+            where = i && slope > rising ? low + within(-rising / (slope - rising)) * (edge[i] - low) : edge[i];
+            break;
+        }
+        low = edge[i];
+        rising = slope;
+    }
+    for (int j = 0; j < 3; j++) at[j] = begin[j] + where * way[j];
+    beyond(at, half, off);
+    const double square = DOT(off, off);
+    return square > 0.0 ? sqrt(square) : deepest(begin, way, half, rounds);
+}
+
+/* The signed distance of each of n segments from the nearest of m boxes, and which that is; m is 1 or more. A box whose
+ * ball is not nearer than the best is left out. Shapes (n, 3), (n, 3), (m, 3), (m, 3, 3) and (m, 3) to (n,) each. */
+API void purcell_from_boxes(SIZE n, const double *first, const double *last, SIZE m, const double *centres,
+                            const double *turned, const double *halves, SIZE rounds, double *out, SIZE *which) {
+    for (SIZE k = 0; k < n; k++, first += 3, last += 3) {
+        const double way[3] = {last[0] - first[0], last[1] - first[1], last[2] - first[2]};
+        const double reach = 0.5 * sqrt(DOT(way, way));
+        for (SIZE i = 0; i < m; i++) {
+            const double *centre = centres + 3 * i, *half = halves + 3 * i;
+            double gap[3];
+            for (int j = 0; j < 3; j++) gap[j] = first[j] + 0.5 * way[j] - centre[j];
+            if (i && sqrt(DOT(gap, gap)) - reach - sqrt(DOT(half, half)) >= out[k]) continue;
+            const double found = from_box(first, last, centre, turned + 9 * i, half, rounds);
+            if (i && !(found < out[k])) continue;
+            out[k] = found;
+            which[k] = i;
+        }
     }
 }
 

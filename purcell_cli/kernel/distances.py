@@ -40,24 +40,31 @@ def from_balls(first: ArrayLike, last: ArrayLike, centres: ArrayLike, radii: Arr
     return out, which
 
 
-def from_box(first: ArrayLike, last: ArrayLike, centre: ArrayLike, orientation: ArrayLike, half: ArrayLike) -> Array:
-    """Return the signed distances of segments from a box: exact outside, to 1e-8 of their length inside.
+def from_boxes(
+    first: ArrayLike, last: ArrayLike, centres: ArrayLike, orientations: ArrayLike, halves: ArrayLike
+) -> tuple[Array, Whole]:
+    """Return the signed distances of segments from the nearest box, and which that is.
 
     Args:
         first: The segments' beginnings. Shape (n, 3).
         last: Their ends. Shape (n, 3).
-        centre: The box's middle. Shape (3,).
-        orientation: Turns its axes into the world's. Shape (3, 3).
-        half: Half its edges. Shape (3,).
+        centres: The boxes' middles, one or more. Shape (m, 3).
+        orientations: Turn their axes into the world's. Shape (m, 3, 3).
+        halves: Half their edges. Shape (m, 3).
 
     Returns:
-        Shape (n,).
+        Distances, exact outside, to 1e-8 of a segment's length inside, and indices. Shapes (n,).
     """
     one, two = _segments(first, last)
-    box = doubles(centre, "centre", (3,)), doubles(orientation, "orientation", (3, 3)), doubles(half, "half", (3,))
-    out = np.empty(len(one))
-    KERNEL.purcell_from_box(len(one), address(one), address(two), *(address(p) for p in box), _ROUNDS, address(out))
-    return out
+    middles = doubles(centres, "centres", (-1, 3))
+    m = len(middles)
+    turns, sizes = doubles(orientations, "orientations", (m, 3, 3)), doubles(halves, "halves", (m, 3))
+    if not m:
+        raise ValueError("centres: one box or more is wanted, found none")
+    out, which = np.empty(len(one)), np.empty(len(one), dtype=np.int64)
+    boxes = (address(part) for part in (middles, turns, sizes))
+    KERNEL.purcell_from_boxes(len(one), address(one), address(two), m, *boxes, _ROUNDS, address(out), address(which))
+    return out, which
 
 
 def inside_cones(
