@@ -30,7 +30,7 @@ from purcell_cli.motion.obstacle_distance import link_distances
 from purcell_cli.motion.plan import Blocked, Plan
 from purcell_cli.planner.arcs.needle_steering import steer
 from purcell_cli.planner.routes.closed_off import refuse_closed_off, too_narrow
-from purcell_cli.planner.routes.edges import clear_edges
+from purcell_cli.planner.routes.edges import clear_edges, room
 from purcell_cli.planner.routes.one_motion import ended, one_motion
 from purcell_cli.planner.routes.poses import Region
 from purcell_cli.planner.routes.roadmap import Roadmap
@@ -103,6 +103,29 @@ def test_smaller_strokes_take_less_room_and_cost_more() -> None:
     assert all(a.loops.straight > b.loops.straight for a, b in itertools.pairwise(found))
     assert found[0].radius < 2.0 * math.sin(1.0) + 0.1, "limbs of 2 L at 1 rad"
     assert abs(found[-1].half - 3.0) < 0.05
+
+
+@pytest.mark.parametrize("axis", ["yaw", "pitch"])
+def test_strokes_in_a_plane_take_room_in_it_alone(axis: str) -> None:
+    """A floor 0.5 L under the plane is no matter; balls are where no point of a flat capsule, link and all, is."""
+    swing, normal = swings(hinges(axis))[0], {"yaw": 2, "pitch": 1}[axis]
+    up = np.eye(3)[normal]
+    floor = Scene((HalfSpace(tuple((-0.05 * up).tolist()), tuple(up.tolist())),))
+    assert room(floor, swing, 0.1, 0.01, np.eye(4)[None])[0] > 0.02
+    assert room(floor, swings(PAPER)[0], 0.1, 0.01, np.eye(4)[None])[0] < 0.0
+    rng = np.random.default_rng(5)
+    along, aside = np.linspace(-swing.half, swing.half, 121), np.linspace(swing.lines[0], swing.lines[-1], 61)
+    flat = np.stack(np.meshgrid(along, aside, [0.0], indexing="ij"), axis=-1).reshape(-1, 3)
+    swept = 0.1 * flat[:, [0, 1, 2] if axis == "yaw" else [0, 2, 1]]
+    told = []
+    for spot in rng.uniform(-1.0, 1.0, (300, 3)) * [0.4, 0.25, 0.1]:
+        centre = spot[[0, 1, 2] if axis == "yaw" else [0, 2, 1]]
+        left = float(room(Scene((Sphere(tuple(centre.tolist()), 0.05),)), swing, 0.1, 0.0, np.eye(4)[None])[0])
+        apart = float(np.min(np.linalg.norm(swept - centre, axis=1))) - 0.05 - 0.002
+        assert apart > 0.0 or left < 1e-3, "the grid's cells are 5 mm wide"
+        assert left > 0.0 or apart < 0.1 * 0.12
+        told.append(left > 0.0)
+    assert 50 < sum(told) < 250
 
 
 def test_an_edge_takes_the_way_that_is_clear() -> None:
@@ -280,10 +303,15 @@ def test_hinges_of_one_axis_get_poses_and_arcs_in_their_plane(axis: str) -> None
 @pytest.mark.slow
 @pytest.mark.parametrize("axis", ["yaw", pytest.param("pitch", marks=pytest.mark.nightly)])
 def test_hinges_go_round_what_stands_in_their_plane(axis: str) -> None:
-    """A rod across the plane, and limbs bent at both ends; one hinge bends by 50 degrees at most."""
+    """A rod across the plane, floor and ceiling, limbs bent at both ends; one hinge bends by 50 degrees at most."""
     body = hinges(axis)
     across = {"yaw": (0.0, 0.0, 1.0), "pitch": (0.0, 1.0, 0.0)}[axis]
-    scene = Scene((Capsule((0.6 - across[0], -across[1], -across[2]), (0.6, across[1], across[2]), 0.12),))
+    rod = Capsule((0.6 - across[0], -across[1], -across[2]), (0.6, across[1], across[2]), 0.12)
+    sides = [
+        HalfSpace((-0.03 * s * across[0], -0.03 * s * across[1], -0.03 * s * across[2]), tuple(s * x for x in across))
+        for s in (1.0, -1.0)
+    ]
+    scene = Scene((rod, *sides))
     bent = from_euler(np.radians([20.0, 0.0, 0.0] if axis == "yaw" else [0.0, 20.0, 0.0]))
     start = Configuration(np.eye(4), np.stack([bent, np.eye(3)]))
     goal = Configuration(collinear((1.2, 0, 0)).pose, np.stack([np.eye(3), bent]))
@@ -292,6 +320,7 @@ def test_hinges_go_round_what_stands_in_their_plane(axis: str) -> None:
     assert found.limits.obstacle is not None
     assert 0.0 <= found.limits.obstacle.distance_m <= densely(found, scene) + 1e-9
     assert np.max(np.abs(found.trajectory.pose[:, {"yaw": 2, "pitch": 1}[axis], 3])) < 1e-11
+    assert np.min(found.trajectory.shape[..., 0, 0]) < math.cos(0.6), "large strokes have room between floor and ceiling"
 
 
 def test_a_tube_too_narrow_for_any_stroke_is_said_at_once_and_typed(

@@ -52,18 +52,14 @@ class Edge:
         return dataclasses.replace(self, poses=self.poses[::-1])
 
 
-def clearance(scene: Scene, poses: Array, half_m: float) -> Array:
-    """Return how far the axes of poses, so long to both sides, are from obstacles [m]. Shapes (..., 4, 4) to (...)."""
-    flat = poses.reshape(-1, 4, 4)
-    reach = half_m * flat[:, :3, 0]
-    found, _ = scene.distance(flat[:, :3, 3] - reach, flat[:, :3, 3] + reach)
-    return found.reshape(poses.shape[:-2])
-
-
 def room(scene: Scene, swing: Swing, length_m: float, clearance_m: float, poses: Array) -> Array:
     """Return how much room poses have beyond what strokes take [m]. Shapes (..., 4, 4) to (...)."""
-    found = clearance(scene, poses, swing.half * length_m)
-    return np.asarray(found - swing.radius * length_m - clearance_m)
+    flat = poses.reshape(-1, 1, 4, 4)
+    middle = flat[..., :3, 3] + swing.lines[:, None] * length_m * flat[..., :3, swing.aside]
+    reach = swing.half * length_m * flat[..., :3, 0]
+    found, _ = scene.distance((middle - reach).reshape(-1, 3), (middle + reach).reshape(-1, 3))
+    least = np.min(found.reshape(len(flat), len(swing.lines)), axis=1)
+    return np.asarray(least - swing.wanted_m(length_m, clearance_m)).reshape(poses.shape[:-2])
 
 
 def first_with_room(
@@ -117,8 +113,7 @@ def clear_edges(
                 continue
             which = found.displacement[some]
             ends, along = swept(swing.loops, found.arc[some], here[which], length_m)
-            wide = swing.radius * length_m + clearance_m
-            clear = np.arange(len(along)) if scene is None else _clear(scene, along, swing.half * length_m, wide)
+            clear = np.arange(len(along)) if scene is None else _clear(scene, swing, length_m, clearance_m, along)
             for n in clear.tolist():
                 busy = np.flatnonzero(each[some[n]] > _EMPTY_RAD)
                 inner = ends[n, busy[:-1]]
@@ -127,12 +122,12 @@ def clear_edges(
     return out
 
 
-def _clear(scene: Scene, along: Array, half_m: float, wanted_m: float) -> NDArray[np.int64]:
-    """Return which ways have so much room at all their poses; few of those tell of most. Shape (n, m, 4, 4)."""
+def _clear(scene: Scene, swing: Swing, length_m: float, clearance_m: float, along: Array) -> NDArray[np.int64]:
+    """Return which ways have room at all their poses; few of those tell of most. Shape (n, m, 4, 4)."""
     left = np.arange(len(along))
     for first in range(_SIEVE):
-        near = np.min(clearance(scene, along[left, first::_SIEVE], half_m), axis=1, initial=np.inf)
-        left = left[near >= wanted_m]
+        found = room(scene, swing, length_m, clearance_m, along[left, first::_SIEVE])
+        left = left[np.min(found, axis=1, initial=np.inf) >= 0.0]
     return left
 
 

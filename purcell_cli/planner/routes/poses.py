@@ -187,7 +187,7 @@ class Region:
         places = self._places(rng, _PROBED, ends)
         most = _ASIDE_L * self.length_m
         near = self.scene.distance(places, places)[0]
-        some = (near >= self.swings[-1].radius * self.length_m + self.clearance_m) & (near < most)
+        some = (near >= self.swings[-1].thick * self.length_m + self.clearance_m) & (near < most)
         places, near = places[some], near[some]
         step = _NEAR_L * self.length_m
         beside = [self.scene.distance(places + step * axis, places + step * axis)[0] for axis in np.eye(3)]

@@ -1,13 +1,15 @@
-"""How much room strokes take: the capsule that the links stay in while the swimmer cruises or swims arcs.
+"""How much room strokes take: what the links stay in while the swimmer cruises or swims arcs.
 
-A stroke of a smaller bend swings its limbs less far aside, but turns less tightly and advances less for its joint
-travel. A roadmap asks for the room at each of a few bends, the largest first.
+That is a capsule along the mean pose's axis; of hinges that keep the swimmer in a plane, a flat one: a row of thin ones
+side by side in that plane. A stroke of a smaller bend swings its limbs less far aside, but turns less tightly and
+advances less for its joint travel. A roadmap asks for the room at each of a few bends, the largest first.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 
 import numpy as np
 
@@ -30,6 +32,8 @@ SHARES = (1.0, 0.6, 0.35, 0.2, 0.1)
 """Shares of the bend limit whose strokes are tried, the largest first; each takes some half of the room."""
 _LEAST_BEND_RAD = 0.1
 """The least bend limit of strokes [rad]: loops beyond are many."""
+_SPACING_L = 0.2
+"""How far apart the thin capsules of a flat one are, at most [L]."""
 _PARTS = 6
 """Into how many parts a primitive is cut to see how far the links swing."""
 
@@ -40,15 +44,32 @@ class Swing:
 
     Attributes:
         bend_rad: The bend limit [rad].
-        radius: How far links swing aside of the axis of the swimmer's mean pose, their own radius included [L].
-        half: How far the axis of a capsule of that radius reaches from the base's middle, so that it holds them [L].
+        lines: How far aside the axes of capsules are, together the room: of one, 0 [L]. Shape (m,).
+        thick: The radius of each, where there are no gaps between them [L].
+        half: How far the axes reach to both sides from the base's middle [L].
+        aside: Along which axis of the base the capsules are aside, by its index.
         loops: The loops that arcs are swum by.
     """
 
     bend_rad: float
-    radius: float
+    lines: Array
+    thick: float
     half: float
+    aside: int
     loops: Fan
+
+    @property
+    def radius(self) -> float:
+        """How far links swing aside of the axis of the swimmer's mean pose, their own radius included [L]."""
+        return float(self.lines[-1]) + self.thick
+
+    def wanted_m(self, length_m: float, clearance_m: float) -> float:
+        """Return how far obstacles are from each axis where no part of the room is nearer to them than this [m].
+
+        Between two axes a gap is left: what is in their plane is off the nearer one by half of it at most.
+        """
+        gap = 0.5 * float(self.lines[1] - self.lines[0]) if len(self.lines) > 1 else 0.0
+        return math.sqrt((gap * length_m) ** 2 + (self.thick * length_m + clearance_m) ** 2)
 
 
 def swings(swimmer: Swimmer) -> tuple[Swing, ...]:
@@ -57,15 +78,16 @@ def swings(swimmer: Swimmer) -> tuple[Swing, ...]:
     Args:
         swimmer: The swimmer; one without ball joints is seen as if it had them.
     """
-    unit, flat = dataclasses.replace(swimmer, joints=Swimmer().joints).scaled(), plane_axis(swimmer) is not None
+    unit, axis = dataclasses.replace(swimmer, joints=Swimmer().joints).scaled(), plane_axis(swimmer)
     bends = [share * unit.max_bend_rad for share in SHARES]
     few = [bend for k, bend in enumerate(bends) if k == 0 or bend >= _LEAST_BEND_RAD]
-    return tuple(_swing(dataclasses.replace(unit, max_bend_rad=bend), flat) for bend in few)
+    return tuple(_swing(dataclasses.replace(unit, max_bend_rad=bend), axis) for bend in few)
 
 
 @functools.lru_cache(maxsize=64)
-def _swing(unit: Swimmer, flat: bool) -> Swing:
-    """Return the room that strokes of a swimmer on ball joints take; flat ones stay in a plane."""
+def _swing(unit: Swimmer, axis: str | None) -> Swing:
+    """Return the room that strokes of a swimmer on ball joints take; with an axis of hinges those about it."""
+    flat = axis is not None
     loops = fan(unit, "travel", False) if flat else tightest((fan(unit, "travel", True), fan(unit, "travel", False)))
     along, aside = [], []
     for k in (0, len(loops.bend) - 1):
@@ -79,8 +101,11 @@ def _swing(unit: Swimmer, flat: bool) -> Swing:
     x, r = np.concatenate(along), np.concatenate(aside)
     thick = max(*(radius for radius in unit.radii_m), unit.body_radius_m)
     radius = float(np.max(r))
-    half = float(np.max(np.abs(x) - np.sqrt(np.maximum(radius**2 - r**2, 0.0))))
-    return Swing(unit.max_bend_rad, radius + thick, half, loops)
+    if not flat:
+        half = float(np.max(np.abs(x) - np.sqrt(np.maximum(radius**2 - r**2, 0.0))))
+        return Swing(unit.max_bend_rad, np.zeros(1), radius + thick, half, 1, loops)
+    lines = np.linspace(-radius, radius, 1 + math.ceil(2.0 * radius / _SPACING_L))
+    return Swing(unit.max_bend_rad, lines, thick, float(np.max(np.abs(x))), 1 if axis == "yaw" else 2, loops)
 
 
 def _spread(unit: Swimmer, parts: tuple[PrimitiveSequence, ...]) -> tuple[Array, Array]:
