@@ -320,7 +320,9 @@ def test_hinges_go_round_what_stands_in_their_plane(axis: str) -> None:
     assert found.limits.obstacle is not None
     assert 0.0 <= found.limits.obstacle.distance_m <= densely(found, scene) + 1e-9
     assert np.max(np.abs(found.trajectory.pose[:, {"yaw": 2, "pitch": 1}[axis], 3])) < 1e-11
-    assert np.min(found.trajectory.shape[..., 0, 0]) < math.cos(0.6), "large strokes have room between floor and ceiling"
+    assert np.min(found.trajectory.shape[..., 0, 0]) < math.cos(0.6), (
+        "large strokes have room between floor and ceiling"
+    )
 
 
 def test_a_tube_too_narrow_for_any_stroke_is_said_at_once_and_typed(
