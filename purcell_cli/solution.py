@@ -42,6 +42,8 @@ from purcell_cli.verification.replay import TOLERANCE_L, TOLERANCE_RAD, Replay, 
 
 _BATCH = 1 << 14
 """Rows that are compared at once: bounds the memory of a long motion."""
+_DEAR = 1.5
+"""Where a way round obstacles takes more than so many times what the way through them does, one in a plane is tried."""
 
 
 @frozen_dataclass(slots=False, eq=False)
@@ -279,19 +281,28 @@ def _reconfigured(
     if limits.obstacles is None:
         return reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress)
     from purcell_cli.planner.routes.around import around
+    from purcell_cli.planner.routes.flat import on_hinges
 
     direct = reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress, ())
     if not direct.blocks or (direct.limits is not None and direct.limits.kept):
         return direct
 
-    def leg(begin: Configuration, end: Configuration, bend_rad: float) -> Plan:
-        careful = dataclasses.replace(swimmer, max_bend_rad=min(bend_rad, swimmer.max_bend_rad))
-        try:
-            return reconfigure(careful, begin, end, gaits, LEG, minimize, limits, silent, ())
-        except ParameterError:  # such small bends take too many primitives
-            return Plan(careful, begin, end, ())
+    def searched(body: Swimmer) -> Plan | Blocked:
+        def leg(begin: Configuration, end: Configuration, bend_rad: float) -> Plan:
+            careful = dataclasses.replace(body, max_bend_rad=min(bend_rad, body.max_bend_rad))
+            try:
+                return reconfigure(careful, begin, end, gaits, LEG, minimize, limits, silent, ())
+            except ParameterError:  # such small bends take too many primitives
+                return Plan(careful, begin, end, ())
 
-    found = around(swimmer, start, goal, limits, leg, seed, effort, progress)
+        return around(body, start, goal, limits, leg, seed, effort, progress)
+
+    found = searched(swimmer)
+    if isinstance(found, Blocked) or found.joint_travel_rad > _DEAR * direct.joint_travel_rad:
+        flat = on_hinges(swimmer, start, goal, limits)
+        other = found if flat is None else searched(flat)
+        if isinstance(other, Plan) and (isinstance(found, Blocked) or other.joint_travel_rad < found.joint_travel_rad):
+            found = dataclasses.replace(other, swimmer=swimmer)
     return dataclasses.replace(direct, blocked=found) if isinstance(found, Blocked) else found
 
 

@@ -25,12 +25,14 @@ from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joints import Joint
 from purcell_cli.missions import joined
+from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.mission import Mission, Waypoint
 from purcell_cli.motion.obstacle_distance import link_distances
 from purcell_cli.motion.plan import Blocked, Plan
 from purcell_cli.planner.arcs.needle_steering import steer
 from purcell_cli.planner.routes.closed_off import refuse_closed_off, too_narrow
 from purcell_cli.planner.routes.edges import clear_edges, room
+from purcell_cli.planner.routes.flat import on_hinges
 from purcell_cli.planner.routes.one_motion import ended, one_motion
 from purcell_cli.planner.routes.poses import Region
 from purcell_cli.planner.routes.roadmap import Roadmap
@@ -323,6 +325,37 @@ def test_hinges_go_round_what_stands_in_their_plane(axis: str) -> None:
     assert np.min(found.trajectory.shape[..., 0, 0]) < math.cos(0.6), (
         "large strokes have room between floor and ceiling"
     )
+
+
+@pytest.mark.slow
+def test_a_slit_is_swum_by_strokes_in_its_plane() -> None:
+    """Of 0.3 L between floor and ceiling no round stroke has room; flat ones go round what stands in it."""
+    block = Box((0.0, 0.0, 0.0), (0.2, 0.6, 0.02))
+    scene = Scene((block, HalfSpace((0, 0, -0.015), (0, 0, 1)), HalfSpace((0, 0, 0.015), (0, 0, -1))))
+    assert room(scene, swings(PAPER)[-1], 0.1, 0.0, pose(0.0, 2.0, 0.0))[0] < 0.0
+    start, goal = collinear((-0.8, 0, 0)), collinear((0.8, 0.2, 0), 40.0)
+    found = plan(start, goal, options=PlanOptions(obstacles=scene))
+    assert found.verdict == "reached"
+    assert found.plan.swimmer == PAPER
+    assert found.limits.obstacle is not None
+    assert 0.0 <= found.limits.obstacle.distance_m <= densely(found, scene) + 1e-9
+    assert np.max(np.abs(found.trajectory.pose[:, 2, 3])) < 1e-9
+
+
+def test_ball_joints_are_seen_as_hinges_where_both_ends_lie_in_one_plane() -> None:
+    def bent(at: Configuration, angles: tuple[float, float, float]) -> Configuration:
+        return Configuration(at.pose, np.stack([from_euler(np.radians(angles)), np.eye(3)]))
+
+    def axis(start: Configuration, goal: Configuration, body: Swimmer = PAPER) -> str | None:
+        found = on_hinges(body, start, goal, Limits())
+        return None if found is None else found.joints[0].axis
+
+    start, level, above = collinear((0, 0, 0)), collinear((0.5, 0.2, 0), 30.0), collinear((0.5, 0, 0.2))
+    assert [axis(start, level), axis(start, above), axis(start, collinear((0.5, 0.2, 0.2)))] == ["yaw", "pitch", None]
+    assert axis(bent(start, (20, 0, 0)), level) == "yaw"
+    assert axis(bent(start, (0, 20, 0)), level) is None
+    assert axis(bent(start, (0, 20, 0)), above) == "pitch"
+    assert axis(start, level, Swimmer(joints=(Joint("universal"), Joint()))) is None
 
 
 def test_a_tube_too_narrow_for_any_stroke_is_said_at_once_and_typed(
