@@ -61,6 +61,8 @@ class Roadmap:
         self.edges: dict[tuple[int, int], Edge] = {}
         self._level: dict[tuple[int, int], int] = {}
         self._widest = np.empty(0, dtype=np.int64)
+        self._cheapest: list[int] | None = None
+        self._changed = True
         self._prices = [ArcPrice(swing.loops) for swing in region.swings]
         through_empty_water = self._clear(None, 0, start[None], goal[None])[0]
         self._empty_rad = 0.0 if through_empty_water is None else through_empty_water.price
@@ -138,6 +140,7 @@ class Roadmap:
         """Take the joint travel of an edge's exact legs for its price [rad]."""
         pair = (min(pair), max(pair))
         self.edges[pair] = dataclasses.replace(self.edges[pair], price=travel_rad)
+        self._changed = True
 
     def _join(self, pairs: list[tuple[int, int]], level: int) -> None:
         """Look for edges between pairs of poses, by strokes of a bend, and of smaller ones where there are none."""
@@ -153,6 +156,7 @@ class Roadmap:
             first, last = (self.poses[[pair[end] for pair in some]] for end in (0, 1))
             found = self._clear(region.scene, k, first, last)
             self.edges.update({pair: edge for pair, edge in zip(some, found, strict=True) if edge is not None})
+            self._changed = True
             pairs = [pair for pair in pairs if pair not in self.edges]
 
     def _clear(self, scene: Scene | None, swing: int, first: Array, last: Array) -> list[Edge | None]:
@@ -191,6 +195,7 @@ class Roadmap:
         """Take an edge away whose exact legs touch; strokes of a smaller bend may do."""
         pair = (min(pair), max(pair))
         del self.edges[pair]
+        self._changed = True
         self._join([pair], self._level[pair] + 1)
 
     def edge(self, begin: int, end: int) -> Edge:
@@ -218,6 +223,11 @@ class Roadmap:
 
     def path(self) -> list[int] | None:
         """Return the poses along the cheapest path from the start to the goal; None where there is none."""
+        if self._changed:
+            self._cheapest, self._changed = self._found_path(), False
+        return self._cheapest
+
+    def _found_path(self) -> list[int] | None:
         near: dict[int, list[tuple[int, float]]] = {}
         for (a, b), edge in sorted(self.edges.items()):
             near.setdefault(a, []).append((b, edge.price))
