@@ -507,6 +507,10 @@ def test_a_file_that_another_program_saved_again_is_read_the_same(good: Path, wh
     [
         (lambda text: text.replace(",", ";"), "columns are parted by commas, not by ';'"),
         (lambda text: text.replace(",", "\t"), "columns are parted by commas, not by '\\t'"),
+        (
+            lambda text: '{\n  "schema": "purcell/plan-document/1"\n}\n',
+            "purcell run makes the trajectory of a plan document",
+        ),
         (lambda text: "\n".join(f'"{k or ""}",{row}' for k, row in enumerate(text.splitlines())), "row.names = FALSE"),
     ],
 )

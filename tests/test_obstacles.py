@@ -7,6 +7,7 @@ import itertools
 import json
 import re
 import struct
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from purcell_cli.environment.solids import Box, Capsule, HalfSpace, Sphere
 from purcell_cli.environment.tube import Tube
 from purcell_cli.errors import InputError, ParameterError, PurcellWarning
 from purcell_cli.files.plan_file import PlanDocument, is_plan, load_plan, write_plan
+from purcell_cli.files.scenario_file import warn_if_far
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.connection import COLLINEAR
@@ -331,6 +333,16 @@ def test_a_mesh_inside_out_is_told_and_taken_as_what_it_encloses(tmp_path: Path)
     assert scene is not None
     assert scene.inside_meshes(np.array([[9.0, 0.1, 0.2]])) == [0]
     assert not len(scene.inside_meshes(np.array([[7.0, 0.1, 0.2]])))
+
+
+def test_a_mesh_that_may_be_in_millimetres_is_remarked_on(tmp_path: Path) -> None:
+    (tmp_path / "mm.stl").write_bytes(binary_stl(50.0 * corners(Box((9.0, 0, 0), (1, 1, 1)))))
+    for scale, told in (("", ["obstacles[0].mesh is 500 L (50 m) wide; files in millimetres"]), (", scale: 0.5", [])):
+        (tmp_path / "a.yaml").write_text(GOOD + f"{{mesh: {{file: mm.stl{scale}}}}}", encoding="utf-8")
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            warn_if_far(load_scenario(tmp_path / "a.yaml"))
+        assert [str(one.message)[: len(want)] for one, want in zip(found, told, strict=True)] == told
 
 
 def test_a_mesh_is_the_same_as_text_and_binary(tmp_path: Path) -> None:

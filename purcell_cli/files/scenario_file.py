@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from purcell_cli.environment.mesh import Mesh
 from purcell_cli.environment.scene import Scene
 from purcell_cli.errors import PurcellWarning
 from purcell_cli.files.configuration_file import CONFIGURATION, GOAL, WORKSPACE_FIELD, Goal
@@ -137,7 +138,7 @@ EXPECT: Element[Expect] = Made(
 
 
 def warn_if_far(scenario: Scenario, label: str = "") -> None:
-    """Warn of a goal or a waypoint that is so far away that it might be meant in another unit.
+    """Warn of a goal or a waypoint so far away, or a mesh so large, that it might be meant in another unit.
 
     Args:
         scenario: The scenario.
@@ -152,6 +153,12 @@ def warn_if_far(scenario: Scenario, label: str = "") -> None:
         far = f"{lengths:.6g} L ({far_m[name]:.6g} m) from the start"
         text = f"{label}{name} is {far}, which may be hours of swimming; position_m is in metres"
         warnings.warn(text, PurcellWarning, stacklevel=2)
+    for k, one in enumerate(() if scenario.obstacles is None else scenario.obstacles.obstacles):
+        wide_m = float(np.max(np.diff(one.bounds(), axis=0))) if isinstance(one, Mesh) else 0.0
+        if wide_m > _FAR_L * scenario.swimmer.length_m:
+            wide = f"{wide_m / scenario.swimmer.length_m:.6g} L ({wide_m:.6g} m) wide"
+            text = f"{label}obstacles[{k}].mesh is {wide}; files in millimetres want the key scale: 0.001"
+            warnings.warn(text, PurcellWarning, stacklevel=2)
 
 
 def _scenario(value: dict[str, Any], place: Place) -> Scenario:

@@ -109,6 +109,8 @@ def _check_header(source: Path, stream: IO[bytes]) -> None:
         hint = " (a column of row names; R leaves it out with row.names = FALSE)"
     elif header and header[0].startswith((f"{COLUMNS[0]};", f"{COLUMNS[0]}\t")):
         hint = f" (columns are parted by commas, not by {header[0][len(COLUMNS[0])]!r})"
+    elif text.startswith("{"):
+        hint = " (purcell run makes the trajectory of a plan document)"
     raise InputError(f"{source}:1: column {wrong + 1}: wanted {wanted}, found {found}{hint}")
 
 
