@@ -257,7 +257,7 @@ def planned(
         raise ParameterError("minimize: sensitivity goes with the controls primitive, found simultaneous")
     # One after the other, joints spend as much time as they travel; of simultaneous plans each is made from such a one.
     weighed = Objective.TRAVEL if options.objective == Objective.TIME else options.objective
-    made = _reconfigured(body, *seen, stored, effort or options.effort, weighed, limits, options.seed, progress)
+    made = _reconfigured(body, *seen, stored, effort, weighed, limits, options, progress)
     made = dataclasses.replace(made, left_out=left_out)
     if simultaneous:
         from purcell_cli.planner.refine.simultaneous import quickened
@@ -274,10 +274,14 @@ def _reconfigured(
     effort: str,
     minimize: str,
     limits: Limits,
-    seed: int,
+    options: PlanOptions,
     progress: Progress,
 ) -> Plan:
-    """Return a plan: the one that knows no obstacles where it is clear of them, else one round them if any is found."""
+    """Return a plan: the one that knows no obstacles where it is clear of them, else one round them if any is found.
+
+    Ways round them are looked for as long as the options' effort says, whatever that of a single plan.
+    """
+    effort = effort or options.effort
     if limits.obstacles is None:
         return reconfigure(swimmer, start, goal, gaits, effort, minimize, limits, progress)
     from purcell_cli.planner.routes.around import around
@@ -295,7 +299,7 @@ def _reconfigured(
             except ParameterError:  # such small bends take too many primitives
                 return Plan(careful, begin, end, ())
 
-        return around(body, start, goal, limits, leg, seed, effort, progress)
+        return around(body, start, goal, limits, leg, options.seed, options.effort, progress)
 
     found = searched(swimmer)
     if isinstance(found, Blocked) or found.joint_travel_rad > _DEAR * direct.joint_travel_rad:

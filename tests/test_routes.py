@@ -30,6 +30,7 @@ from purcell_cli.motion.mission import Mission, Waypoint
 from purcell_cli.motion.obstacle_distance import link_distances
 from purcell_cli.motion.plan import Blocked, Plan
 from purcell_cli.planner.arcs.needle_steering import steer
+from purcell_cli.planner.effort import AGAIN
 from purcell_cli.planner.routes.closed_off import refuse_closed_off, too_narrow
 from purcell_cli.planner.routes.edges import clear_edges, room
 from purcell_cli.planner.routes.flat import on_hinges
@@ -37,7 +38,7 @@ from purcell_cli.planner.routes.one_motion import ended, one_motion
 from purcell_cli.planner.routes.poses import Region
 from purcell_cli.planner.routes.roadmap import Roadmap
 from purcell_cli.planner.routes.swing import swings
-from purcell_cli.solution import Solution
+from purcell_cli.solution import Solution, carried_out, planned
 
 PAPER = Swimmer()
 
@@ -166,6 +167,17 @@ def test_a_plan_goes_round_a_ball_in_its_way() -> None:
     assert [b.phase for b in found[0].plan.blocks] == sorted(b.phase for b in found[0].plan.blocks)
     assert min(b.joint_travel_rad for b in found[0].plan.blocks) > 1e-9, "no leg straightens what is no bend"
     assert np.array_equal(found[0].trajectory.pose, found[1].trajectory.pose)
+
+
+@pytest.mark.slow
+def test_a_replan_goes_round_a_ball_in_its_way() -> None:
+    """A tracker asks for an effort of its own, of which searches for ways know nothing."""
+    start, goal, scene = collinear((0, 0, 0)), collinear((1.2, 0, 0)), Scene((Sphere((0.6, 0, 0), 0.2),))
+    asked = PlanOptions(obstacles=scene)
+    found = carried_out(planned(start, goal, options=asked, effort=AGAIN), asked)
+    assert found.verdict == "reached"
+    assert found.limits.obstacle is not None
+    assert 0.0 <= found.limits.obstacle.distance_m <= densely(found, scene) + 1e-9
 
 
 @pytest.mark.slow
