@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers import assert_close, random_rotations, random_sequence, random_shapes, random_swimmer, runner
+from numpy.typing import NDArray
 
 from purcell_cli import Configuration, PlanOptions, Swimmer, load_scenario, plan
 from purcell_cli.environment.mesh import Mesh, open_edges
@@ -30,7 +31,7 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.limits_check import check
-from purcell_cli.motion.obstacle_distance import LINKS, link_distances
+from purcell_cli.motion.obstacle_distance import LINKS, least_link_distance, link_distances
 from purcell_cli.motion.trajectory import sample
 
 HERE = Configuration(np.eye(4), COLLINEAR)
@@ -177,6 +178,7 @@ def test_the_distance_over_a_motion_is_bounded_and_not_sampled() -> None:
         every, which = link_distances(swimmer, scene, fine.pose, fine.shape[..., 0])
         k, link = np.unravel_index(int(np.argmin(every)), every.shape)
         assert found.distance_m <= every.min() + 1e-7 * swimmer.length_m
+        assert least_link_distance(swimmer, scene, fine.pose, fine.shape[..., 0]) == every.min()
         assert every.min() <= found.distance_m + found.error_m + 0.02 * swimmer.length_m
         shown = found.distance_m + found.error_m
         most = max(0.021 * shown, 1.1e-5 * swimmer.length_m) if shown > 0.0 else 0.021 * swimmer.length_m - 0.31 * shown
@@ -185,6 +187,28 @@ def test_the_distance_over_a_motion_is_bounded_and_not_sampled() -> None:
         switches = np.flatnonzero(np.diff(fine.rate_rad_s, axis=0, prepend=0.0).any(axis=1))
         missed += bool(every[switches].min() > found.distance_m + found.error_m + 1e-3 * swimmer.length_m)
     assert missed >= 2, "the switches alone would have told too much"
+
+
+def test_few_rows_tell_the_least_distance_of_all() -> None:
+    """The same number as from every row, for every kind of obstacle, from a look at few of them."""
+    swimmer, start, blocks = motion(3)
+    rows = sample(swimmer, start, blocks, 0.01 / swimmer.joint_rate_rad_s)
+    asked: list[int] = []
+
+    class Counted(Scene):
+        def distance(self, first: Array, last: Array) -> tuple[Array, NDArray[np.int64]]:
+            asked.append(len(first))
+            return super().distance(first, last)
+
+    for obstacle, _, _ in CASES:
+        scene = Counted((obstacle,))
+        wanted = float(np.min(link_distances(swimmer, Scene((obstacle,)), rows.pose, rows.shape[..., 0])[0]))
+        assert least_link_distance(swimmer, scene, rows.pose, rows.shape[..., 0]) == wanted
+        for some in (rows.pose[:1], rows.pose[:17], rows.pose[5:6]):
+            n = len(some)
+            wanted = float(np.min(link_distances(swimmer, scene, some, rows.shape[:n, ..., 0])[0]))
+            assert least_link_distance(swimmer, scene, some, rows.shape[:n, ..., 0]) == wanted
+    assert asked[0] < 3 * len(rows) / 10
 
 
 def test_a_motion_through_a_sphere_between_two_switches_is_caught() -> None:

@@ -28,7 +28,7 @@ from purcell_cli.geometry.reproducible import normal_numbers
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.mission import Follow
-from purcell_cli.motion.obstacle_distance import link_distances
+from purcell_cli.motion.obstacle_distance import least_link_distance
 from purcell_cli.motion.options import PlanOptions
 from purcell_cli.motion.trajectory import Trajectory, as_table
 from purcell_cli.solution import Solution
@@ -110,11 +110,13 @@ class Tracking:
         if self.obstacles is None:
             return None
         rows = [part.trajectory for part in self.parts]
-        near = [link_distances(self.truth, self.obstacles, one.pose, one.shape[..., 0])[0] for one in rows]
-        return min((float(np.min(one)) for one in near), default=None)
+        near = [least_link_distance(self.truth, self.obstacles, one.pose, one.shape[..., 0]) for one in rows]
+        return min(near, default=None)
 
     def judged(self) -> Tracking:
         """Return it as not arrived where it left the curve's tolerance, or touched an obstacle."""
+        if not self.arrived:
+            return self
         off_curve = self.follow is not None and (self.off_curve_m or 0.0) > self.follow.tolerance_m
         touched = self.obstacle_m is not None and self.obstacle_m < 0.0
         return dataclasses.replace(self, arrived=False) if off_curve or touched else self

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from purcell_cli.environment.scene import Scene
 from purcell_cli.errors import ParameterError
 from purcell_cli.frozen_dataclass import frozen_dataclass
+from purcell_cli.geometry.reproducible import norm
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.pieces import Pieces
@@ -38,6 +39,9 @@ taken, whatever its depth."""
 
 _FIRST = 64
 """The places nearest to obstacles, by the base's middle, that are looked at first; what they find rules out others."""
+
+_APART_ROWS = 16
+"""How many rows apart those are that are looked at first."""
 
 _MOST_STRETCHES = 1 << 17
 """Stretches at most: when there are more none is cut again, and the error is reported."""
@@ -111,6 +115,29 @@ def link_distances(swimmer: Swimmer, scene: Scene, poses: Array, axes: Array) ->
     found, which = scene.distance(first.reshape(-1, 3), last.reshape(-1, 3))
     shape = first.shape[:2]
     return found.reshape(shape) - link_radii(swimmer), which.reshape(shape)
+
+
+def least_link_distance(swimmer: Swimmer, scene: Scene, poses: Array, axes: Array) -> float:
+    """Return how near the surface of any of `LINKS` comes to an obstacle in any row [m].
+
+    Few rows are looked at first: in the others a link is as far as in the nearest of those, but for what its ends are
+    away from there. Where that may be nearer than what is known, it is looked at too.
+
+    Args:
+        swimmer: The swimmer.
+        scene: The obstacles.
+        poses: The base's poses in the rows, one or more [m]. Shape (n, 4, 4).
+        axes: The limbs' axes in base coordinates. Shape (n, 2, 3).
+    """
+    few = np.arange(0, len(poses), _APART_ROWS)
+    known = link_distances(swimmer, scene, poses[few], axes[few])[0]
+    nearest = np.minimum((np.arange(len(poses)) + _APART_ROWS // 2) // _APART_ROWS, len(few) - 1)
+    ends = link_segments(swimmer, poses, axes)
+    away = [norm(end - end[few[nearest]]) for end in ends]
+    least = float(np.min(known))
+    may = np.min(known[nearest] - np.maximum(*away), axis=1) < least
+    found = link_distances(swimmer, scene, poses[may], axes[may])[0]
+    return min(least, float(np.min(found, initial=np.inf)))
 
 
 def nearest_obstacle(
