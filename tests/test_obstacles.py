@@ -211,6 +211,15 @@ def test_few_rows_tell_the_least_distance_of_all() -> None:
     assert asked[0] < 3 * len(rows) / 10
 
 
+def test_distances_above_what_need_be_known_are_cut_off() -> None:
+    rng = np.random.default_rng(4)
+    first, last = rng.normal(size=(2, 300, 3))
+    for obstacle, _, _ in CASES:
+        scene = Scene((obstacle,))
+        wanted = scene.distance(first, last)[0]
+        assert np.array_equal(scene.distance(first, last, 0.3)[0], np.minimum(wanted, 0.3))
+
+
 def test_a_motion_through_a_sphere_between_two_switches_is_caught() -> None:
     """A limb sweeps over a small ball halfway through a primitive; at its ends it is far from it."""
     swimmer = Swimmer()

@@ -58,11 +58,13 @@ class Mesh(Obstacle):
 
     def distance(self, first: Array, last: Array) -> Array:
         """Return the distances of segments from the surface [m]. Shapes (n, 3) to (n,)."""
+        return self.within(first, last, np.full(len(first), np.inf))
+
+    def within(self, first: Array, last: Array, most: Array) -> Array:
+        """Return the distances of segments, or of those that are farther than this, this [m]. (n, 3), (n,) to (n,)."""
         tree: _Tree = self.__dict__["_tree"]
-        parts = [
-            tree.distance(first[low : low + _BATCH], last[low : low + _BATCH]) for low in range(0, len(first), _BATCH)
-        ]
-        return np.concatenate([np.empty(0), *parts])
+        cuts = [slice(low, low + _BATCH) for low in range(0, len(first), _BATCH)]
+        return np.concatenate([np.empty(0), *(tree.distance(first[cut], last[cut], most[cut]) for cut in cuts)])
 
     @property
     def volume_m3(self) -> float:
@@ -135,13 +137,13 @@ class _Tree:
             boxes.insert(0, np.stack([below[:, :, 0].min(axis=1), below[:, :, 1].max(axis=1)], axis=1))
         self.boxes = boxes
 
-    def distance(self, first: Array, last: Array) -> Array:
-        """Return the distances of segments from the nearest triangle [m]. Shapes (n, 3) to (n,)."""
+    def distance(self, first: Array, last: Array, farthest: Array) -> Array:
+        """Return the distances of segments from the nearest triangle, this at most [m]. (n, 3), (n,) to (n,)."""
         n = len(first)
         low, high = np.minimum(first, last), np.maximum(first, last)
         middle, half = 0.5 * (first + last), 0.5 * np.sqrt(dot(last - first, last - first))
         row, box = np.arange(n), np.zeros(n, dtype=np.int64)
-        best = np.full(n, np.inf)
+        best = farthest.copy()
         for level, boxes in enumerate(self.boxes):
             if level:
                 row, box = np.repeat(row, 2), (2 * box[:, None] + np.arange(2)).ravel()
@@ -155,7 +157,7 @@ class _Tree:
             row, box = row[near], box[near]
         row, triangle = np.repeat(row, self.leaf.shape[1]), self.leaf[box].ravel()
         found = _from_triangles(first[row], last[row], self.triangles[triangle])
-        best[:] = np.inf
+        best[:] = farthest
         np.minimum.at(best, row, found)
         return best
 

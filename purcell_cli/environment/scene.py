@@ -65,21 +65,22 @@ class Scene:
         """Return what messages call an obstacle, by its place among them from 1 on."""
         return f"obstacle {index + 1} ({self.obstacles[index].kind})"
 
-    def distance(self, first: Array, last: Array) -> tuple[Array, NDArray[np.int64]]:
+    def distance(self, first: Array, last: Array, most_m: float = np.inf) -> tuple[Array, NDArray[np.int64]]:
         """Return how far segments are from the nearest obstacle, never more than the truth [m], and from which.
 
         Args:
             first: The segments' beginnings [m]. Shape (n, 3).
             last: Their ends [m]. Shape (n, 3).
+            most_m: Distances above this need not be known [m].
 
         Returns:
             Distances, negative inside, and indices of obstacles. Shapes (n,).
         """
-        best, which = np.full(len(first), np.inf), np.zeros(len(first), dtype=np.int64)
+        best, which = np.full(len(first), most_m), np.zeros(len(first), dtype=np.int64)
         inner = self.__dict__
         if len(inner["_spheres"]):
-            best, ball = from_balls(first, last, inner["_centres"], inner["_radii"])
-            which = inner["_spheres"][ball]
+            found, ball = from_balls(first, last, inner["_centres"], inner["_radii"])
+            which, best = inner["_spheres"][ball], np.minimum(best, found)
         if len(inner["_boxes"]):
             found, box = from_boxes(first, last, inner["_middles"], inner["_turns"], inner["_halves"])
             which = np.where(found < best, inner["_boxes"][box], which)
@@ -88,7 +89,9 @@ class Scene:
         for k, centre, reach in inner["_others"]:
             off = middle - centre
             row = np.flatnonzero(np.sqrt(dot(off, off)) - half - reach < best)
-            found = self.obstacles[k].distance(first[row], last[row])
+            one = self.obstacles[k]
+            begin, end = first[row], last[row]
+            found = one.within(begin, end, best[row]) if isinstance(one, Mesh) else one.distance(begin, end)
             nearer = row[found < best[row]]
             best[nearer], which[nearer] = found[found < best[row]], k
         if inner["_cones"] is not None:

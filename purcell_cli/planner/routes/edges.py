@@ -52,14 +52,17 @@ class Edge:
         return dataclasses.replace(self, poses=self.poses[::-1])
 
 
-def room(scene: Scene, swing: Swing, length_m: float, clearance_m: float, poses: Array) -> Array:
-    """Return how much room poses have beyond what strokes take [m]. Shapes (..., 4, 4) to (...)."""
+def room(
+    scene: Scene, swing: Swing, length_m: float, clearance_m: float, poses: Array, most_m: float = np.inf
+) -> Array:
+    """Return how much room poses have beyond what strokes take, so much at most [m]. Shapes (..., 4, 4) to (...)."""
+    wanted_m = swing.wanted_m(length_m, clearance_m)
     flat = poses.reshape(-1, 1, 4, 4)
     middle = flat[..., :3, 3] + swing.lines[:, None] * length_m * flat[..., :3, swing.aside]
     reach = swing.half * length_m * flat[..., :3, 0]
-    found, _ = scene.distance((middle - reach).reshape(-1, 3), (middle + reach).reshape(-1, 3))
+    found, _ = scene.distance((middle - reach).reshape(-1, 3), (middle + reach).reshape(-1, 3), wanted_m + most_m)
     least = np.min(found.reshape(len(flat), len(swing.lines)), axis=1)
-    return np.asarray(least - swing.wanted_m(length_m, clearance_m)).reshape(poses.shape[:-2])
+    return np.asarray(least - wanted_m).reshape(poses.shape[:-2])
 
 
 def first_with_room(
@@ -68,7 +71,7 @@ def first_with_room(
     """Return which of some swings first has room at poses; how many there are if none. Shapes (n, 4, 4) to (n,)."""
     out, left = np.full(len(poses), len(swings)), np.arange(len(poses))
     for k, swing in enumerate(swings):
-        fits = room(scene, swing, length_m, clearance_m, poses[left]) >= 0.0
+        fits = room(scene, swing, length_m, clearance_m, poses[left], 0.0) >= 0.0
         out[left[fits]], left = k, left[~fits]
     return out
 
@@ -126,7 +129,7 @@ def _clear(scene: Scene, swing: Swing, length_m: float, clearance_m: float, alon
     """Return which ways have room at all their poses; few of those tell of most. Shape (n, m, 4, 4)."""
     left = np.arange(len(along))
     for first in range(_SIEVE):
-        found = room(scene, swing, length_m, clearance_m, along[left, first::_SIEVE])
+        found = room(scene, swing, length_m, clearance_m, along[left, first::_SIEVE], 0.0)
         left = left[np.min(found, axis=1, initial=np.inf) >= 0.0]
     return left
 

@@ -125,9 +125,9 @@ class Region:
     def _in_plane(self, vectors: Array, place: bool) -> Array:
         return vectors if self.plane is None else self.plane.projected(vectors, place)
 
-    def room(self, poses: Array, swing: int = -1) -> Array:
-        """Return how much room poses have beyond what strokes take, the smallest [m]. Shapes (..., 4, 4) to (...)."""
-        return room(self.scene, self.swings[swing], self.length_m, self.clearance_m, poses)
+    def room(self, poses: Array, swing: int = -1, most_m: float = np.inf) -> Array:
+        """Return how much room poses have beyond the smallest strokes, so much at most [m]. (..., 4, 4) to (...)."""
+        return room(self.scene, self.swings[swing], self.length_m, self.clearance_m, poses, most_m)
 
     def widest(self, poses: Array) -> NDArray[np.int64]:
         """Return which of the swings first has room at poses; how many there are if none. Shapes (n, 4, 4) to (n,)."""
@@ -145,7 +145,7 @@ class Region:
         if self.scene.tubes:
             parts.append(self._along_tubes(rng))
         found = np.concatenate(parts)
-        return found[self.room(found) >= 0.0]
+        return found[self.room(found, most_m=0.0) >= 0.0]
 
     def near(self, rng: np.random.Generator, poses: Array, count: int, spread: float) -> Array:
         """Return poses near others, with room for the smallest strokes.
@@ -162,7 +162,7 @@ class Region:
         moved = se3.normalised(matmul(poses[:, None], se3.exp(twist)).reshape(-1, 4, 4))
         if self.plane is not None:
             moved = self.plane.poses(moved[:, :3, 3], moved[:, :3, 0])
-        return moved[self.room(moved) >= 0.0]
+        return moved[self.room(moved, most_m=0.0) >= 0.0]
 
     def _anywhere(self, rng: np.random.Generator, count: int, ends: Array) -> Array:
         places = self._places(rng, _TRIED, ends)
@@ -171,7 +171,7 @@ class Region:
         if float(norm(way)) > 0.0:  # half of them look roughly where the goal is
             headings[::2] = 0.4 * headings[::2] + way / norm(way)
         poses = self._poses(places, headings)
-        return poses[np.flatnonzero(self.room(poses) >= 0.0)[:count]]
+        return poses[np.flatnonzero(self.room(poses, most_m=0.0) >= 0.0)[:count]]
 
     def _places(self, rng: np.random.Generator, count: int, ends: Array) -> Array:
         """Return places anywhere in the region, every other one round the straight way from the start to the goal."""
@@ -186,7 +186,7 @@ class Region:
         """Return poses where something stands to both sides, moved to where there is most room."""
         places = self._places(rng, _PROBED, ends)
         most = _ASIDE_L * self.length_m
-        near = self.scene.distance(places, places)[0]
+        near = self.scene.distance(places, places, most)[0]
         some = (near >= self.swings[-1].thick * self.length_m + self.clearance_m) & (near < most)
         places, near = places[some], near[some]
         step = _NEAR_L * self.length_m
