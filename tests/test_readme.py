@@ -24,6 +24,7 @@ BLOCKS = {page: update.blocks(text) for page, text in PAGES.items()}
 MARKS = {"setup", "transcript", "file", "columns", "library"}
 TABLES = {
     "classes",
+    "long search",
     "planar",
     "planners",
     "all at once",
