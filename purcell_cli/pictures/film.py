@@ -144,7 +144,8 @@ def _write_mp4(frames: Iterator[Any], options: FilmOptions, stream: IO[bytes]) -
     with av.open(stream, "w", format="mp4", options={"movflags": "+faststart", "fflags": "+bitexact"}) as container:
         video = container.add_stream("libx264", rate=Fraction(options.fps).limit_denominator(1000))
         video.width, video.height = options.size
-        video.pix_fmt, video.options = "yuv420p", {"crf": "20", "threads": "1"}
+        # What x264 weighs by later frames (mbtree) differs from time to time.
+        video.pix_fmt, video.options = "yuv420p", {"crf": "20", "threads": "1", "x264-params": "mbtree=0"}
         for frame in frames:
             container.mux(video.encode(av.VideoFrame.from_image(frame)))
         container.mux(video.encode())
