@@ -18,17 +18,13 @@ from purcell_cli.geometry.reproducible import arccos, cos
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel import shooting
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.mechanics.joints import ANGLES
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.clearance import clearance_slack, limb_distance, straight_distance
+from purcell_cli.planner.refine.joint_ranges import ACTIVE_RAD, JointRange, joint_ranges
 from purcell_cli.planner.refine.shooting import Equations, MoreRows
 
 ACTIVE = 0.35
 """Primitives within this of the bend limit are constraints, in the cosine of the bend."""
-_RANGE_MARGIN_RAD = 1e-7
-"""Margin inside joints' ranges while a motion is refined: a hundred times what the last steps may change [rad]."""
-_AT_KNOWN_RAD = 1e-6
-"""An angle this near the start's, the goal's or that between the phases is held to the range itself [rad]."""
 _NEAR_L = 0.25
 """Primitives on which the limbs come within this of their least distance are constraints [L]."""
 _BEYOND_RAD = 0.3
@@ -107,15 +103,13 @@ class _RangeOf:
     """What the inequalities of one joint angle's range share at all angles of a motion.
 
     Attributes:
-        known: The joint angle at the start, the goal and the shape between the phases [rad]. Shape (3,).
-        ends: Its range [rad].
+        within: The range.
         turns: Which primitives turn it. Shape (k,).
         mine: At the ends of which it may change. Shape (j,).
         slope: Its derivative there by the free angles. Shape (j, n).
     """
 
-    known: Array
-    ends: tuple[float, float]
+    within: JointRange
     turns: NDArray[np.bool_]
     mine: NDArray[np.int64]
     slope: Array
@@ -124,24 +118,17 @@ class _RangeOf:
 @functools.lru_cache(maxsize=4)
 def _ranges(equations: Equations) -> list[_RangeOf]:
     out, sequence = [], equations.sequence
-    shapes = equations.start, equations.goal, equations.home
-    for limb, joint in enumerate(equations.swimmer.joints):
-        for k, name in enumerate(ANGLES):
-            if name not in joint.angles or joint.range_deg(name) is None:
-                continue
-            turns = (sequence.limb == limb) & (sequence.axis == 2 - k)
-            mine = np.flatnonzero(turns & (equations.fixed == 0))
-            acts = np.where(turns & (np.arange(len(sequence)) <= mine[:, None]), 1.0, 0.0)
-            acts[:, equations.fixed != 0] = 0.0
-            known = np.array([joint.read(shape[limb])[k] for shape in shapes])
-            out.append(_RangeOf(known, joint.range_rad(name), turns, mine, equations.by_free_angles(acts)))
+    for one in joint_ranges(equations.swimmer, (equations.start, equations.goal, equations.home)):
+        turns = (sequence.limb == one.limb) & (sequence.axis == one.axis)
+        mine = np.flatnonzero(turns & (equations.fixed == 0))
+        acts = np.where(turns & (np.arange(len(sequence)) <= mine[:, None]), 1.0, 0.0)
+        acts[:, equations.fixed != 0] = 0.0
+        out.append(_RangeOf(one, turns, mine, equations.by_free_angles(acts)))
     return out
 
 
 def range_rows(equations: Equations, sequence: PrimitiveSequence) -> tuple[Array, Array]:
     """Return the slack of the joints' ranges where it is small, and its derivative by the free angles.
-
-    A range is kept with a margin, but where the start, the goal or the shape between the phases is nearer its end.
 
     Args:
         equations: The motion.
@@ -152,12 +139,9 @@ def range_rows(equations: Equations, sequence: PrimitiveSequence) -> tuple[Array
     """
     slacks, slopes = [np.empty(0)], [np.empty((0, len(equations.weight)))]
     for one in _ranges(equations):
-        angle = (one.known[0] + np.cumsum(np.where(one.turns, sequence.angle, 0.0)))[one.mine]
-        at_known = np.min(np.abs(angle[:, None] - one.known), axis=1) < _AT_KNOWN_RAD
-        inside = np.where(at_known, 0.0, _RANGE_MARGIN_RAD)
-        low, high = one.ends
-        for slack, sign in ((angle - low - inside, 1.0), (high - inside - angle, -1.0)):
-            active = np.flatnonzero(slack < ACTIVE)
+        angle = (one.within.known[0] + np.cumsum(np.where(one.turns, sequence.angle, 0.0)))[one.mine]
+        for slack, sign in one.within.rooms(angle):
+            active = np.flatnonzero(slack < ACTIVE_RAD)
             slacks.append(slack[active])
             slopes.append(sign * one.slope[active])
     return np.concatenate(slacks), np.concatenate(slopes)

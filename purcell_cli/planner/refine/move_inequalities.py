@@ -7,19 +7,15 @@ import numpy as np
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.kernel import moves
-from purcell_cli.mechanics.joints import ANGLES
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import clearances, distance_slope
 from purcell_cli.motion.limb_circles import LimbCircles
+from purcell_cli.planner.refine.joint_ranges import ACTIVE_RAD, joint_ranges
 
-_ACTIVE_RANGE_RAD = 0.35
-"""Joints within this of an end of their range are constraints, the same as of primitives [rad]."""
 _ACTIVE_L = 0.1
 """Limbs nearer to each other than so much more than they must are constraints [L]."""
-_RANGE_MARGIN_RAD = 1e-7
-"""Margin inside joints' ranges: a hundred times what the last steps may change [rad]."""
 
 
 def distance_rows(swimmer: Swimmer, found: moves.MoveEquations, vectors: Array, apart: float) -> tuple[Array, Array]:
@@ -53,8 +49,6 @@ def distance_rows(swimmer: Swimmer, found: moves.MoveEquations, vectors: Array, 
 def range_rows(swimmer: Swimmer, known: Array, turn: Array) -> tuple[Array, Array]:
     """Return the room left in the ranges of joints where it is small, and its derivative by all turns.
 
-    A range is kept with a margin, but where the start, the goal or the shape between the phases is nearer its end.
-
     Args:
         swimmer: The swimmer.
         known: The shapes at the start and the goal and between the phases. Shape (3, 2, 3, 3).
@@ -65,19 +59,12 @@ def range_rows(swimmer: Swimmer, known: Array, turn: Array) -> tuple[Array, Arra
     """
     n = len(turn)
     slacks, slopes = [np.empty(0)], [np.empty((0, 6 * n))]
-    for limb, joint in enumerate(swimmer.joints):
-        for k, name in enumerate(ANGLES):
-            if name not in joint.angles or joint.range_deg(name) is None:
-                continue
-            column = 3 * limb + 2 - k
-            angles = [joint.read(shape[limb])[k] for shape in known]
-            angle = angles[0] + np.cumsum(turn[:, column])
-            low, high = joint.range_rad(name)
-            low, high = min(low + _RANGE_MARGIN_RAD, *angles), max(high - _RANGE_MARGIN_RAD, *angles)
-            for slack, sign in ((angle - low, 1.0), (high - angle, -1.0)):
-                active = np.flatnonzero(slack < _ACTIVE_RANGE_RAD)
-                acts = np.zeros((len(active), n, 6))
-                acts[:, :, column] = np.where(np.arange(n) <= active[:, None], sign, 0.0)
-                slacks.append(slack[active])
-                slopes.append(acts.reshape(-1, 6 * n))
+    for one in joint_ranges(swimmer, (known[0], known[1], known[2])):
+        column = 3 * one.limb + one.axis
+        for slack, sign in one.rooms(one.known[0] + np.cumsum(turn[:, column])):
+            active = np.flatnonzero(slack < ACTIVE_RAD)
+            acts = np.zeros((len(active), n, 6))
+            acts[:, :, column] = np.where(np.arange(n) <= active[:, None], sign, 0.0)
+            slacks.append(slack[active])
+            slopes.append(acts.reshape(-1, 6 * n))
     return np.concatenate(slacks), np.concatenate(slopes)
