@@ -29,6 +29,7 @@ from purcell_cli.kernel.screw_chains import solved
 from purcell_cli.kernel.sequence import cheapest
 from purcell_cli.kernel.shapes import shapes_along
 from purcell_cli.kernel.steering import steered
+from purcell_cli.kernel.triangles import from_triangles
 from purcell_cli.mechanics.base_velocity import kernel_numbers, with_tables
 from purcell_cli.mechanics.bead_table import Grid, made_tables
 from purcell_cli.mechanics.beads import resistance_entries
@@ -315,6 +316,13 @@ def coarse_tables(swimmer: Swimmer) -> np.ndarray:
     return made_tables(swimmer, grids=[Grid(0.5, 4, 4), Grid(many_bends=5, many_angles=5)])
 
 
+def two_leaves(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a tree of two leaves, as many triangles in each."""
+    leaves = triangles.reshape(2, -1, 3, 3)
+    boxes = [np.stack([some.min(axis=(0, 1)), some.max(axis=(0, 1))]) for some in (triangles, *leaves)]
+    return np.array(boxes), leaves
+
+
 def everything(seed: int) -> bytes:
     """Return what all functions of the kernel in use find for random input."""
     rng = np.random.default_rng(seed)
@@ -343,6 +351,7 @@ def everything(seed: int) -> bytes:
             *(shapes[:, 1], np.abs(shapes[:, 0, 1])),
         ),
         *distances.inside_cones(pieces[1][:, :3], pieces[1][:, 3:], 8, *CONES),
+        from_triangles(pieces[1][:, :3], pieces[1][:, 3:], np.full(30, 1.0), *two_leaves(shapes[:, 0])),
         linear.least_steps(rng.normal(size=(5, 6, 9)), rng.normal(size=(5, 6)), *bounded(rng, 5, 9)),
         linear.solve(shapes[:, 0] + 0.1, pieces[1].reshape(30, 3, 2)),
         *linear.orthogonal_rows(pieces[1], 1e-9),
@@ -504,7 +513,9 @@ GOOD = {
     "orientations": np.tile(np.eye(3), (7, 1, 1)),
     "halves": np.linspace(0.1, 0.4, 21).reshape(7, 3),
     "stroke": np.arange(1.0, 19.0).reshape(6, 3),
+    "limits": np.full(4, 9.0),
 }
+GOOD["boxes"], GOOD["leaves"] = two_leaves(np.random.default_rng(5).normal(size=(6, 3, 3)))
 CONES = np.eye(3), np.eye(3)[::-1] - 0.5, np.array([0.3, 0.2, 0.1]), np.array([0.0, 0.1, 2.0])
 LINKS = 1.0, 2.0, 2.0, 0.1
 
@@ -545,6 +556,7 @@ CALLS = {
     distances.from_balls: ("points", "points", "centres", "missing"),
     distances.from_boxes: ("points", "points", "centres", "orientations", "halves"),
     (lambda first, last: distances.inside_cones(first, last, 8, *CONES)): ("points", "points"),
+    from_triangles: ("points", "points", "limits", "boxes", "leaves"),
     circles: ("shapes", "rates"),
     (lambda shapes, rates, durations: largest_bends(circles(shapes, rates), durations)): (
         *("shapes", "rates", "durations"),

@@ -17,7 +17,7 @@ from helpers import assert_close, random_rotations, random_sequence, random_shap
 from numpy.typing import NDArray
 
 from purcell_cli import Configuration, PlanOptions, Swimmer, load_scenario, plan
-from purcell_cli.environment.mesh import Mesh, open_edges
+from purcell_cli.environment.mesh import Mesh, open_edges, tree
 from purcell_cli.environment.obstacle import Obstacle
 from purcell_cli.environment.scene import Scene
 from purcell_cli.environment.solids import Box, Capsule, HalfSpace, Sphere
@@ -27,6 +27,7 @@ from purcell_cli.files.plan_file import PlanDocument, is_plan, load_plan, write_
 from purcell_cli.files.scenario_file import warn_if_far
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.triangles import from_triangles
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import Limits
@@ -149,6 +150,72 @@ def test_a_mesh_tells_inside_from_outside() -> None:
     assert np.array_equal(twice.contains(points), mesh.contains(points))  # an even number of crossings
     hollow = Mesh("", 1.0, "", np.concatenate([3.0 * corners(BOX), corners(BOX)[:, ::-1]]))
     assert not np.any(hollow.contains(points) & mesh.contains(points))
+
+
+def soups() -> dict[str, Array]:
+    """Return triangles: large and tiny, far off, of one plane, a single one, and some without an area."""
+    rng = np.random.default_rng(0)
+    begin, way = 0.001 * rng.integers(-999, 999, (60, 1, 3)), 0.001 * rng.integers(-99, 99, (60, 1, 3))
+    halves = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[1, 1, 0], [0, 1, 0], [1, 0, 0]]])
+    return {
+        "large": rng.normal(size=(300, 3, 3)),
+        "tiny": rng.normal(size=(300, 1, 3)) + 0.05 * rng.normal(size=(300, 3, 3)),
+        "far": rng.normal(size=(50, 3, 3)) + np.array([1e6, 0.0, -1e6]),
+        "plane": (np.arange(-6, 6)[:, None, None, None] * np.array([1.0, 0.0, 0.0]) + halves).reshape(-1, 3, 3),
+        "one": rng.normal(size=(1, 3, 3)),
+        "points": np.repeat(rng.normal(size=(50, 1, 3)), 3, axis=1),
+        "edges": rng.normal(size=(50, 3, 3))[:, [0, 1, 1]],
+        "rows": begin + way * np.array([0.0, 1.0, 3.0])[:, None],  # on a line but for rounding
+    }
+
+
+def from_triangle(at: Array, triangles: Array) -> Array:
+    """Return how far points are from triangles, one each: from the plane over the inside, else from the sides."""
+    found = np.full(len(at), np.inf)
+    for a, b in itertools.pairwise([0, 1, 2, 0]):
+        side, off = triangles[:, b] - triangles[:, a], at - triangles[:, a]
+        size = np.maximum(np.sum(side * side, axis=1), 1e-300)
+        part = np.clip(np.sum(off * side, axis=1) / size, 0.0, 1.0)
+        found = np.minimum(found, np.linalg.norm(off - part[:, None] * side, axis=1))
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    area = np.linalg.norm(normal, axis=1)
+    inside = area > 1e-9
+    unit = normal / np.where(inside, area, 1.0)[:, None]
+    for a, b in itertools.pairwise([0, 1, 2, 0]):
+        inward = np.cross(unit, triangles[:, b] - triangles[:, a])
+        inside &= np.sum(inward * (at - triangles[:, a]), axis=1) >= 0.0
+    return np.where(inside, np.abs(np.sum(unit * (at - triangles[:, 0]), axis=1)), found)
+
+
+@pytest.mark.parametrize("name", soups())
+def test_a_tree_of_triangles_finds_what_comparing_with_each_does(name: str) -> None:
+    """The same bits as the least over trees of one triangle each, and what a search along the segments finds."""
+    triangles = soups()[name]
+    rng = np.random.default_rng(1)
+    middle, n = triangles.mean(axis=(0, 1)), 60
+    first = middle + 1.5 * rng.normal(size=(n, 3))
+    last = first + rng.normal(size=(n, 3)) * np.repeat([0.0, 0.1, 1.0], n // 3)[:, None]
+    least, infinite = np.full(n, np.inf), np.full(n, np.inf)
+    for one in triangles:
+        box = np.stack([one.min(axis=0), one.max(axis=0)])
+        least = np.minimum(least, from_triangles(first, last, infinite, box[None], one[None, None]))
+    found = from_triangles(first, last, infinite, *tree(triangles))
+    assert np.array_equal(found, least)
+    assert name != "large" or 0 < np.count_nonzero(found == 0.0) < n, "some cross a triangle"
+    limits = rng.uniform(0.0, 2.0 * float(np.median(found)), n)
+    assert np.array_equal(from_triangles(first, last, limits, *tree(triangles)), np.minimum(found, limits))
+    row, k = np.divmod(np.arange(n * len(triangles)), len(triangles))
+    low, high, pairs = np.zeros(len(row)), np.ones(len(row)), triangles[k]
+
+    def away(part: Array) -> Array:
+        return from_triangle(first[row] + part[:, None] * (last - first)[row], pairs)
+
+    for _ in range(80):  # the distance is convex along a segment
+        one, two = low + (high - low) / 3.0, high - (high - low) / 3.0
+        left = away(one) < away(two)
+        low, high = np.where(left, low, one), np.where(left, two, high)
+    searched = away(0.5 * (low + high)).reshape(n, -1).min(axis=1)
+    assert_close(found, searched, 1e-8)
 
 
 @functools.cache

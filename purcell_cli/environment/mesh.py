@@ -12,14 +12,12 @@ from purcell_cli.environment.obstacle import Obstacle, dot
 from purcell_cli.errors import ParameterError
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array, cross
-from purcell_cli.kernel.linear import nearest_on_segments
+from purcell_cli.kernel.triangles import from_triangles
 
-_LEAF = 4
+_LEAF = 8
 """Triangles of a leaf at most: fewer make more boxes than they save triangles."""
 _FLAT = 1e-9
 """A mesh that encloses less than so much of its surface times its size encloses nothing: files have some 7 digits."""
-_BATCH = 1 << 12
-"""Segments that are looked at together: bounds the memory."""
 _PROBE = (0.8017837257372732, 0.5345224838248488, 0.2672612419124244)
 """The direction of the ray that tells inside from outside; along no edge that a mesh is likely to have."""
 
@@ -54,7 +52,7 @@ class Mesh(Obstacle):
             raise ParameterError(f"a closed mesh is wanted, found one with {open_} open edges")
         if self.volume_m3 == 0.0:
             raise ParameterError("a mesh that encloses a volume is wanted, found one that encloses none")
-        object.__setattr__(self, "_tree", _Tree(self.triangles))
+        object.__setattr__(self, "_tree", tree(self.triangles))
 
     def distance(self, first: Array, last: Array) -> Array:
         """Return the distances of segments from the surface [m]. Shapes (n, 3) to (n,)."""
@@ -62,9 +60,7 @@ class Mesh(Obstacle):
 
     def within(self, first: Array, last: Array, most: Array) -> Array:
         """Return the distances of segments, or of those that are farther than this, this [m]. (n, 3), (n,) to (n,)."""
-        tree: _Tree = self.__dict__["_tree"]
-        cuts = [slice(low, low + _BATCH) for low in range(0, len(first), _BATCH)]
-        return np.concatenate([np.empty(0), *(tree.distance(first[cut], last[cut], most[cut]) for cut in cuts)])
+        return from_triangles(first, last, most, *self.__dict__["_tree"])
 
     @property
     def volume_m3(self) -> float:
@@ -113,80 +109,23 @@ def open_edges(triangles: Array) -> int:
     return int(np.count_nonzero(np.bincount(edge.ravel(), weights=np.where(forth, 1.0, -1.0))))
 
 
-class _Tree:
-    """Triangles in a binary tree of boxes whose levels are arrays: box k has the boxes 2 k and 2 k + 1 below it."""
-
-    def __init__(self, triangles: Array) -> None:
-        order = np.arange(len(triangles))
-        levels = max(int(np.ceil(np.log2(max(len(order) / _LEAF, 1.0)))), 0)
-        groups, centre = [order], triangles.mean(axis=1)
-        for _ in range(levels):
-            halves = []
-            for group in groups:
-                spread = np.ptp(centre[group], axis=0) if len(group) else np.zeros(3)
-                ranked = group[np.argsort(centre[group, int(np.argmax(spread))], kind="stable")]
-                halves += [ranked[: (len(ranked) + 1) // 2], ranked[(len(ranked) + 1) // 2 :]]
-            groups = halves
-        width = max(len(g) for g in groups)
-        self.leaf = np.array([np.resize(g, width) if len(g) else np.zeros(width, np.int64) for g in groups])
-        self.triangles = triangles
-        found = triangles[self.leaf].reshape(len(groups), -1, 3)
-        boxes = [np.stack([found.min(axis=1), found.max(axis=1)], axis=1)]
-        while len(boxes[0]) > 1:
-            below = boxes[0].reshape(-1, 2, 2, 3)
-            boxes.insert(0, np.stack([below[:, :, 0].min(axis=1), below[:, :, 1].max(axis=1)], axis=1))
-        self.boxes = boxes
-
-    def distance(self, first: Array, last: Array, farthest: Array) -> Array:
-        """Return the distances of segments from the nearest triangle, this at most [m]. (n, 3), (n,) to (n,)."""
-        n = len(first)
-        low, high = np.minimum(first, last), np.maximum(first, last)
-        middle, half = 0.5 * (first + last), 0.5 * np.sqrt(dot(last - first, last - first))
-        row, box = np.arange(n), np.zeros(n, dtype=np.int64)
-        best = farthest.copy()
-        for level, boxes in enumerate(self.boxes):
-            if level:
-                row, box = np.repeat(row, 2), (2 * box[:, None] + np.arange(2)).ravel()
-            least, most = boxes[box, 0], boxes[box, 1]
-            gap = np.maximum(np.maximum(least - high[row], low[row] - most), 0.0)
-            apart = np.maximum(np.maximum(least - middle[row], middle[row] - most), 0.0)
-            bound = np.maximum(np.sqrt(dot(gap, gap)), np.sqrt(dot(apart, apart)) - half[row])
-            off, reach = middle[row] - 0.5 * (least + most), 0.5 * (most - least)
-            np.minimum.at(best, row, np.sqrt(dot(off, off)) + np.sqrt(dot(reach, reach)))
-            near = bound <= best[row]
-            row, box = row[near], box[near]
-        row, triangle = np.repeat(row, self.leaf.shape[1]), self.leaf[box].ravel()
-        found = _from_triangles(first[row], last[row], self.triangles[triangle])
-        best[:] = farthest
-        np.minimum.at(best, row, found)
-        return best
-
-
-def _from_triangles(first: Array, last: Array, triangles: Array) -> Array:
-    """Return the distances of segments from triangles, one each [m]. Shapes (n, 3) and (n, 3, 3) to (n,)."""
-    way = last - first
-    edges = np.roll(triangles, -1, axis=1) - triangles
-    gap = first[:, None] - triangles
-    found = nearest_on_segments(gap, np.repeat(way[:, None], 3, axis=1), edges)[..., 2].min(axis=1)
-    corner, u, v = triangles[:, 0], edges[:, 0], -edges[:, 2]
-    normal = cross(u, v)
-    square = dot(normal, normal)
-    flat = square <= 0.0
-    unit = normal / np.sqrt(np.where(flat, 1.0, square))[:, None]
-    heights = [dot(end - corner, unit) for end in (first, last)]
-    for end, height in zip((first, last), heights, strict=True):
-        over = _over(end - corner, u, v) & ~flat
-        found = np.where(over, np.minimum(found, np.abs(height)), found)
-    drop = heights[0] - heights[1]
-    part = heights[0] / np.where(drop == 0.0, np.inf, drop)
-    crosses = (heights[0] * heights[1] <= 0.0) & (drop != 0.0) & ~flat
-    crosses &= _over(first + part[:, None] * way - corner, u, v)
-    return np.asarray(np.where(crosses, 0.0, found))
-
-
-def _over(off: Array, u: Array, v: Array) -> NDArray[np.bool_]:
-    """Return which points are over the triangles of sides u and v. Shapes (n, 3) to (n,)."""
-    uu, uv, vv, pu, pv = dot(u, u), dot(u, v), dot(v, v), dot(off, u), dot(off, v)
-    size = uu * vv - uv * uv
-    a, b = vv * pu - uv * pv, uu * pv - uv * pu
-    return np.asarray((a >= 0.0) & (b >= 0.0) & (a + b <= size))
+def tree(triangles: Array) -> tuple[Array, Array]:
+    """Return the boxes and the leaves of a tree of triangles, for `from_triangles`. (2 m - 1, 2, 3), (m, w, 3, 3)."""
+    order = np.arange(len(triangles))
+    levels = max(int(np.ceil(np.log2(max(len(order) / _LEAF, 1.0)))), 0)
+    groups, centre = [order], triangles.mean(axis=1)
+    for _ in range(levels):
+        halves = []
+        for group in groups:
+            spread = np.ptp(centre[group], axis=0)
+            ranked = group[np.argsort(centre[group, int(np.argmax(spread))], kind="stable")]
+            halves += [ranked[: (len(ranked) + 1) // 2], ranked[(len(ranked) + 1) // 2 :]]
+        groups = halves
+    width = max(len(g) for g in groups)
+    leaves = triangles[np.array([np.resize(g, width) for g in groups])]
+    found = leaves.reshape(len(groups), -1, 3)
+    boxes = [np.stack([found.min(axis=1), found.max(axis=1)], axis=1)]
+    while len(boxes[0]) > 1:
+        below = boxes[0].reshape(-1, 2, 2, 3)
+        boxes.insert(0, np.stack([below[:, :, 0].min(axis=1), below[:, :, 1].max(axis=1)], axis=1))
+    return np.concatenate(boxes), leaves
