@@ -2,6 +2,7 @@
  *
  * A primitive turns by its own angle, or by `sign` times the free angle `index`; one free angle may turn several. */
 #include <math.h>
+#include <stddef.h>
 
 #include "kernel.h"
 #include "small.h"
@@ -296,14 +297,25 @@ API SIZE purcell_descend(MOTION, const double *weight, double price, double clos
     return fault;
 }
 
+/* Whether the next step would be half as long, by the derivative that is known (the natural monotonicity test: Deuflhard,
+ * Newton methods for nonlinear problems, 2004). Where links are nearly straight a small step rolls the base by much, so
+ * what is missing may grow although the arrival is nearer. */
+static int nearer(struct descent *d, double reach) {
+    const struct motion *m = &d->m;
+    double *const next = d->low;
+    purcell_bounded_step(m->equations, 0, m->free, d->here->derivative, d->next->residual, NULL, NULL, reach, d->work, next);
+    return largest(m->free, next) < 0.5 * largest(m->free, d->step);
+}
+
 /* Free angles at which little is missing and no limit is broken, by Newton steps; see `purcell_descend`.
  *
  * enough: what may be missing. reach: the largest change of an angle in a step. patience: rounds without a halved
  * residual, and stuck: steps in a row of which the smallest part or none helps, before it is given up. hopeless: a
- * beginning that misses by more is given up, and so is what still does after `trials` evaluations.
+ * beginning that misses by more is given up, and so is what still does after `trials` evaluations. nearly:
+ * where less is missing a step is judged by the next one, too.
  * angle: changed. residual, derivative, shapes: there. off: what is missing there. Returns as above. */
 API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SIZE stuck,
-                          SIZE trials, double hopeless, double *angle, double *residual, double *derivative,
+                          SIZE trials, double hopeless, double nearly, double *angle, double *residual, double *derivative,
                           double *shapes, double *off) {
     struct descent d = {.m = THE_MOTION};
     const struct motion *m = &d.m;
@@ -334,6 +346,10 @@ API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SI
         for (; part < PARTS; part++, tried++) {
             for (SIZE j = 0; j < free; j++) d.next->angle[j] = p->angle[j] + parts[part] * d.step[j];
             if ((fault = equations(m, d.next)) || d.next->size < p->size) break;
+            if (!part && p->size < nearly && nearer(&d, reach)) {
+                idle--;
+                break;
+            }
         }
         poor = part >= PARTS - 1 ? poor + 1 : 0;
         exchange(&d.here, &d.next);

@@ -147,6 +147,7 @@ class Descent:
         stuck: int,
         trials: int = 0,
         hopeless: float = math.inf,
+        nearly: float = 0.0,
     ) -> tuple[Array, Array, Array, Array, float]:
         """Return free angles at which little is missing and no limit is broken, by Newton steps.
 
@@ -158,6 +159,8 @@ class Descent:
             stuck: Steps in a row of which the smallest part or none helps before it is given up.
             trials: After so many evaluations it is given up if more than `hopeless` is still missing.
             hopeless: A beginning that misses by more is given up at once [L, rad].
+            nearly: Where less is missing, a step is taken too if the next one would be half as long: where links are
+                nearly straight, what is missing may grow although the arrival is nearer [L, rad].
 
         Returns:
             Angles, shape (u,), what is missing there, shape (m,), and its derivative, shape (m, u), shapes, shape
@@ -170,7 +173,7 @@ class Descent:
         residual, derivative = np.empty(self.equations), np.empty((self.equations, self.free))
         shapes, off = np.empty((self.n + 1, 2, 3, 3)), np.empty(1)
         places = (address(part) for part in (angle, residual, derivative, shapes, off))
-        given_up = int(patience), int(stuck), int(trials), float(hopeless)
+        given_up = int(patience), int(stuck), int(trials), float(hopeless), float(nearly)
         self._done(KERNEL.purcell_approach(*self._motion, float(enough), float(reach), *given_up, *places))
         return angle, residual, derivative, shapes, float(off[0])
 

@@ -99,7 +99,7 @@ class Stage:
 _QUICK = Stage(Breadth(chains=1, rounds=4, shorter=0, pace=Pace(1, 6), meetings=0))
 """A quick search: one chain of loops, and nothing is optimised together."""
 _STANDARD = Stage(
-    rivals=1,
+    rivals=2,
     pace=Pace(rounds=3, steps=12, longest=40),
     longest_rad=20.0,
     brief=Pace(rounds=1, steps=12, longest=0),

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.frozen_dataclass import frozen_dataclass
+from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.plan import Structure
 from purcell_cli.planner.candidate import Candidate, joint_travel_rad, primitives_of
 from purcell_cli.planner.effort import Stage
@@ -71,18 +72,14 @@ class Exploration:
     def explore(self, stage: Stage, candidates: Sequence[Candidate]) -> None:
         """Refine candidates, the best first: as many as the stage asks for, and more until one arrives in limits."""
         shorter: list[tuple[Equations, str]] = []
+        known: set[tuple[str, int, float]] = set()
         done = 0
         for candidate in candidates:
             if done >= stage.candidates and self.incumbent.good and not self._rivals(stage, candidate, done):
                 continue
-            blocks = candidate.make()
+            blocks = self._new(candidate, known)
             if not blocks:
                 continue
-            size = primitives_of(blocks), joint_travel_rad(blocks)
-            if self.refused(*size) is not None:
-                self.left_out.append(size)
-                continue
-            self.record.made(candidate, size[1])
             near = self.refinement.near(self.query.of(segments_of(blocks))).motion
             done += 1
             if stage.interrupt_keeps_best:
@@ -105,6 +102,22 @@ class Exploration:
                 done += 1
                 self._tell(stage, done)
         self._random_plans(stage)
+
+    def _new(self, candidate: Candidate, known: set[tuple[str, int, float]]) -> Sequence[Block]:
+        """Return a candidate's strokes; none where there are none, they are too large, or one alike is known."""
+        blocks = candidate.make()
+        if not blocks:
+            return ()
+        size = primitives_of(blocks), joint_travel_rad(blocks)
+        if self.refused(*size) is not None:
+            self.left_out.append(size)
+            return ()
+        self.record.made(candidate, size[1])
+        alike = candidate.words, size[0], round(size[1], 6)  # but for what is mirrored
+        if alike in known:
+            return ()
+        known.add(alike)
+        return blocks
 
     def _rivals(self, stage: Stage, candidate: Candidate, done: int) -> bool:
         """Return whether a candidate is refined too: short and hardly longer than the best plan, or shorter than it."""

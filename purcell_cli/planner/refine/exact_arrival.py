@@ -59,10 +59,13 @@ _SPOILT = 30.0
 """Residual at which the last rotations take over, in units of what rounding to the clock adds to the residual."""
 _NEVER = 1000
 """More steps than `approach` takes."""
-FROM_FAR = 0.6, 8, 2, 10, 5.0
+FROM_FAR = 0.6, 8, 2, 10, 5.0, 0.0
 """How Newton's method brings a motion to a goal that it begins far from: the largest change of an angle in a step
 [rad], rounds without a halved residual, and steps in a row of which little helps, before it is given up; evaluations
-after which little must be missing, and how little then and at the beginning [L, rad]. What arrives does so soon."""
+after which little must be missing, and how little then and at the beginning [L, rad]; last, that steps are
+judged by what is missing alone. What arrives does so soon."""
+_NEARLY = 5e-2
+"""Where less is missing, a step of `approach` is judged by the next one, too [L, rad]."""
 _LOST = 2
 """Rounds without a halved residual before `approach` gives a motion up."""
 
@@ -75,6 +78,7 @@ def approach(
     stuck: int = _NEVER,
     trials: int = 0,
     hopeless: float = math.inf,
+    nearly: float = _NEARLY,
     enough: float = CLOSE,
 ) -> tuple[Equations, Values, float]:
     """Return the motion with its angles changed to arrive, by short steps within the bend limit.
@@ -87,6 +91,7 @@ def approach(
         stuck: Steps in a row of which the smallest part or none helps before it is given up.
         trials: Evaluations after which it is given up if more than `hopeless` is still missing.
         hopeless: What may be missing at the beginning, or it is given up [L, rad].
+        nearly: Where less is missing, a step is taken too if the next one would be half as long [L, rad].
         enough: What may be missing [L, rad].
 
     Returns:
@@ -94,7 +99,9 @@ def approach(
     """
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
     search = equations.descent(least, ACTIVE, *rows_besides(equations, None))
-    angle, *known, off = search.approached(equations.angles, enough, reach_rad, patience, stuck, trials, hopeless)
+    angle, *known, off = search.approached(
+        equations.angles, enough, reach_rad, patience, stuck, trials, hopeless, nearly
+    )
     return equations.of(equations.with_angles(angle)), equations.values(angle, *known), off
 
 
