@@ -15,6 +15,9 @@ FARTHER = 1.15
 MOST_GROWTH, MOST_FALL = 1.30, 0.95
 """What joint travel may grow and fall by between neighbours."""
 
+DIRECTIONS = [d for d in itertools.product((1, 0, -1), repeat=3) if d > (0, 0, 0)]
+"""The 13 axes and diagonals, one of each pair of opposite ones."""
+
 
 def travels(direction: tuple[float, ...], first: float, count: int, turning: bool) -> list[float]:
     """Joint travel to goals ever farther in a direction [L], or ever more turned about it [rad]."""
@@ -39,9 +42,15 @@ def travels(direction: tuple[float, ...], first: float, count: int, turning: boo
         ((0, 0, 1), 0.0115, True),
         ((0, 0, 1), 0.01 * FARTHER**37, True),
         ((0, 1, 1), 0.01 * FARTHER**39, True),
-        ((1, 0, 0), 2.3292, True),
+        ((1, 0, 0), 1.5315, True),
+        ((1, 0, 0), 2.0254, True),
+        ((1, 1, 1), 0.0201, True),
+        ((1, 1, 0), 0.0266, True),
     ],
-    ids=["along x + y", "along y + z", "about z", "about z, far", "about y + z, to half a turn", "about x"],
+    ids=[
+        *("along x + y", "along y + z", "about z", "about z, far", "about y + z, to half a turn"),
+        *("about x", "about x, to half a turn", "about x + y + z, near", "about x + y, near"),
+    ],
 )
 def test_joint_travel_grows_steadily(direction: tuple[float, ...], first: float, turning: bool) -> None:
     growth = [b / a for a, b in itertools.pairwise(travels(direction, first, 3 if first > 1.0 else 5, turning))]
@@ -52,10 +61,10 @@ def test_joint_travel_grows_steadily(direction: tuple[float, ...], first: float,
 
 @pytest.mark.slow
 @pytest.mark.nightly
-@pytest.mark.parametrize(
-    "direction", [(1, 0, 0), (0, 1, 1), (1, 1, 1)], ids=["along x", "along y + z", "along x + y + z"]
-)
-def test_joint_travel_grows_steadily_from_near_to_far(direction: tuple[float, ...]) -> None:
-    growth = [b / a for a, b in itertools.pairwise(travels(direction, 0.01, 60, turning=False))]
+@pytest.mark.parametrize(("turning", "count"), [(False, 60), (True, 42)], ids=["distances", "turns"])
+@pytest.mark.parametrize("direction", DIRECTIONS, ids=str)
+def test_joint_travel_grows_steadily_from_near_to_far(direction: tuple[float, ...], turning: bool, count: int) -> None:
+    """From 0.01 to 38 L, or from 0.01 rad to half a turn."""
+    growth = [b / a for a, b in itertools.pairwise(travels(direction, 0.01, count, turning))]
     assert min(growth) >= MOST_FALL
     assert max(growth) <= MOST_GROWTH

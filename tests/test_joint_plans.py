@@ -93,7 +93,7 @@ def test_joints_turn_at_once(name: str) -> None:
 @pytest.mark.parametrize("name", ["universal joints", "ball and universal joint"])
 def test_universal_joints_turn_at_once_with_the_other_joint(name: str, tmp_path: Path) -> None:
     """One angle of each limb at once, each about an axis that is constant in the limb; its file makes the same plan."""
-    swimmer, goal = Swimmer(joints=COMBINATIONS[name]), Configuration.from_angles((0.003, 0.001, 0.0))
+    swimmer, goal = Swimmer(joints=COMBINATIONS[name]), Configuration.from_angles((0.003, 0.001, 0.001))
     asked = (PlanOptions(effort=Effort.QUICK, controls=controls) for controls in Controls)
     plain, quick = (plan(Configuration(), goal, swimmer=swimmer, options=options) for options in asked)
     assert (quick.verdict, quick.controls) == (Verdict.REACHED, Controls.SIMULTANEOUS)

@@ -177,7 +177,7 @@ class PlanOptions:
     )
     effort: Effort = _option(
         Effort.STANDARD,
-        "how long to look for a plan that spends less; thorough takes minutes, and Ctrl-C takes the best so far",
+        "how long to look for a plan that spends less; thorough takes seconds or minutes, Ctrl-C takes the best so far",
         flag="--effort",
         key="effort",
     )

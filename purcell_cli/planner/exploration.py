@@ -112,11 +112,11 @@ class Exploration:
         if self.refused(*size) is not None:
             self.left_out.append(size)
             return ()
-        self.record.made(candidate, size[1])
         alike = candidate.words, size[0], round(size[1], 6)  # but for what is mirrored
         if alike in known:
             return ()
         known.add(alike)
+        self.record.made(candidate, size[1])
         return blocks
 
     def _rivals(self, stage: Stage, candidate: Candidate, done: int) -> bool:

@@ -135,7 +135,7 @@ def _brought(
         segments = [free_segment(PrimitiveSequence.of([])), *segments]
     if free_primitives(segments) < _ENOUGH_FREE:
         segments = offering(segments, query.controls)
-    near = Near(*approach(query.of(segments), refinement.bend_rad, patience=_PATIENCE))
+    near = Near(*approach(query.of(segments), refinement.bend_rad, patience=_PATIENCE, nearly=0.0))
     if pace is not None and near.off < _ASTRAY:
         apart = near.motion.of(segments_of(cycles_apart(near.motion, _APART)))
         shorter = refinement.near(refinement.shorter(apart, pace))

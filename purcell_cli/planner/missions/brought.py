@@ -49,10 +49,10 @@ def brought(
     motion = Equations(swimmer.scaled(), segments_of(blocks), start.shape, goal.shape, wanted, SEARCHING)
     careful = dataclasses.replace(swimmer, max_bend_rad=careful_bend_rad(swimmer, kept_to))
     refinement = Refinement(careful, start, kept_to, "travel")
-    near = Near(*approach(motion, refinement.bend_rad, patience=_PATIENCE))
+    near = Near(*approach(motion, refinement.bend_rad, patience=_PATIENCE, nearly=0.0))
     if not near.close and free_primitives(motion.segments) <= _MOST_OFFERED:
         every = motion.of(offering(motion.segments, motion.controls))
-        near = Near(*approach(every, refinement.bend_rad, patience=_PATIENCE))
+        near = Near(*approach(every, refinement.bend_rad, patience=_PATIENCE, nearly=0.0))
         if near.close:
             near = refinement.near(refinement.shorter(near.motion, _PACE))
     found = refinement.contender(near, "") if near.close else None
