@@ -31,8 +31,8 @@ resource = pytest.importorskip("resource", reason="kills and limits are those of
 
 SETTINGS = Settings(PlanOptions(effort="quick"))
 
-MANY = [roll(f"r{k}", k + 1) if k % 3 else still(f"s{k}", k + 1) for k in range(30)]
-"""Three for each kill, of which two may be finished before it."""
+MANY = [roll(f"r{k}", k + 1) if k % 3 else still(f"s{k}", k + 1) for k in range(80)]
+"""Eight for each kill, of which a quick machine may finish several before it."""
 
 
 def finished(folder: Path) -> list[str]:
@@ -75,7 +75,7 @@ def kill_at_random(scenarios: Path, out: Path, seed: int, kills: int, told: list
 @pytest.mark.parametrize("kills", [4, pytest.param(10, marks=NIGHTLY)])
 def test_batches_killed_at_random_moments_end_with_the_same_bytes(tmp_path: Path, kills: int) -> None:
     """Two batches, each as often."""
-    many = MANY[: 3 * kills]
+    many = MANY[: 8 * kills]
     scenarios = written(tmp_path / "s", many)
     told: list[str] = []
     outs = [tmp_path / "one", tmp_path / "two"]
