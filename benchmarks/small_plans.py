@@ -25,7 +25,7 @@ from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.planner.library.plan_library import MotionLibrary, stored_plans
 from purcell_cli.planner.library.random_plans import free_segment
-from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach
+from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, Patience, approach
 from purcell_cli.planner.refine.minimum_travel import Pace, merged, minimise_travel, offered, tightened
 from purcell_cli.planner.refine.shooting import Equations
 
@@ -57,7 +57,7 @@ def found(limit: float, twist: np.ndarray, plans: list[PrimitiveSequence]) -> tu
     for entry in entries:
         lap = entry.lap.times(entry.laps)
         for begun in (lap, offered(merged(lap), 1)):
-            motion, _, off = approach(empty.of([free_segment(begun)]), bend, 0.6, 4)
+            motion, _, off = approach(empty.of([free_segment(begun)]), bend, Patience(0.6, rounds=4))
             if off < CLOSE:
                 near.append(tightened(motion, bend, LOOK))
                 break

@@ -106,8 +106,8 @@ _STANDARD = Stage(
     brief_rad=60.0,
     most_apart=24,
 )
-"""A standard search: the best candidate, or two, optimised if their joint travel is below 20 rad, and briefly below
-60 rad."""
+"""A standard search: the best candidate, or up to three, optimised if their joint travel is below 20 rad, and briefly
+below 60 rad."""
 _THOROUGH = Stage(
     Breadth(
         arcs_from=0.0,

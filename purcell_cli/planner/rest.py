@@ -27,7 +27,7 @@ from purcell_cli.planner.library.random_plans import free_segment
 from purcell_cli.planner.limbs.quarter_rolls import QuarterRolls
 from purcell_cli.planner.plan_path import PlanPath
 from purcell_cli.planner.reconfiguration import careful_bend_rad
-from purcell_cli.planner.refine.exact_arrival import approach
+from purcell_cli.planner.refine.exact_arrival import Patience, approach
 from purcell_cli.planner.refine.minimum_travel import Pace, offering
 from purcell_cli.planner.refine.segments import free_primitives, segments_of
 from purcell_cli.planner.refine.shooting import Equations
@@ -39,7 +39,7 @@ BACK_RAD = (0.0, 3.0, 8.0)
 """How far the rests that are tried go back along the way first, where the strokes that are left do not arrive [rad]."""
 _TOO_FEW_RAD = 4.0
 """Where less joint travel than this is left, its angles alone are seldom room enough [rad]."""
-_PATIENCE = 4
+_PATIENCE = Patience(rounds=4, nearly=0.0)
 """Rounds without a halved residual before a rest is given up: twice those of a candidate, since few are tried."""
 _APART = 60
 """Cycles of a repeated stroke may change one by one in a rest that is shortened, up to so many primitives."""
@@ -135,7 +135,7 @@ def _brought(
         segments = [free_segment(PrimitiveSequence.of([])), *segments]
     if free_primitives(segments) < _ENOUGH_FREE:
         segments = offering(segments, query.controls)
-    near = Near(*approach(query.of(segments), refinement.bend_rad, patience=_PATIENCE, nearly=0.0))
+    near = Near(*approach(query.of(segments), refinement.bend_rad, _PATIENCE))
     if pace is not None and near.off < _ASTRAY:
         apart = near.motion.of(segments_of(cycles_apart(near.motion, _APART)))
         shorter = refinement.near(refinement.shorter(apart, pace))

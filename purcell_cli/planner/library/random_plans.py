@@ -14,15 +14,13 @@ import numpy as np
 
 from purcell_cli.geometry.reproducible import normal_numbers
 from purcell_cli.mechanics.primitives import PrimitiveSequence
-from purcell_cli.planner.refine.exact_arrival import approach
+from purcell_cli.planner.refine.exact_arrival import Patience, approach
 from purcell_cli.planner.refine.minimum_travel import NAME
 from purcell_cli.planner.refine.segments import Segment
 from purcell_cli.planner.refine.shooting import Equations
 
-_BOLD_RAD = 0.6
-"""The largest change of an angle in a Newton step from a random plan, which begins far from the goal [rad]."""
-_PATIENT = 8
-"""Rounds without a halved residual before a random plan is given up."""
+_BOLD = Patience(0.6, rounds=8)
+"""How Newton's method goes from a random plan, which begins far from the goal."""
 _BENDS = (1, 2, 4, 5)
 """Controls of random plans: the pitches and yaws of both limbs."""
 _ROUNDS = (4, 5, 6)
@@ -61,5 +59,5 @@ def brought(motion: Equations, max_bend_rad: float) -> tuple[Equations, float]:
         motion: The motion.
         max_bend_rad: How far a limb may bend in phase 2 [rad].
     """
-    near, _, off = approach(motion, max_bend_rad, _BOLD_RAD, _PATIENT)
+    near, _, off = approach(motion, max_bend_rad, _BOLD)
     return near, off

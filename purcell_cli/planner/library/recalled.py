@@ -85,7 +85,7 @@ def _arrived(swimmer: Swimmer, lap: PrimitiveSequence, each: Array, offering: bo
     """
     empty, bend = Equations(swimmer, (), COLLINEAR, COLLINEAR, each, ROUGH), swimmer.max_bend_rad - MARGIN_RAD
     begun = empty.of([free_segment(offered(lap, 1) if offering else offered_at(lap, _OFFERED))])
-    near, _, off = approach(begun, bend, *FROM_FAR)
+    near, _, off = approach(begun, bend, FROM_FAR)
     return near.of([free_segment(merged(near.sequence))]), off
 
 

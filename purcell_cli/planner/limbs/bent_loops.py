@@ -159,7 +159,7 @@ def _arrived(problem: Problem, blocks: Sequence[Block]) -> Equations | None:
         for s in segments_of(blocks)
     ]
     begun = query.of(segments)
-    near, _, off = approach(begun, problem.swimmer.max_bend_rad - MARGIN_RAD, *FROM_FAR)
+    near, _, off = approach(begun, problem.swimmer.max_bend_rad - MARGIN_RAD, FROM_FAR)
     return near if off < CLOSE else None
 
 

@@ -13,13 +13,13 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.reconfiguration import careful_bend_rad
-from purcell_cli.planner.refine.exact_arrival import approach
+from purcell_cli.planner.refine.exact_arrival import Patience, approach
 from purcell_cli.planner.refine.minimum_travel import Pace, offering
 from purcell_cli.planner.refine.segments import free_primitives, segments_of
 from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refinement import Near, Refinement, played
 
-_PATIENCE = 8
+_PATIENCE = Patience(rounds=8, nearly=0.0)
 """Rounds without a halved residual before strokes are given up: they are few, and often at their bend limit."""
 
 _MOST_OFFERED = 150
@@ -49,10 +49,10 @@ def brought(
     motion = Equations(swimmer.scaled(), segments_of(blocks), start.shape, goal.shape, wanted, SEARCHING)
     careful = dataclasses.replace(swimmer, max_bend_rad=careful_bend_rad(swimmer, kept_to))
     refinement = Refinement(careful, start, kept_to, "travel")
-    near = Near(*approach(motion, refinement.bend_rad, patience=_PATIENCE, nearly=0.0))
+    near = Near(*approach(motion, refinement.bend_rad, _PATIENCE))
     if not near.close and free_primitives(motion.segments) <= _MOST_OFFERED:
         every = motion.of(offering(motion.segments, motion.controls))
-        near = Near(*approach(every, refinement.bend_rad, patience=_PATIENCE, nearly=0.0))
+        near = Near(*approach(every, refinement.bend_rad, _PATIENCE))
         if near.close:
             near = refinement.near(refinement.shorter(near.motion, _PACE))
     found = refinement.contender(near, "") if near.close else None

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,26 +60,38 @@ _SPOILT = 30.0
 """Residual at which the last rotations take over, in units of what rounding to the clock adds to the residual."""
 _NEVER = 1000
 """More steps than `approach` takes."""
-FROM_FAR = 0.6, 8, 2, 10, 5.0, 0.0
-"""How Newton's method brings a motion to a goal that it begins far from: the largest change of an angle in a step
-[rad], rounds without a halved residual, and steps in a row of which little helps, before it is given up; evaluations
-after which little must be missing, and how little then and at the beginning [L, rad]; last, that steps are
-judged by what is missing alone. What arrives does so soon."""
-_NEARLY = 5e-2
-"""Where less is missing, a step of `approach` is judged by the next one, too [L, rad]."""
-_LOST = 2
-"""Rounds without a halved residual before `approach` gives a motion up."""
+
+
+class Patience(NamedTuple):
+    """How Newton's method goes to a goal, and when it gives up.
+
+    Attributes:
+        reach_rad: The largest change of an angle in a step [rad].
+        rounds: Rounds in which the residual does not even halve before it is given up.
+        stuck: Steps in a row of which the smallest part or none helps before it is given up.
+        trials: Evaluations after which it is given up if more than `hopeless` is still missing.
+        hopeless: What may be missing at the beginning, or it is given up [L, rad].
+        nearly: Where less is missing, a step is taken too if the next one would be half as long [L, rad].
+    """
+
+    reach_rad: float = _REACH_RAD
+    rounds: int = 2
+    stuck: int = _NEVER
+    trials: int = 0
+    hopeless: float = math.inf
+    nearly: float = 5e-2
+
+
+NEAR = Patience()
+"""For motions that nearly arrive."""
+FROM_FAR = Patience(0.6, rounds=8, stuck=2, trials=10, hopeless=5.0, nearly=0.0)
+"""For motions that begin far from their goal: those that arrive do so soon."""
 
 
 def approach(
     equations: Equations,
     max_bend_rad: float,
-    reach_rad: float = _REACH_RAD,
-    patience: int = _LOST,
-    stuck: int = _NEVER,
-    trials: int = 0,
-    hopeless: float = math.inf,
-    nearly: float = _NEARLY,
+    patience: Patience = NEAR,
     enough: float = CLOSE,
 ) -> tuple[Equations, Values, float]:
     """Return the motion with its angles changed to arrive, by short steps within the bend limit.
@@ -86,12 +99,7 @@ def approach(
     Args:
         equations: The equations of a motion that almost arrives.
         max_bend_rad: How far a limb may bend in phase 2 [rad].
-        reach_rad: The largest change of an angle in a step [rad].
-        patience: Rounds in which the residual does not even halve before it is given up.
-        stuck: Steps in a row of which the smallest part or none helps before it is given up.
-        trials: Evaluations after which it is given up if more than `hopeless` is still missing.
-        hopeless: What may be missing at the beginning, or it is given up [L, rad].
-        nearly: Where less is missing, a step is taken too if the next one would be half as long [L, rad].
+        patience: How it goes, and when it gives up.
         enough: What may be missing [L, rad].
 
     Returns:
@@ -99,9 +107,7 @@ def approach(
     """
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
     search = equations.descent(least, ACTIVE, *rows_besides(equations, None))
-    angle, *known, off = search.approached(
-        equations.angles, enough, reach_rad, patience, stuck, trials, hopeless, nearly
-    )
+    angle, *known, off = search.approached(equations.angles, enough, *patience)
     return equations.of(equations.with_angles(angle)), equations.values(angle, *known), off
 
 
