@@ -35,7 +35,9 @@ from purcell_cli.motion.trajectory import Trajectory
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.planner.arcs.primitive_counts import LEAST_BEND_RAD
 from purcell_cli.planner.joints.loops import loops_of
-from purcell_cli.planner.refine.move_inequalities import range_rows
+from purcell_cli.planner.refine.inequalities import range_rows
+from purcell_cli.planner.refine.segments import Segment
+from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.solution import plan
 
 QUICK = PlanOptions(effort=Effort.QUICK)
@@ -137,7 +139,8 @@ def test_room_in_the_ranges_of_joints_is_linear_in_the_turns() -> None:
     turn[:, [2, 4]] = rng.uniform(-0.01, 0.01, (3, 2))
 
     def room(turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return range_rows(swimmer, np.stack([COLLINEAR] * 3), turn)
+        motion = Equations(swimmer, [Segment.by_moves(2, "any", turn)], COLLINEAR, COLLINEAR, np.eye(4))
+        return range_rows(motion, motion.sequence)
 
     here, slope = room(turn)
     change = np.zeros((3, 6))

@@ -28,10 +28,11 @@ from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.options import Controls
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.reconfiguration import reconfigure
+from purcell_cli.planner.refine.inequalities import distance_rows
 from purcell_cli.planner.refine.minimum_energy import Dissipation, durations
-from purcell_cli.planner.refine.move_inequalities import distance_rows
 from purcell_cli.planner.refine.random_starts import random_starts
-from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
+from purcell_cli.planner.refine.segments import Segment
+from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refine.simultaneous import quickened
 from purcell_cli.solution import Solution, carried_out
 from purcell_cli.verification.verify import verify
@@ -196,9 +197,9 @@ def test_limbs_that_may_fold_swing_at_random_to_begin_with() -> None:
 def test_random_motions_end_at_the_goals_shape_the_nearest_first() -> None:
     wanted = Configuration.from_angles((0.05, 0.0, 0.0)).pose
     swimmer = Swimmer(max_bend_rad=2.0).scaled()
-    motion = MoveShooting(swimmer, [], BENT.shape, COLLINEAR, wanted, SEARCHING)
+    motion = Equations(swimmer, [], BENT.shape, COLLINEAR, wanted, SEARCHING)
     found = random_starts(motion, "any", 12.0, 20, 20, 1)
-    off = [float(np.linalg.norm(one.at(one.unknown).residual[:6])) for one in found]
+    off = [float(np.linalg.norm(one.at(one.angles).residual[:6])) for one in found]
     assert len(found) == 20
     assert off == sorted(off)
     assert off[-1] > 2.0 * off[0]
@@ -277,9 +278,9 @@ def test_the_slope_of_the_energy_is_what_small_changes_make_of_it() -> None:
     """With the shapes' part left out (the foil) it is not."""
     rng = np.random.default_rng(3)
     turn = rng.uniform(-0.5, 0.5, (5, 6))
-    segment = MoveSegment(2, "any", turn)
+    segment = Segment.by_moves(2, "any", turn)
     goal = MoveSequence.of_turns(turn).shapes(COLLINEAR)[-1]
-    motion = MoveShooting(Swimmer().scaled(), [segment], COLLINEAR, goal, np.eye(4), SEARCHING)
+    motion = Equations(Swimmer().scaled(), [segment], COLLINEAR, goal, np.eye(4), SEARCHING)
     dissipation, each = Dissipation(motion, 5.0), rng.uniform(0.5, 2.0, 5)
     slope, alone = dissipation.slope(turn, each), np.empty((5, 6))
     found = np.empty((5, 6))
@@ -329,7 +330,7 @@ def test_a_thorough_plan_is_never_worse_than_a_standard_one(monkeypatch: pytest.
     assert found.duration_s < plain.duration_s
 
 
-def test_unknown_controls_are_refused() -> None:
+def test_angle_controls_are_refused() -> None:
     with pytest.raises(UnknownNameError, match="primitive, simultaneous"):
         plan(Configuration(), Configuration(), options=PlanOptions(controls="both"))
 

@@ -21,9 +21,11 @@ from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.lift_derivatives import flow_and_jacobian_of_moves
 from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.planner.refine.exact_arrival import settled
 from purcell_cli.planner.refine.minimum_energy import Dissipation, EnergyProgram
-from purcell_cli.planner.refine.minimum_time import minimised, settled
-from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
+from purcell_cli.planner.refine.minimum_time import minimised
+from purcell_cli.planner.refine.segments import Segment
+from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refine.trust_region import FIRST_REACH
 
 UNIT = Swimmer().scaled()
@@ -44,8 +46,8 @@ class Problem:
     @property
     def metric(self) -> Array:
         """The metric of dissipation. Shape (p, p)."""
-        still = MoveShooting(
-            UNIT, [MoveSegment(2, "any", np.zeros((1, 6)))], self.shape, self.shape, np.eye(4), SEARCHING
+        still = Equations(
+            UNIT, [Segment.by_moves(2, "any", np.zeros((1, 6)))], self.shape, self.shape, np.eye(4), SEARCHING
         )
         return np.asarray(self.axes.T @ Dissipation(still, TOTAL_S).metric(np.zeros((1, 6)))[0] @ self.axes)
 
@@ -57,7 +59,7 @@ class Problem:
         best = math.sqrt(2.0) * vectors[:, -1]
         return float(values[-1]), np.stack([root @ best.real, root @ best.imag])
 
-    def stroke(self, half_axes: Array, size_rad: float) -> tuple[MoveShooting, float]:
+    def stroke(self, half_axes: Array, size_rad: float) -> tuple[Equations, float]:
         """Return a polygon in an ellipse, the largest component of whose half axes is given, and how far it goes."""
         t = 2.0 * math.pi * np.arange(CORNERS + 1) / CORNERS
         scaled = size_rad * half_axes / np.max(np.abs(half_axes))
@@ -66,18 +68,18 @@ class Problem:
         turn = as_vector(np.swapaxes(shapes[:-1], -1, -2) @ shapes[1:]).reshape(-1, 6)
         made, _ = flow_and_jacobian_of_moves(UNIT, MoveSequence.of_turns(turn), shapes[0], SEARCHING, [])
         free = None if self.axes.shape[1] == 6 else self.axes
-        segment = MoveSegment(2, "any", turn, axes=free)
-        motion = MoveShooting(UNIT, [segment], shapes[0], shapes[0], made, SEARCHING)
+        segment = Segment.by_moves(2, "any", turn, tie=free)
+        motion = Equations(UNIT, [segment], shapes[0], shapes[0], made, SEARCHING)
         return motion, abs(float(self.direction @ se3.log(made)))
 
-    def disturbed(self, motion: MoveShooting) -> MoveShooting:
+    def disturbed(self, motion: Equations) -> Equations:
         """Return a motion whose turns are off by half of the largest."""
         (segment,) = motion.segments
         noise = np.random.default_rng(3).normal(size=(CORNERS, self.axes.shape[1])) @ self.axes.T
         noise = 0.5 * np.max(np.abs(segment.turn)) * (noise - noise.mean(axis=0))
-        return motion.of([dataclasses.replace(segment, turn=segment.turn + noise)])
+        return motion.of([segment.with_turns(segment.turn + noise)])
 
-    def offset_share(self, motion: MoveShooting, metric: Array, half_axes: Array) -> float:
+    def offset_share(self, motion: Equations, metric: Array, half_axes: Array) -> float:
         """Return which part of a loop is out of the plane of half axes, as a metric measures it."""
         root = np.linalg.cholesky(metric)
         corners = np.cumsum(motion.segments[0].turn @ self.axes, axis=0)
@@ -86,8 +88,8 @@ class Problem:
         return float(np.linalg.norm(out) / np.linalg.norm(corners))
 
 
-def energy(motion: MoveShooting) -> float:
-    return EnergyProgram(motion, TOTAL_S).cost(motion.at(motion.unknown))
+def energy(motion: Equations) -> float:
+    return EnergyProgram(motion, TOTAL_S).cost(motion.at(motion.angles).turn)
 
 
 PROBLEMS = {

@@ -215,12 +215,8 @@ static SIZE descend(struct descent *d, SIZE steps, const double reaches[3]) {
         if (!fault && d->here->merit - d->there->merit < 0.5 * promised)
             fault = restore(d, reach > RETURN_REACH ? reach : RETURN_REACH);
         if (fault) return fault;
-        const double kept = promised > 0.0 ? (d->here->merit - d->there->merit) / promised : 0.0;
-        if (kept > 0.02) exchange(&d->here, &d->there);
-        if (kept > 0.6)
-            reach = 2.0 * reach < reaches[1] ? 2.0 * reach : reaches[1];
-        else if (kept < 0.2)
-            reach *= 0.35;
+        if (purcell_step_taken(promised, d->here->merit - d->there->merit, reaches[1], &reach))
+            exchange(&d->here, &d->there);
         if (reach < reaches[2] || promised < WORTH) break;
     }
     return 0;

@@ -52,7 +52,8 @@ void purcell_nearest(const double gap[3], const double first[3], const double se
 #define BASE_YAW 6
 #define LIMB_OF(control) ((int)((control) < BASE_YAW ? (control) / 3 : (control) - BASE_YAW))
 
-/* linear.c, poses.c, shapes.c, derivatives.c: see there. */
+/* trust_region.c, linear.c, poses.c, shapes.c, derivatives.c: see there. */
+API SIZE purcell_step_taken(double promised, double gained, double largest, double *reach);
 API void purcell_solve(SIZE count, SIZE k, SIZE m, double *a, double *x);
 API SIZE purcell_orthogonal_rows(SIZE k, SIZE n, double *rows, double weakest, double *basis, double *made);
 API void purcell_quaternions(SIZE n, const double *rotations, double *out);

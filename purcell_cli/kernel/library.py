@@ -76,6 +76,7 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "bend_rows": (_SIZE, [_SIZE, *[_ARRAY] * 5, _NUMBER, *[_ARRAY] * 3]),
     "bounded_step": (None, [*[_SIZE] * 3, *[_ARRAY] * 4, _NUMBER, *[_ARRAY] * 2]),
     "descent_room": (_SIZE, [_SIZE] * 5),
+    "step_taken": (_SIZE, [*[_NUMBER] * 3, _ARRAY]),
     "descend": (_SIZE, [*_MOTION, _ARRAY, *[_NUMBER] * 3, _SIZE, *[_ARRAY] * 3]),
     "approach": (_SIZE, [*_MOTION, *[_NUMBER] * 2, *[_SIZE] * 3, *[_NUMBER] * 2, *[_ARRAY] * 5]),
     "steer": (None, [_SIZE, *[_NUMBER] * 2, _SIZE, *[_ARRAY] * 5]),

@@ -16,7 +16,7 @@ from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.clearance import least_clearance, limb_distance
 from purcell_cli.motion.limb_circles import LimbCircles
-from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, least_cosines, least_distances
+from purcell_cli.planner.refine.inequalities import clearance_rows, least_cosines, least_distances, limit_rows
 from purcell_cli.planner.refine.segments import Segment
 from purcell_cli.planner.refine.shooting import Equations
 
@@ -41,17 +41,16 @@ def test_in_phases_one_and_three_a_limb_may_bend_as_far_as_its_shape_does() -> N
     assert not is_close(least_cosines(phase, goal, start, 0.9), wanted, 1e-2)
 
 
-def room_of(equations: Equations, start: Array, least: Array, angle: Array) -> tuple[Array, Array]:
-    sequence = equations.sequence_at(angle)
-    return bend_rows(equations, sequence, sequence.shapes(start), least)
+def room_of(equations: Equations, least: Array, angle: Array) -> tuple[Array, Array]:
+    return limit_rows(equations, equations.at(angle), least)
 
 
 def test_the_room_below_the_bend_limit_has_the_derivative_it_says() -> None:
     equations = motion({2: YAWS}, COLLINEAR, COLLINEAR)
     least = least_cosines(equations.phase, COLLINEAR, COLLINEAR, 0.9)
-    found = room_of(equations, COLLINEAR, least, YAWS.angle)
+    found = room_of(equations, least, YAWS.angle)
     assert len(found[0]) == 3
-    assert_slope(lambda angle: room_of(equations, COLLINEAR, least, angle), YAWS.angle, 1e-8)
+    assert_slope(lambda angle: room_of(equations, least, angle), YAWS.angle, 1e-8)
 
 
 def test_the_error_of_the_differences_falls_with_the_square_of_their_step() -> None:
@@ -59,10 +58,10 @@ def test_the_error_of_the_differences_falls_with_the_square_of_their_step() -> N
     equations = motion({2: YAWS}, COLLINEAR, COLLINEAR)
     least = least_cosines(equations.phase, COLLINEAR, COLLINEAR, 0.9)
     steps, along = np.array([1e-2, 2e-2, 4e-2]), np.array([0.3, -0.5, 0.7, 0.4])
-    exact = room_of(equations, COLLINEAR, least, YAWS.angle)[1] @ along
+    exact = room_of(equations, least, YAWS.angle)[1] @ along
     errors, foil = [], []
     for h in steps:
-        up, down = (room_of(equations, COLLINEAR, least, YAWS.angle + s * along)[0] for s in (h, -h))
+        up, down = (room_of(equations, least, YAWS.angle + s * along)[0] for s in (h, -h))
         errors.append(np.max(np.abs((up - down) / (2.0 * h) - exact)))
         foil.append(np.max(np.abs((up - down) / (2.0 * h) - 1.01 * exact)))
     assert abs(slope(steps, errors) - 2.0) < 0.15
@@ -82,9 +81,9 @@ def test_the_room_below_the_bend_limit_is_that_at_every_instant_on_large_turns_t
     begins = sequence.shapes(start)[np.arange(8), sequence.control // 3, 0, 0]
     later = np.cos(bend) < begins - 1e-9  # where a primitive is most bent as it begins, the one before tells
     known = np.where(later, np.cos(bend), ends)[watched] - 0.5
-    assert_close(room_of(equations, start, least, sequence.angle)[0], known, 1e-12)
+    assert_close(room_of(equations, least, sequence.angle)[0], known, 1e-12)
     assert np.any(np.cos(bend)[watched] < ends[watched] - 0.1)
-    assert_slope(lambda angle: room_of(equations, start, least, angle), sequence.angle, 1e-7)
+    assert_slope(lambda angle: room_of(equations, least, angle), sequence.angle, 1e-7)
 
 
 def test_limbs_far_below_the_limit_and_rolls_are_not_watched() -> None:
@@ -93,7 +92,7 @@ def test_limbs_far_below_the_limit_and_rolls_are_not_watched() -> None:
     )
     equations = motion({2: sequence}, COLLINEAR, COLLINEAR)
     least = least_cosines(equations.phase, COLLINEAR, COLLINEAR, 1.0)
-    room = room_of(equations, COLLINEAR, least, sequence.angle)[0]
+    room = room_of(equations, least, sequence.angle)[0]
     assert_close(room, [math.cos(0.95) - math.cos(1.0)], 1e-15)
 
 

@@ -17,7 +17,7 @@ from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import clearance_slack, clearances
-from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, range_rows
+from purcell_cli.planner.refine.inequalities import clearance_rows, limit_rows, range_rows
 from purcell_cli.planner.refine.segments import Segment
 from purcell_cli.planner.refine.shooting import Equations
 
@@ -41,7 +41,7 @@ def test_rows_by_psi_and_theta_have_the_derivatives_they_say(rows: str) -> None:
         shapes = sequence.shapes(START)
         if rows == "clearance":
             return clearance_rows(equations, sequence, shapes, np.full(len(TURNS), 1.9))
-        return bend_rows(equations, sequence, shapes, np.full((len(TURNS), 2), 0.55))
+        return limit_rows(equations, equations.at(angle), np.full((len(TURNS), 2), 0.55))
 
     assert len(of(TURNS.angle)[0]) > 4
     assert_slope(of, TURNS.angle, 1e-7)

@@ -9,6 +9,7 @@ import pytest
 from helpers import assert_close, is_close, slope
 
 from purcell_cli import Swimmer
+from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING, flow
@@ -16,9 +17,12 @@ from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.limits_check import check
-from purcell_cli.planner.refine.minimum_time import QUICKEST, minimised, newton_step, settled
+from purcell_cli.planner.refine.exact_arrival import newton_step, settled
+from purcell_cli.planner.refine.inequalities import Linearised, linearised
+from purcell_cli.planner.refine.minimum_time import QUICKEST, minimised
 from purcell_cli.planner.refine.move_program import MoveProgram
-from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
+from purcell_cli.planner.refine.segments import Segment
+from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refine.trust_region import FIRST_REACH
 
 BODY = Swimmer(max_bend_rad=0.7).scaled()
@@ -27,44 +31,46 @@ STEPS += [("limb2 pitch", -0.2), ("limb1 roll", 0.2), ("limb2 roll", -0.3)]
 
 
 @functools.cache
-def begun() -> MoveShooting:
+def begun() -> Equations:
     """Return a motion by one joint at a time from the collinear shape, which arrives at the shape that it makes."""
     turn = MoveSequence.of_controls(PrimitiveSequence.of(STEPS)).turn
     moves = MoveSequence.of_turns(turn)
     goal = moves.shapes(COLLINEAR)[-1]
-    return MoveShooting(BODY, [MoveSegment(2, "a", turn)], COLLINEAR, goal, flow(BODY, moves), SEARCHING)
+    return Equations(BODY, [Segment.by_moves(2, "a", turn)], COLLINEAR, goal, flow(BODY, moves), SEARCHING)
+
+
+def at(motion: Equations, angle: Array) -> Linearised:
+    return linearised(motion, motion.at(angle), motion.swimmer.max_bend_rad)
 
 
 @functools.cache
-def quick() -> MoveShooting:
+def quick() -> Equations:
     return minimised(begun(), MoveProgram(begun(), QUICKEST), 30, FIRST_REACH).motion
 
 
 @functools.cache
-def exact() -> tuple[MoveShooting, float]:
+def exact() -> tuple[Equations, float]:
     return settled(quick())
 
 
 def test_newton_steps_leave_the_square_of_what_was_missing() -> None:
     """The same steps the other way, the foil, leave twice as much as there was."""
     motion, rng = begun(), np.random.default_rng(0)
-    change = rng.normal(size=len(motion.unknown))
+    change = rng.normal(size=len(motion.angles))
     sizes, left, away = np.array([5e-5, 1e-4, 2e-4]), [], []
     for size in sizes:
-        unknown = motion.unknown + size * change
-        here = motion.at(unknown)
-        left.append(motion.at(unknown + newton_step(here)).size)
-        away.append(motion.at(unknown - newton_step(here)).size / here.size)
+        angle = motion.angles + size * change
+        here = at(motion, angle)
+        left.append(motion.at(angle + newton_step(here)).size)
+        away.append(motion.at(angle - newton_step(here)).size / here.values.size)
     assert abs(slope(sizes, left) - 2.0) < 0.15
     assert_close(away, np.full(3, 2.0), 0.1)
 
 
-def test_a_newton_step_leaves_alone_what_comes_before_its_first_unknown() -> None:
-    unknown = begun().unknown + 1e-3
-    here = begun().at(unknown)
-    step = newton_step(here, first=12)
-    assert_close(step[:12], np.zeros(12), 0.0)
-    assert begun().at(unknown + step).size < 0.1 * here.size
+def test_a_newton_step_is_cut_to_its_reach() -> None:
+    angle = begun().angles + 1e-3
+    here = at(begun(), angle)
+    assert begun().at(angle + newton_step(here)).size < 0.1 * here.values.size
     assert np.max(np.abs(newton_step(here, reach=1e-5))) == pytest.approx(1e-5)
 
 
@@ -72,7 +78,7 @@ def test_a_newton_step_leaves_alone_what_comes_before_its_first_unknown() -> Non
 def test_all_joints_at_once_are_quicker() -> None:
     """By more than a third; and it almost arrives."""
     assert quick().duration < 0.67 * begun().duration
-    assert quick().at(quick().unknown).size < 1e-3
+    assert quick().at(quick().angles).size < 1e-3
     assert np.max(np.count_nonzero(np.abs(quick().segments[0].turn) > 1e-3, axis=1)) >= 2
 
 

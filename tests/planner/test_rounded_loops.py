@@ -77,5 +77,5 @@ def test_a_rectangle_out_of_one_plane_stays_as_it_is() -> None:
     block = rectangle(1, 5)
     made = segments_by_moves(block, at_its_corner(block, COLLINEAR), SWIMMER, None)
     assert len(made) == 1
-    assert made[0].unknowns == 0
+    assert made[0].fixed
     assert_close(made[0].turn, MoveSequence.of_controls(block.sequence).turn, 0.0)

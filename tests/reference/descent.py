@@ -8,7 +8,7 @@ import numpy as np
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.planner.refine.active_set import bounded_step, loose
-from purcell_cli.planner.refine.inequalities import bend_rows, clearance_rows, least_cosines, least_distances
+from purcell_cli.planner.refine.inequalities import clearance_rows, least_cosines, least_distances, limit_rows
 from purcell_cli.planner.refine.shooting import Equations, Values
 from purcell_cli.planner.refine.trust_region import descended
 from reference.program import penalised
@@ -37,7 +37,7 @@ class Search:
     def point(self, angle: Array) -> Point:
         values = self.equations.at(angle)
         motion = self.equations, values.sequence, values.shapes
-        rows = bend_rows(*motion, self.least), clearance_rows(*motion, self.apart)
+        rows = limit_rows(self.equations, values, self.least), clearance_rows(*motion, self.apart)
         slack, slope = (np.concatenate(part) for part in zip(*rows, strict=True))
         violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(slack, 0.0)))
         return Point(
@@ -81,7 +81,7 @@ def approached(equations: Equations, max_bend_rad: float, reach: float, patience
     angle, values = equations.angles, equations.at(equations.angles)
     best, kept, known, idle, halved = np.inf, angle, values, 0, np.inf
     for _ in range(20):
-        slack, slope = bend_rows(equations, values.sequence, values.shapes, least)
+        slack, slope = limit_rows(equations, values, least)
         off = max(values.size, 100.0 * float(-np.min(slack, initial=0.0)))
         if off < best:
             best, kept, known = off, angle, values

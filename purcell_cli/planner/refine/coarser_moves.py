@@ -6,14 +6,12 @@ space of the joints' angles; parallel ones span none.
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import inner, matmul
 from purcell_cli.geometry.rotations import Array, as_vector
-from purcell_cli.planner.refine.shooting_moves import MoveShooting
+from purcell_cli.planner.refine.shooting import Equations
 
 _AREA_RAD2 = 0.03
 """Neighbours that span less become one [rad^2], tried on twenty plans; what the base misses a few Newton steps mend."""
@@ -27,13 +25,13 @@ _MENDED = 3.0
 """A residual that Newton steps mend, over the largest area [L/rad^2, rad/rad^2]."""
 
 
-def coarser(motion: MoveShooting) -> MoveShooting:
+def coarser(motion: Equations) -> Equations:
     """Return the motion with fewer moves, where it is played once, or as it is; limbs end as they did."""
     most = min(_AREA_RAD2, _SHARE * motion.duration**2)
     for area in (share * most for share in _SHARES):
-        fewer = [s if s.tie is not None else dataclasses.replace(s, turn=_fewer(s.turn, area)) for s in motion.segments]
+        fewer = [s.with_turns(_fewer(s.turn, area)) if s.loose else s for s in motion.segments]
         made = motion.of(fewer)
-        if made.at(made.unknown).size < _MENDED * most:
+        if made.at(made.angles).size < _MENDED * most:
             return made
     return motion
 

@@ -1,8 +1,8 @@
 """Exact arrival: Newton's method on the exact flow until the goal is met in all twelve dimensions.
 
-All angles change together, by the least amount that keeps the bend limit. Durations are rounded to the
+All angles change together, by the least amount that keeps the bend limit. Durations of primitives are rounded to the
 clock, and repeated strokes and long distances multiply those rounding errors. Where they prevent the
-arrival, a few small rotations after the last repeated stroke remove the residual.
+arrival, a few small rotations after the last repeated stroke remove the residual. Moves keep their angles on the clock.
 """
 
 from __future__ import annotations
@@ -17,10 +17,17 @@ from numpy.typing import NDArray
 from purcell_cli.geometry.linear_systems import solve
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.mechanics.lift import SEARCHING
+from purcell_cli.mechanics.lift import EXACT, SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.planner.refine.active_set import bounded_step
-from purcell_cli.planner.refine.inequalities import ACTIVE, bend_rows, least_cosines, rows_besides
+from purcell_cli.planner.refine.inequalities import (
+    ACTIVE,
+    Linearised,
+    least_cosines,
+    limit_rows,
+    linearised,
+    rows_besides,
+)
 from purcell_cli.planner.refine.minimum_travel import offered
 from purcell_cli.planner.refine.shooting import Equations, Values
 
@@ -30,6 +37,8 @@ MARGIN_RAD = 1e-5
 """Margin below the bend limit that is kept until `arrive` [rad]."""
 _ENOUGH = 2e-11
 """Newton's method ends when no residual is larger than this [L, rad]."""
+_ENOUGH_UNROUNDED = 4e-12
+"""The same where angles are not rounded [L, rad]."""
 _ENOUGH_LAST = 5e-11
 """The same after the last rotations, in which roll strokes multiply rounding errors [L, rad]."""
 _DEPENDENT = 1e-9
@@ -56,6 +65,8 @@ _TELLING_RAD = 1e-8
 """Steps shorter than this do not update the derivative: their changes are rounding errors [rad]."""
 _PLAIN = 2e-6
 """Above this, residuals at the rough accuracy are right to a few per cent and need no exact flow [L, rad]."""
+_NEAR_LIMIT = 3e-3
+"""Limits with less slack than this bound a Newton step from the first, as a part of the most there is."""
 _SPOILT = 30.0
 """Residual at which the last rotations take over, in units of what rounding to the clock adds to the residual."""
 _NEVER = 1000
@@ -111,8 +122,44 @@ def approach(
     return equations.of(equations.with_angles(angle)), equations.values(angle, *known), off
 
 
+def newton_step(here: Linearised, reach: float = _REACH_RAD) -> Array:
+    """Return the least step to the arrival that breaks no limit, as far as is linear. Shape (n,).
+
+    Args:
+        here: The motion where it starts.
+        reach: The step's largest component [rad].
+    """
+    derivative, residual, slack, slope = here.values.derivative, here.values.residual, here.slack, here.slope
+    step, near = np.zeros(derivative.shape[1]), slack < _NEAR_LIMIT * np.max(slack, initial=0.0)
+    for _ in range(2):
+        step = bounded_step(derivative, residual, slack[near], slope[near], reach)
+        broken = slack + (slope * step).sum(axis=1) < 0.0
+        if not np.any(broken & ~near):
+            break
+        near = near | broken
+    return step
+
+
+def settled(motion: Equations) -> tuple[Equations, float]:
+    """Return a motion by moves changed, by the least amount, to end exactly at the goal.
+
+    Returns:
+        The motion, and the largest residual left [L, rad].
+    """
+    exact, bend = motion.at_accuracy(EXACT), motion.swimmer.max_bend_rad
+    angle, left, idle = exact.angles, math.inf, 0
+    while True:
+        values = exact.at(angle)
+        idle = 0 if values.size < 0.5 * left else idle + 1
+        left = min(left, values.size)
+        if left < _ENOUGH_UNROUNDED or idle > _PATIENCE:
+            break
+        angle = angle + newton_step(linearised(exact, values, bend))
+    return arrive(exact.of(exact.with_angles(angle)), values, bend)
+
+
 def arrive(
-    equations: Equations, rough: Values, max_bend_rad: float, rounded: Callable[[Array], Array]
+    equations: Equations, rough: Values, max_bend_rad: float, rounded: Callable[[Array], Array] | None = None
 ) -> tuple[Equations, float]:
     """Return the motion with its angles changed, by the least amount, to end exactly at the goal.
 
@@ -123,44 +170,46 @@ def arrive(
         equations: The equations of a motion that almost arrives.
         rough: The equations' values, at a rough accuracy.
         max_bend_rad: How far a limb may bend in phase 2 [rad].
-        rounded: Rounds angles to what the clock can tell [rad].
+        rounded: Rounds angles to what the clock can tell [rad]; None where they need no rounding.
 
     Returns:
         The motion of the best round, and the largest residual left [L, rad].
     """
-    begun = rounded(equations.angles)
+    begun = equations.angles if rounded is None else rounded(equations.angles)
     # A large residual is known well enough at the rough accuracy.
     plain = _PLAIN * sum(s.cycles for s in equations.segments) / len(equations.segments)
     missing = rough.residual if rough.size > plain else equations.residual(begun)
-    enough = np.full(len(missing), _ENOUGH)
+    enough = np.full(len(missing), _ENOUGH_UNROUNDED if rounded is None else _ENOUGH)
     if equations.repeats:  # rounding to the clock leaves a residual of this size
         enough[:6] += _SPOILT * np.max(np.abs(matmul(rough.derivative[:6], begun - equations.angles)))
     every = np.arange(len(begun))
     angle, missing = _rounds(equations, begun, missing, rough, max_bend_rad - _MARGINS_RAD[0], rounded, every, enough)
-    if np.any(np.abs(missing) > _ENOUGH_LAST):
+    if rounded is not None and np.any(np.abs(missing) > _ENOUGH_LAST):
         angle, missing = _one_by_one(equations, angle, missing, rough.derivative, rounded)
     best = float(np.max(np.abs(missing)))
     here = equations.of(equations.with_angles(angle))
-    if best <= _ENOUGH_LAST or not here.repeats:
+    first = 1 + max((k for k, s in enumerate(here.segments) if not s.once), default=-1)
+    if best <= _ENOUGH_LAST or first in (0, len(here.segments)):
         return here, best
-    first = 1 + max(k for k, s in enumerate(here.segments) if not s.free)
     last = here.after(first, missing[:6])
-    last = last.of([s.changed(lambda part: offered(part, 1, here.controls)) for s in last.segments])
+    if not here.by_moves:
+        last = last.of([s.changed(lambda part: offered(part, 1, here.controls)) for s in last.segments])
     known = len(missing) - 6 * len(last.targets)  # of limbs where an earlier phase ends
     missing = np.concatenate([missing[:6], missing[known:]])
     rough = last.at_accuracy(SEARCHING).at(last.angles)
     bend = max_bend_rad - _MARGINS_RAD[1]
     least = least_cosines(last.phase, last.start, last.goal, bend, last.home)
-    slack, slope = bend_rows(last, rough.sequence, rough.shapes, least)
+    slack, slope = limit_rows(last, rough, least)
     few = _independent(np.concatenate([rough.derivative, slope[slack < _TIGHT]]))
     enough = np.full(len(missing), _ENOUGH_LAST)
     angle, left = _rounds(last, last.angles, missing, rough, bend, rounded, few, enough)
-    if np.any(np.abs(left) > enough):
+    if rounded is not None and np.any(np.abs(left) > enough):
         angle, left = _one_by_one(last, angle, left, rough.derivative, rounded)
     closer = float(np.max(np.abs(np.append(left, missing[6:known]))))
     if closer >= best:
         return here, best
-    busy = [s.changed(PrimitiveSequence.busy) for s in last.with_angles(angle)]
+    there = last.with_angles(angle)
+    busy = there if here.by_moves else [s.changed(PrimitiveSequence.busy) for s in there]
     return here.of([*here.segments[:first], *busy]), closer
 
 
@@ -170,7 +219,7 @@ def _rounds(
     missing: Array,
     rough: Values,
     max_bend_rad: float,
-    rounded: Callable[[Array], Array],
+    rounded: Callable[[Array], Array] | None,
     may: NDArray[np.int64],
     enough: Array,
 ) -> tuple[Array, Array]:
@@ -182,19 +231,19 @@ def _rounds(
         missing: What is missing there [L, rad]. Shape (m,).
         rough: The equations' values, at a rough accuracy.
         max_bend_rad: How far a limb may bend in phase 2 [rad].
-        rounded: Rounds angles to what the clock can tell [rad].
+        rounded: Rounds angles to what the clock can tell [rad], if they are rounded.
         may: Which angles may change.
         enough: What may be missing [L, rad]. Shape (m,).
     """
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
-    slack, slope = bend_rows(equations, rough.sequence, rough.shapes, least)
+    slack, slope = limit_rows(equations, rough, least)
     begun, derivative = angle, rough.derivative[:, may]
     best, kept, idle = (float(np.max(np.abs(missing))), missing), angle, 0
     while idle < _PATIENCE and np.any(np.abs(missing) > enough):
         left = slack + matmul(slope, angle - begun)
         step = np.zeros(len(angle))
         step[may] = bounded_step(derivative, missing, left, slope[:, may], _REACH_RAD)
-        angle, before = rounded(angle + step), missing
+        angle, before = angle + step if rounded is None else rounded(angle + step), missing
         missing = equations.residual(angle)
         if (length := float(matmul(step, step))) > _TELLING_RAD**2:
             change = (missing - before - matmul(derivative, step[may])) / length
@@ -263,7 +312,7 @@ def bent_less(
     least = least_cosines(
         equations.phase, equations.start, equations.goal, max_bend_rad - _MARGINS_RAD[1], equations.home
     )
-    slack, slope = bend_rows(equations, values.sequence, values.shapes, least + _INSIDE)
+    slack, slope = limit_rows(equations, values, least + _INSIDE)
     if sharply:
         sine = np.sqrt(np.maximum(1.0 - least * least, 0.0))
         per_bend = 1.0 / float(np.min(sine[sine > _LEAST_SINE], initial=1.0))

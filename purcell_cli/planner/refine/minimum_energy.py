@@ -26,8 +26,9 @@ from purcell_cli.mechanics.joint_turns import by_turns, frames, has_universal, r
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.planner.refine.active_set import loose
+from purcell_cli.planner.refine.inequalities import Linearised
 from purcell_cli.planner.refine.move_program import groups
-from purcell_cli.planner.refine.shooting_moves import MoveShooting, Values
+from purcell_cli.planner.refine.shooting import Equations
 
 _ROOM = 1.02
 """How much longer than it must a move lasts at least, so that a program can begin within the rates."""
@@ -70,7 +71,7 @@ class Dissipation:
         total: The time it has at a joint rate of 1 rad/s [s].
     """
 
-    def __init__(self, motion: MoveShooting, total: float) -> None:
+    def __init__(self, motion: Equations, total: float) -> None:
         self.motion, self.total = motion, total
         self.flow = flow_of(motion.swimmer, SEARCHING)
         self.numbers = kernel_numbers(motion.swimmer)
@@ -140,7 +141,7 @@ class EnergyProgram:
         total: The time it has at a joint rate of 1 rad/s [s].
     """
 
-    def __init__(self, motion: MoveShooting, total: float) -> None:
+    def __init__(self, motion: Equations, total: float) -> None:
         self.motion = motion
         self.dissipation = Dissipation(motion, total)
         self.groups = groups(motion)
@@ -153,23 +154,23 @@ class EnergyProgram:
         linked = [group.tie.shape[1] for group in self.groups]
         self.walls = Blocks.of(walls, linked, np.zeros(sum(linked)))
 
-    def cost(self, values: Values) -> float:
+    def cost(self, turn: Array) -> float:
         """Return the energy, for a lateral drag per length of 1 and a joint rate of 1 rad/s."""
-        work = self.dissipation.work(values.turn)
-        each = durations(work, values.turn, self.motion.cycles, self.dissipation.total)
+        work = self.dissipation.work(turn)
+        each = durations(work, turn, self.motion.cycles, self.dissipation.total)
         return float(np.add.reduce(self.motion.cycles * work / each))
 
-    def step(self, values: Values, price: float, reach: float) -> tuple[Array, float] | None:
-        """Return the change of the unknowns that minimises the model of the energy, and what that promises.
+    def step(self, here: Linearised, price: float, reach: float) -> tuple[Array, float] | None:
+        """Return the change of the free angles that minimises the model of the energy, and what that promises.
 
         Args:
-            values: The equations where it starts.
+            here: The motion where it starts.
             price: What a violation costs [1 per L or rad].
-            reach: The largest change of an unknown [rad]; one that moves the base more may change less.
+            reach: The largest change of a free angle [rad]; one that moves the base more may change less.
         """
-        cycles, turn = self.motion.cycles, values.turn
+        cycles, values, turn = self.motion.cycles, here.values, here.values.turn
         lasting = durations(self.dissipation.work(turn), turn, cycles, self.dissipation.total)
-        slope = self.motion.by_unknown(self.dissipation.slope(turn, cycles / lasting).reshape(1, -1))[0]
+        slope = self.motion.by_free_angles(self.dissipation.slope(turn, cycles / lasting).reshape(1, -1))[0]
         metric = (2.0 * cycles / lasting)[:, None, None] * self.dissipation.metric(turn)
         within, flat = reach * loose(values.derivative), turn.ravel()
         curves, bounds, first = [], [], 0
@@ -182,15 +183,15 @@ class EnergyProgram:
             bounds += [most - at, most + at, far, far]
             first += f
         blocks = dataclasses.replace(self.walls, cost=slope, curve=np.concatenate(curves))
-        rows = np.concatenate([values.derivative, -values.slack_derivative])
-        wanted = np.concatenate([-values.residual, values.slack])
-        energy = self.cost(values)
+        rows = np.concatenate([values.derivative, -here.slope])
+        wanted = np.concatenate([-values.residual, here.slack])
+        energy = self.cost(turn)
         m, enough = len(values.residual), _ACCURATE * (1.0 + energy)
         bound, begun = np.concatenate(bounds), np.zeros(len(slope))
         change = least(blocks, bound, rows.T, wanted, m, price, begun, enough)
         if change is None:
             return None
-        moved = self.motion.turn_at(change, np.zeros_like(turn))
+        moved = self.motion.turned(change, np.zeros_like(turn))
         bent = 0.5 * float(np.add.reduce((moved * apply(metric, moved)).ravel()))
         missed = (rows * change).sum(axis=1) - wanted
         missed[m:] = np.maximum(missed[m:], 0.0)
@@ -198,7 +199,7 @@ class EnergyProgram:
         return change, promised + price * float(np.add.reduce(np.abs(missed)))
 
 
-def paced(motion: MoveShooting, total: float) -> Array:
+def paced(motion: Equations, total: float) -> Array:
     """Return how long each move lasts for the least energy in a time, at a joint rate of 1 rad/s. Shape (n,)."""
     turn = np.concatenate([segment.turn for segment in motion.segments])
     found = durations(Dissipation(motion, total).work(turn), turn, motion.cycles, total)

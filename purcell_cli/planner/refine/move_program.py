@@ -1,8 +1,8 @@
 """The convex program of a step in minimum time or minimum travel, for a motion by moves.
 
 A move lasts as long as the joint that turns furthest, and its joint travel is a sum of absolute values. So with a
-bound on each component and one on the largest of a move both are linear. The unknowns of a move, or of a loop that
-repeats, are in a block of their own; the arrival and the bend limit tie the blocks.
+bound on each component and one on the largest of a move both are linear. The free angles of a move, or of a loop
+that repeats, are in a block of their own; the arrival and the bend limit tie the blocks.
 """
 
 from __future__ import annotations
@@ -14,7 +14,9 @@ from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import cos
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.convex import Blocks, least
-from purcell_cli.planner.refine.shooting_moves import MoveShooting, Values
+from purcell_cli.planner.refine.inequalities import Linearised
+from purcell_cli.planner.refine.segments import AT_ONCE
+from purcell_cli.planner.refine.shooting import Equations
 
 Rows = NDArray[np.int64]
 
@@ -60,24 +62,24 @@ class Weights:
 
 @frozen_dataclass(eq=False)
 class Group:
-    """The moves that share unknowns: where they begin, and how their turns depend on those. Shape (6 n, f)."""
+    """The moves that share free angles: where they begin, and how their turns depend on those. Shape (6 n, f)."""
 
     first: int
     moves: int
     tie: Array
 
 
-def groups(motion: MoveShooting) -> list[Group]:
-    """Return a motion's moves in groups, in the order of its unknowns."""
+def groups(motion: Equations) -> list[Group]:
+    """Return a motion's moves in groups, in the order of its free angles."""
     out: list[Group] = []
     first = 0
     for segment in motion.segments:
-        n = len(segment.turn)
-        if segment.tie is not None:
-            out.append(Group(first, n, segment.tie))
-        else:
-            axes = np.eye(6) if segment.axes is None else segment.axes
+        n, tie = segment.pieces, segment.tie
+        if tie is None or len(tie) == AT_ONCE:
+            axes = np.eye(AT_ONCE) if tie is None else tie
             out += [Group(first + k, 1, axes) for k in range(n)]
+        else:
+            out.append(Group(first, n, tie))
         first += n
     return [group for group in out if group.tie.shape[1]]
 
@@ -103,14 +105,14 @@ class MoveProgram:
     """The programs of one motion, for any turns and any reach.
 
     The variables of a block are the durations of its moves, the sizes of its turns' components and the changes of its
-    unknowns.
+    free angles.
 
     Args:
         motion: The motion.
         weights: What is to be least.
     """
 
-    def __init__(self, motion: MoveShooting, weights: Weights) -> None:
+    def __init__(self, motion: Equations, weights: Weights) -> None:
         cost: list[float] = []
         walls: list[Array] = []
         linked: list[int] = []
@@ -138,19 +140,19 @@ class MoveProgram:
         self._sign, self._component, self._reach = np.array(kinds).T
         self._move, self._size = np.array(ours).T
 
-    def cost(self, values: Values) -> float:
-        """Return what the motion costs."""
-        return self.weights.cost(values.turn, self.motion.cycles)
+    def cost(self, turn: Array) -> float:
+        """Return what the motion costs by some turns of joints [rad]. Shape (k, 6)."""
+        return self.weights.cost(turn, self.motion.cycles)
 
-    def step(self, values: Values, price: float, reach: float) -> tuple[Array, float] | None:
-        """Return the change of the unknowns that costs least, within reach, and what the motion then costs.
+    def step(self, here: Linearised, price: float, reach: float) -> tuple[Array, float] | None:
+        """Return the change of the free angles that costs least, within reach, and what the motion then costs.
 
         Args:
-            values: The equations where it starts.
+            here: The motion where it starts.
             price: What a violation costs [1 per L or rad].
-            reach: The largest change of an unknown [rad], at a bend limit of 1 rad or more; less in proportion below.
+            reach: The largest change of a free angle [rad], at a bend limit of 1 rad or more; less in proportion below.
         """
-        reach = reach * self._share
+        reach, values = reach * self._share, here.values
         turn = values.turn.ravel()
         bound = self._sign * turn[self._component] + self._reach * reach
         margin = 0.5 * reach
@@ -159,19 +161,19 @@ class MoveProgram:
         begun = np.where(self._move >= 0, longest[self._move] + 2.0 * margin / slowest, 0.0)
         begun = np.where(self._size >= 0, np.abs(turn[self._size]) + margin, begun)
         enough = _ACCURATE * (1.0 + self.weights.cost(values.turn, self.motion.cycles))
-        m, near = len(values.residual), values.slack < _NEAR * reach * self._deepest
+        m, near = len(values.residual), here.slack < _NEAR * reach * self._deepest
         for _ in range(_MORE):
-            slope = np.concatenate([values.derivative, -values.slack_derivative[near]])
-            wanted = np.concatenate([-values.residual, values.slack[near]])
+            slope = np.concatenate([values.derivative, -here.slope[near]])
+            wanted = np.concatenate([-values.residual, here.slack[near]])
             found = least(self.blocks, bound, slope.T, wanted, m, price, begun, enough)
             if found is None:
                 return None
             change = found[(self._move < 0) & (self._size < 0)]
-            slack = values.slack + (values.slack_derivative * change).sum(axis=1)
+            slack = here.slack + (here.slope * change).sum(axis=1)
             broken = (slack < 0.0) & ~near
             if not np.any(broken):
                 break
             near = near | broken
-        cost = self.weights.cost(self.motion.turn_at(change, values.turn), self.motion.cycles)
+        cost = self.weights.cost(self.motion.turned(change, values.turn), self.motion.cycles)
         missed = np.abs((values.derivative * change).sum(axis=1) + values.residual)
         return change, cost + price * (float(np.add.reduce(missed)) - float(np.add.reduce(np.minimum(slack, 0.0))))

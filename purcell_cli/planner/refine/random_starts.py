@@ -16,7 +16,8 @@ from purcell_cli.geometry.reproducible import matmul, norm, sin
 from purcell_cli.geometry.rotations import Array, as_vector
 from purcell_cli.mechanics.lift import ROUGH, flow
 from purcell_cli.mechanics.moves import MoveSequence
-from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
+from purcell_cli.planner.refine.segments import Segment
+from purcell_cli.planner.refine.shooting import Equations
 
 _PERIOD_S = (3.0, 8.0)
 """The shortest and the longest period of a swing, at a joint rate of 1 rad/s [s]."""
@@ -26,9 +27,7 @@ _SWING_RAD = 2.0
 """The largest amplitude of a component [rad], and no more than the bend limit."""
 
 
-def random_starts(
-    motion: MoveShooting, gait: str, duration: float, tried: int, kept: int, seed: int
-) -> list[MoveShooting]:
+def random_starts(motion: Equations, gait: str, duration: float, tried: int, kept: int, seed: int) -> list[Equations]:
     """Return the random motions, of some, that end nearest to the goal, best first.
 
     Args:
@@ -55,4 +54,4 @@ def random_starts(
         off = se3.log(se3.normalised(matmul(se3.inverse(motion.displacement), went)))
         made.append((round(float(norm(off)), 9), len(made), turn))
     made.sort(key=lambda one: one[:2])
-    return [motion.of([MoveSegment(2, gait, turn)]) for _, _, turn in made[:kept]]
+    return [motion.of([Segment.by_moves(2, gait, turn)]) for _, _, turn in made[:kept]]

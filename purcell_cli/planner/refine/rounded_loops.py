@@ -15,7 +15,7 @@ from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.refine.octagonal_loops import cycle, octagons, twist
-from purcell_cli.planner.refine.shooting_moves import MoveSegment
+from purcell_cli.planner.refine.segments import Segment
 
 ROUNDED = "rounded shape loop"
 """Name of octagons, which are not in the plan by primitives."""
@@ -31,7 +31,7 @@ Ways = tuple[tuple[int, ...], ...]
 """Which components of joints' turns may change at once: of a universal joint one angle or the other (`joint_turns`)."""
 
 
-def segments_by_moves(block: Block, shape: Array, swimmer: Swimmer, ways: Ways | None) -> list[MoveSegment]:
+def segments_by_moves(block: Block, shape: Array, swimmer: Swimmer, ways: Ways | None) -> list[Segment]:
     """Return a stroke as segments: a rectangle that repeats as an octagon, with ways to it and from it.
 
     Args:
@@ -50,14 +50,13 @@ def _turn(block: Block) -> Array:
     return turns_of(cast(PrimitiveSequence, block.sequence))
 
 
-def as_it_is(block: Block) -> MoveSegment:
-    """Return a stroke as a segment without unknowns."""
-    turn = _turn(block)
-    none = np.empty((turn.size, 0))
-    return MoveSegment(block.phase, block.gait, turn, block.cycles, tie=none, amplitude_rad=block.amplitude_rad)
+def as_it_is(block: Block) -> Segment:
+    """Return a stroke as a segment without free angles."""
+    amplitude = block.amplitude_rad
+    return Segment.by_moves(block.phase, block.gait, _turn(block), block.cycles, amplitude_rad=amplitude, fixed=True)
 
 
-def _rounded(block: Block, shape: Array, swimmer: Swimmer, ways: Ways | None) -> list[MoveSegment]:
+def _rounded(block: Block, shape: Array, swimmer: Swimmer, ways: Ways | None) -> list[Segment]:
     """Return a rectangle of one axis of each limb, both square to one plane through the base's axis, as an octagon."""
     if len(block.sequence) != 4 or not isinstance(block.sequence, PrimitiveSequence):
         return []
@@ -93,11 +92,11 @@ def _rounded(block: Block, shape: Array, swimmer: Swimmer, ways: Ways | None) ->
     if cycles <= _FEW_CYCLES:
         loop = _once(2, ROUNDED, np.tile(turn, (cycles, 1)), ways)
     else:
-        loop = [MoveSegment(2, ROUNDED, turn, cycles, tie=_half_tie(len(turn), used))]
+        loop = [Segment.by_moves(2, ROUNDED, turn, cycles, _half_tie(len(turn), used))]
     return [*_once(2, ROUNDED, way, ways), *loop, *_once(2, ROUNDED, -way, ways)]
 
 
-def _once(phase: int, gait: str, turn: Array, ways: Ways | None) -> list[MoveSegment]:
+def _once(phase: int, gait: str, turn: Array, ways: Ways | None) -> list[Segment]:
     """Return what is played once, its turns cut, and kept to the yaws or to the pitches if they are so.
 
     Where joints have but some axes, it is kept to those; where there are several ways in which they may turn at once,
@@ -109,11 +108,11 @@ def _once(phase: int, gait: str, turn: Array, ways: Ways | None) -> list[MoveSeg
     plane = next((p for p in ([2, 5], [1, 4]) if used <= set(p)), None)
     if ways is None or len(ways) == 1:
         free = plane if ways is None else ways[0]
-        return [MoveSegment(phase, gait, cut, axes=None if free is None else axes_of(tuple(free)))]
+        return [Segment.by_moves(phase, gait, cut, tie=None if free is None else axes_of(tuple(free)))]
     out = []
     for one in cut:
         within = [way for way in ways if set(np.flatnonzero(one).tolist()) <= set(way)]
-        out += [MoveSegment(phase, gait, one[None] / len(within), axes=axes_of(way)) for way in within]
+        out += [Segment.by_moves(phase, gait, one[None] / len(within), tie=axes_of(way)) for way in within]
     return out
 
 

@@ -43,8 +43,9 @@ from purcell_cli.motion.pace import paced as played_at_pace
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.refine.coarser_moves import coarser
+from purcell_cli.planner.refine.exact_arrival import settled
 from purcell_cli.planner.refine.minimum_energy import EnergyProgram, paced
-from purcell_cli.planner.refine.minimum_time import QUICKEST, SHORTEST, Found, Program, minimised, settled
+from purcell_cli.planner.refine.minimum_time import QUICKEST, SHORTEST, Found, Program, minimised
 from purcell_cli.planner.refine.move_program import MoveProgram, Weights
 from purcell_cli.planner.refine.move_segments import (
     TOGETHER,
@@ -55,7 +56,7 @@ from purcell_cli.planner.refine.move_segments import (
     without_straightening,
 )
 from purcell_cli.planner.refine.random_starts import random_starts
-from purcell_cli.planner.refine.shooting_moves import MoveShooting
+from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refine.trust_region import FIRST_REACH
 
 _ACROSS_RAD = 0.25 * math.pi
@@ -63,15 +64,15 @@ _ACROSS_RAD = 0.25 * math.pi
 _ROUNDS = {"quick": (6, 15), "standard": (6, 30), "thorough": (12, 80)}
 """The most programs by effort: for each start, and then for the one that promises most."""
 _LARGE = {"quick": (2e3, 6e3), "standard": (4e3, 14e3), "thorough": (24e3, 80e3)}
-"""Programs times unknowns by effort, so that motions of many moves take no longer than others."""
+"""Programs times free angles by effort, so that motions of many moves take no longer than others."""
 _LEG = 2, 5
 """After how many programs moves are made fewer: for each start, and then."""
 _LEAST_REACH = 0.03
 """The least radius of the trust region where all turns become free [rad]."""
 _FEW = 100
-"""Motions of at most so many unknowns keep their moves: a program takes a millisecond or two."""
+"""Motions of at most so many free angles keep their moves: a program takes a millisecond or two."""
 _LEAST_ROUNDS = 4
-"""The least number of programs, however many unknowns there are."""
+"""The least number of programs, however many free angles there are."""
 _ARRIVED = 1e-10
 """A motion whose residuals are all below this arrives [L, rad]."""
 _UNFELT_RAD = 1e-13
@@ -101,7 +102,7 @@ _TOGETHER = 2
 """So many angles of joints must be able to turn at once for a plan to be made quicker."""
 
 
-Maker = Callable[[MoveShooting], Program]
+Maker = Callable[[Equations], Program]
 """Makes the program of a motion."""
 
 
@@ -149,10 +150,10 @@ class _Search:
             self.descended([*found, *self.starts(0.0)], functools.partial(EnergyProgram, total=self.total))
         return self.best
 
-    def _weighed(self, weights: Weights, motion: MoveShooting) -> Program:
+    def _weighed(self, weights: Weights, motion: Equations) -> Program:
         return MoveProgram(motion, dataclasses.replace(weights, rates=self.rates))
 
-    def starts(self, *across_rad: float) -> list[MoveShooting]:
+    def starts(self, *across_rad: float) -> list[Equations]:
         """Return the plan as motions by moves, the limbs rolled in phase 2 by angles, opposite ways [rad]."""
         plan, unit = self.plan, self.plan.swimmer.scaled()
         wanted = flattened(plan.swimmer, displacement_between(plan.start, plan.goal, plan.swimmer.length_m))
@@ -161,7 +162,7 @@ class _Search:
             across_rad = across_rad[-1:]
         every = [segments_of_plan(plan, unit, across, self.ways) for across in across_rad]
         ends, apart = (plan.start.shape, plan.goal.shape), self._apart(inner)
-        return [MoveShooting(inner, s, *ends, wanted, ROUGH, apart) for s in every]
+        return [Equations(inner, s, *ends, wanted, ROUGH, apart) for s in every]
 
     def _apart(self, inner: Swimmer) -> float | None:
         """Return how far limbs stay from each other [L]; None where they cannot meet."""
@@ -172,7 +173,7 @@ class _Search:
             return None
         return min(clearance + _MARGIN_L, float(np.min(limb_distance(inner, ends))))
 
-    def swinging(self) -> list[MoveShooting]:
+    def swinging(self) -> list[Equations]:
         """Return motions that swing at random, where limbs on ball joints may fold."""
         motion = self.starts(0.0)[0]
         most = float(np.max(bends(np.stack([motion.start, motion.goal])[..., 0])))
@@ -186,7 +187,7 @@ class _Search:
             for one in random_starts(motion, TOGETHER, seconds, _TRIED, _KEPT, k)
         ]
 
-    def descended(self, starts: list[MoveShooting], program: Maker) -> list[MoveShooting]:
+    def descended(self, starts: list[Equations], program: Maker) -> list[Equations]:
         """Minimise what a program does from the start that promises most, or from the next where its plan does not do.
 
         A thorough search follows all of them to their end.
@@ -230,27 +231,27 @@ class _Search:
     def _minimised(self, here: Found, program: Maker, last: bool) -> Found:
         """Return a motion that costs less, found by the programs that the effort allows; its moves become fewer."""
         most, large = _ROUNDS[self.effort][last], _LARGE[self.effort][last]
-        rounds = min(most, max(_LEAST_ROUNDS, int(large / max(len(here.motion.unknown), 1))))
+        rounds = min(most, max(_LEAST_ROUNDS, int(large / max(len(here.motion.angles), 1))))
         fewer = last
         for k in range(0, rounds, _LEG[last]):
             motion = without_idle(here.motion)
-            tried = coarser(motion) if fewer and len(motion.unknown) > _FEW else motion
+            tried = coarser(motion) if fewer and len(motion.angles) > _FEW else motion
             found = minimised(tried, program(tried), min(rounds - k, _LEG[last]), here.reach)
             fewer = found.merit < here.merit
             here = found if fewer else dataclasses.replace(here, reach=found.reach)
         return here
 
-    def _made(self, motion: MoveShooting) -> Plan:
+    def _made(self, motion: Equations) -> Plan:
         lasting = paced(motion, self.total) if self.objective == "energy" else None
         blocks = _on_the_clock(motion, self.plan.swimmer.joint_rate_rad_s, lasting)
         return dataclasses.replace(self.plan, blocks=tuple(blocks), limits=None)
 
-    def _broken(self, motion: MoveShooting) -> set[int]:
+    def _broken(self, motion: Equations) -> set[int]:
         """Return which of phases 1 and 3 break a limit; bends come within theirs when the motion is settled."""
         report = check(self.plan.swimmer, self.plan.start, self._made(motion).blocks, self.limits)
         return {v.phase for v in report.violations if v.phase != 2 and v.limit != "bend"}
 
-    def _consider(self, motion: MoveShooting) -> bool:
+    def _consider(self, motion: Equations) -> bool:
         """Keep a motion if it spends less than the best so far within limits, and return whether it is within them."""
         made = self._made(motion)
         if not check(made.swimmer, made.start, made.blocks, self.limits).kept:
@@ -266,7 +267,7 @@ class _Search:
         return spent, cost("time", swimmer, blocks, plan.start.shape), plan.joint_travel_rad
 
 
-def _on_the_clock(motion: MoveShooting, rate_rad_s: float, lasting: Array | None = None) -> list[Block]:
+def _on_the_clock(motion: Equations, rate_rad_s: float, lasting: Array | None = None) -> list[Block]:
     """Return the motion as blocks, its durations rounded up to the clock; the turns stay as they are.
 
     Args:
@@ -281,8 +282,9 @@ def _on_the_clock(motion: MoveShooting, rate_rad_s: float, lasting: Array | None
     step = clock_step(1.01 * float(matmul(motion.cycles, each)) / rate_rad_s) * rate_rad_s
     out: list[Block] = []
     for segment, vector, own in zip(motion.segments, vectors, np.split(each, counts), strict=True):
-        gait = TOGETHER if segment.phase == 2 and segment.cycles == 1 else segment.gait
-        amplitude = segment.amplitude_rad if segment.cycles > 1 else math.nan
+        ((name, amplitude, _),) = segment.strokes
+        gait = TOGETHER if segment.phase == 2 and segment.cycles == 1 else name
+        amplitude = amplitude if segment.cycles > 1 else math.nan
         felt = (np.max(np.abs(segment.turn), axis=1) > _UNFELT_RAD) | (segment.cycles > 1)
         moves = _ticking(vector[felt], segment.turn[felt], own[felt], step)
         block = Block(segment.phase, gait, moves, segment.cycles, amplitude)

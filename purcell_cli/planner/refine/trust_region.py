@@ -1,4 +1,7 @@
-"""A descent by steps within a trust region, for minimum travel and for minimum time."""
+"""A descent by steps within a trust region: its radii and its rule are those of every objective.
+
+Minimum time and minimum energy descend here; minimum travel, by many short steps, in the kernel (`descent.c`).
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ from collections.abc import Callable
 from typing import Protocol, TypeVar
 
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.kernel.trust_region import step_taken
 
 FIRST_REACH = 0.1
 """Radius of the trust region at the first step [rad]."""
@@ -47,13 +51,9 @@ def descended(
             break
         promised = here.merit - found[1]
         there = land(here, found[0], promised, reach)
-        kept = (here.merit - there.merit) / promised if promised > 0 else 0.0
-        if kept > 0.02:
+        taken, reach = step_taken(promised, here.merit - there.merit, reach, LARGEST_REACH)
+        if taken:
             here = there
-        if kept > 0.6:
-            reach = min(2.0 * reach, LARGEST_REACH)
-        elif kept < 0.2:
-            reach *= 0.35
         if reach < LEAST_REACH or promised < worth(here):
             break
     return here, reach

@@ -14,8 +14,10 @@ from purcell_cli.mechanics.collocation import flow_of
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import EXACT, SEARCHING, flow
 from purcell_cli.mechanics.moves import MoveSequence
+from purcell_cli.planner.refine.inequalities import Linearised, linearised
 from purcell_cli.planner.refine.octagonal_loops import yaws
-from purcell_cli.planner.refine.shooting_moves import MoveSegment, MoveShooting
+from purcell_cli.planner.refine.segments import Segment
+from purcell_cli.planner.refine.shooting import Equations
 
 SWIMMER = Swimmer(max_bend_rad=0.6).scaled()
 CYCLES = 4
@@ -26,64 +28,71 @@ def straightened(shape: Array) -> Array:
     return -as_vector(shape).reshape(1, 6)
 
 
-def loop(cycles: int = CYCLES) -> MoveSegment:
+def loop(cycles: int = CYCLES) -> Segment:
     """Return a loop of two sides and the same undone, which closes whatever they are."""
     half = np.array([[0.5, 0.3], [-0.4, 0.2]])
     tie = np.zeros((4, 6, 4))
     for k, (i, sign) in enumerate([(0, 1.0), (1, 1.0), (0, -1.0), (1, -1.0)]):
         tie[k, 2, 2 * i], tie[k, 5, 2 * i + 1] = sign, sign
-    return MoveSegment(2, "loop", yaws(np.concatenate([half, -half])), cycles, tie=tie.reshape(24, 4))
+    return Segment.by_moves(2, "loop", yaws(np.concatenate([half, -half])), cycles, tie=tie.reshape(24, 4))
 
 
-def motion(cycles: int = CYCLES) -> MoveShooting:
+def motion(cycles: int = CYCLES) -> Equations:
     """Return a motion that arrives: limbs straightened, a loop, limbs bent to the goal's shape."""
     rng = np.random.default_rng(3)
     start, goal = random_shapes(rng), random_shapes(rng)
-    segments = [MoveSegment(1, "in", straightened(start)), loop(cycles), MoveSegment(3, "out", -straightened(goal))]
+    segments = [
+        Segment.by_moves(1, "in", straightened(start)),
+        loop(cycles),
+        Segment.by_moves(3, "out", -straightened(goal)),
+    ]
     played = np.concatenate([segments[0].turn, np.tile(segments[1].turn, (CYCLES, 1)), segments[2].turn])
     wanted = flow(SWIMMER, MoveSequence.of_turns(played), start)
-    return MoveShooting(SWIMMER, segments, start, goal, wanted, EXACT)
+    return Equations(SWIMMER, segments, start, goal, wanted, EXACT)
+
+
+def at(angle: Array) -> Linearised:
+    return linearised(motion(), motion().at(angle), SWIMMER.max_bend_rad)
 
 
 def test_a_motion_that_arrives_misses_nothing() -> None:
     """Against the flow of all cycles one after the other; the foil plays one cycle fewer."""
-    assert motion().at(motion().unknown).size < 1e-12
-    assert motion(CYCLES - 1).at(motion().unknown).size > 1e-2
+    assert motion().at(motion().angles).size < 1e-12
+    assert motion(CYCLES - 1).at(motion().angles).size > 1e-2
 
 
 @pytest.mark.slow
 def test_the_equations_have_the_derivative_they_say() -> None:
     """Central differences at the arrival, a repeated loop and bends among them; the foil: the loop played once."""
-    unknown = motion().unknown
-    values = motion().at(unknown)
-    assert len(unknown) == 16
-    assert motion().tail == 10
+    angle = motion().angles
+    values, here = motion().at(angle), at(angle)
+    assert len(angle) == 16
     h = 1e-6
     slopes, slacks = [], []
     for step in h * np.eye(16):
-        up, down = motion().at(unknown + step), motion().at(unknown - step)
+        up, down = motion().at(angle + step), motion().at(angle - step)
         slopes.append((up.residual - down.residual) / (2 * h))
-        slacks.append((up.slack - down.slack) / (2 * h))
+        slacks.append((at(angle + step).slack - at(angle - step).slack) / (2 * h))
     free = [k for k in range(16) if not 6 <= k < 10]
     assert_close(values.derivative[:, 6:10], np.array(slopes).T[:, 6:10], 1e-7)
     assert_close(values.derivative[:6, 10:], np.array(slopes).T[:6, 10:], 1e-7)
     assert_close(values.derivative[6:, free], np.array(slopes).T[6:, free], 1e-7)
-    assert len(values.slack) > 0
-    assert_close(values.slack_derivative, np.array(slacks).T, 1e-7)
-    once = motion(1).at(unknown)
+    assert len(here.slack) > 0
+    assert_close(here.slope, np.array(slacks).T, 1e-7)
+    once = motion(1).at(angle)
     assert not is_close(once.derivative[:6, 6:10], values.derivative[:6, 6:10], 1e-2)
 
 
-def test_segments_take_their_unknowns_and_give_them_back() -> None:
+def test_segments_take_their_angles_and_give_them_back() -> None:
     rng = np.random.default_rng(0)
-    unknown = rng.normal(size=16)
-    segments = motion().segments_at(unknown)
-    assert_close(np.concatenate([segment.unknown() for segment in segments]), unknown, 1e-14)
-    assert_close(motion().of(segments).unknown, unknown, 1e-14)
+    angle = rng.normal(size=16)
+    segments = motion().with_angles(angle)
+    assert_close(motion().of(segments).angles, angle, 1e-14)
     assert_close(np.sum(segments[1].turn, axis=0), np.zeros(6), 1e-15)
-    fixed = MoveSegment(2, "fixed", loop().turn, 2, tie=np.empty((24, 0)))
-    assert fixed.at(np.empty(0)) is fixed
-    assert len(fixed.unknown()) == 0
+    held = Segment.by_moves(2, "held", loop().turn, 2, fixed=True)
+    both = motion().of([segments[0], held])
+    assert len(both.angles) == 6
+    assert_close(both.with_angles(angle[:6])[1].turn, loop().turn, 0.0)
 
 
 def test_a_motion_lasts_as_long_as_the_joint_that_turns_furthest_on_each_move() -> None:
@@ -110,7 +119,7 @@ def test_where_a_limb_is_most_bent_on_a_move_is_where_fine_samples_have_it() -> 
 
 
 def test_a_motion_on_a_rougher_flow_is_the_same_motion() -> None:
-    rough = motion().of(motion().segments, SEARCHING)
-    assert_close(rough.unknown, motion().unknown, 0.0)
-    assert 1e-14 < rough.at(rough.unknown).size < 1e-5
+    rough = motion().at_accuracy(SEARCHING)
+    assert_close(rough.angles, motion().angles, 0.0)
+    assert 1e-14 < rough.at(rough.angles).size < 1e-5
     assert motion().of(rough.segments).accuracy == EXACT
