@@ -8,7 +8,6 @@ repeats, the sides of a loop that closes whatever they are.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +15,6 @@ from numpy.typing import NDArray
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
-
-if TYPE_CHECKING:
-    from purcell_cli.planner.refine.segments import Segment
 
 HELD = np.empty((1, 0))
 """The tie of angles that stay as they are. Shape (1, 0)."""
@@ -80,10 +76,10 @@ class FreeAngles:
     mixed: tuple[_Mixed, ...] = ()
 
     @classmethod
-    def of(cls, segments: Sequence[Segment]) -> FreeAngles:
-        """Return the free angles of segments."""
-        if all(s.free for s in segments):
-            n = sum(len(s.sequence) for s in segments)
+    def of(cls, segments: Sequence[tuple[int, Array | None, int]]) -> FreeAngles:
+        """Return the free angles of segments: how many angles each has, their tie, and how often they are played."""
+        if all(tie is None for _, tie, _ in segments):
+            n = sum(count for count, *_ in segments)
             every = np.arange(n)
             return cls(every, np.ones(n), np.ones(n), True, every, every[:0])
         index: list[NDArray[np.int64]] = []
@@ -91,8 +87,7 @@ class FreeAngles:
         weight: list[Array] = []
         mixed: list[_Mixed] = []
         first = begun = 0
-        for s in segments:
-            n, tie = len(s.sequence), s.tie
+        for n, tie, cycles in segments:
             many = free_count(tie, n)
             if tie is None:
                 index.append(np.arange(first, first + n))
@@ -107,7 +102,7 @@ class FreeAngles:
                 starts = first + tie.shape[1] * np.arange(times)[:, None]
                 index.append(np.where(known[0] < 0, -1, starts + known[0]).ravel())
                 sign.append(np.tile(known[1], times))
-                weight.append(np.tile(s.cycles * np.add.reduce(np.abs(tie), axis=0), times))
+                weight.append(np.tile(cycles * np.add.reduce(np.abs(tie), axis=0), times))
             first, begun = first + many, begun + n
         signs, weights = np.concatenate(sign), np.concatenate(weight)
         own, opposite = np.flatnonzero(signs > 0), np.flatnonzero(signs < 0)

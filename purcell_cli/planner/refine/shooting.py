@@ -167,7 +167,7 @@ class Equations:
     @functools.cached_property
     def _free(self) -> FreeAngles:
         """How the free angles are numbered."""
-        return FreeAngles.of(self.segments)
+        return FreeAngles.of([(len(s.sequence), s.tie, s.cycles) for s in self.segments])
 
     @functools.cached_property
     def weight(self) -> Array:
