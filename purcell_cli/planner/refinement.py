@@ -19,7 +19,7 @@ from purcell_cli.motion.limits import Limits, LimitsReport
 from purcell_cli.motion.limits_check import check
 from purcell_cli.planner.incumbent import Contender
 from purcell_cli.planner.objectives import cost
-from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach, arrive, bent_less
+from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach, arrive, within_bends
 from purcell_cli.planner.refine.minimum_travel import Pace, minimise_travel, offering
 from purcell_cli.planner.refine.segments import free_primitives
 from purcell_cli.planner.refine.shooting import Equations, Values
@@ -28,9 +28,6 @@ _MENDED, _FEW = 0.02, 100
 """Motions that miss by less than this [L, rad], of no more free primitives than so many, are offered idle controls."""
 _CLOSER = 1e-6
 """What such motions may miss by then: where links come near one line the last steps are far from linear [L, rad]."""
-_SLIGHT, _SHARPLY = 1e-4, (False, False, True, True)
-"""Bends beyond their limit by less than this [rad] are mended by one more step at a time; the last of them count by the
-angle, the first by its cosine."""
 
 
 @frozen_dataclass(eq=False)
@@ -126,12 +123,11 @@ class Refinement:
         rough = begun.at_accuracy(SEARCHING)
         values = near.values if len(begun.angles) == len(near.motion.angles) else rough.at(rough.angles)
         motion, off = arrive(begun, values, self.swimmer.max_bend_rad, on_the_clock)
-        report = check(self.swimmer, self.start, played(motion), self.limits)
-        for sharply in _SHARPLY:
-            if not 0.0 < self._excess(report) < _SLIGHT or {v.limit for v in report.violations} != {"bend"}:
-                break
-            motion, off = bent_less(motion, self.swimmer.max_bend_rad, on_the_clock, sharply)
-            report = check(self.swimmer, self.start, played(motion), self.limits)
+
+        def judged(one: Equations) -> LimitsReport:
+            return check(self.swimmer, self.start, played(one), self.limits)
+
+        motion, off, report = within_bends(motion, off, judged, self.swimmer.max_bend_rad, on_the_clock)
         return Contender(motion, words, off, self._excess(report), self.cost(motion), report)
 
     def _excess(self, report: LimitsReport) -> float:

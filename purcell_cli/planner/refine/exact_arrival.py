@@ -19,6 +19,7 @@ from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import EXACT, SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence
+from purcell_cli.motion.limits import LimitsReport
 from purcell_cli.planner.refine.active_set import bounded_step
 from purcell_cli.planner.refine.inequalities import (
     ACTIVE,
@@ -67,6 +68,9 @@ _PLAIN = 2e-6
 """Above this, residuals at the rough accuracy are right to a few per cent and need no exact flow [L, rad]."""
 _NEAR_LIMIT = 3e-3
 """Limits with less slack than this bound a Newton step from the first, as a part of the most there is."""
+_SLIGHT, _SHARPLY = 1e-4, (False, False, True, True)
+"""Bends beyond their limit by less than this [rad] are mended by one more step at a time; the last of them count by the
+angle, the first by its cosine."""
 _SPOILT = 30.0
 """Residual at which the last rotations take over, in units of what rounding to the clock adds to the residual."""
 _NEVER = 1000
@@ -293,15 +297,46 @@ def _one_by_one(
     return kept, best
 
 
+def within_bends(
+    motion: Equations,
+    off: float,
+    judged: Callable[[Equations], LimitsReport],
+    max_bend_rad: float,
+    rounded: Callable[[Array], Array] | None = None,
+) -> tuple[Equations, float, LimitsReport]:
+    """Return a motion that arrives, changed to bend no limb too far if it does so by little and breaks no other limit.
+
+    Args:
+        motion: The motion.
+        off: The largest residual left [L, rad].
+        judged: Judges a motion.
+        max_bend_rad: How far a limb may bend in phase 2 [rad].
+        rounded: Rounds angles to what the clock can tell [rad]; None where they need no rounding.
+
+    Returns:
+        The motion, the largest residual left [L, rad], and how near it comes to its limits.
+    """
+    report = judged(motion)
+    for sharply in _SHARPLY:
+        slight = (
+            all(v.limit == "bend" for v in report.violations) and sum(v.excess for v in report.violations) < _SLIGHT
+        )
+        if report.kept or not slight:
+            break
+        motion, off = bent_less(motion, max_bend_rad, rounded, sharply)
+        report = judged(motion)
+    return motion, off, report
+
+
 def bent_less(
-    equations: Equations, max_bend_rad: float, rounded: Callable[[Array], Array], sharply: bool = False
+    equations: Equations, max_bend_rad: float, rounded: Callable[[Array], Array] | None = None, sharply: bool = False
 ) -> tuple[Equations, float]:
     """Return a motion that arrives, but bends a limb a little too far, with its angles changed to do neither.
 
     Args:
         equations: The equations of the motion, its angles on the clock.
         max_bend_rad: How far a limb may bend in phase 2 [rad].
-        rounded: Rounds angles to what the clock can tell [rad].
+        rounded: Rounds angles to what the clock can tell [rad]; None where they need no rounding.
         sharply: Whether an excess counts by its angle. Its cosine hardly tells one of a limb that is almost straight or
             folded.
 
@@ -318,9 +353,9 @@ def bent_less(
         per_bend = 1.0 / float(np.min(sine[sine > _LEAST_SINE], initial=1.0))
         slack, slope = per_bend * slack, per_bend * slope
     step = bounded_step(values.derivative, values.residual, slack, slope, _REACH_RAD)
-    angle = rounded(equations.angles + step)
+    angle = equations.angles + step if rounded is None else rounded(equations.angles + step)
     missing = equations.residual(angle)
-    if np.any(np.abs(missing) > _ENOUGH_LAST):
+    if rounded is not None and np.any(np.abs(missing) > _ENOUGH_LAST):
         angle, missing = _one_by_one(equations, angle, missing, values.derivative, rounded)
     return equations.of(equations.with_angles(angle)), float(np.max(np.abs(missing)))
 

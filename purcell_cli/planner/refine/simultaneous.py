@@ -37,13 +37,13 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.clearance import apart_bend_rad, limb_distance
 from purcell_cli.motion.clock import clock_step
 from purcell_cli.motion.limb_circles import bends
-from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.limits import Limits, LimitsReport
 from purcell_cli.motion.limits_check import check
 from purcell_cli.motion.pace import paced as played_at_pace
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.refine.coarser_moves import coarser
-from purcell_cli.planner.refine.exact_arrival import settled
+from purcell_cli.planner.refine.exact_arrival import settled, within_bends
 from purcell_cli.planner.refine.minimum_energy import EnergyProgram, paced
 from purcell_cli.planner.refine.minimum_time import QUICKEST, SHORTEST, Found, Program, minimised
 from purcell_cli.planner.refine.move_program import MoveProgram, Weights
@@ -65,6 +65,8 @@ _ROUNDS = {"quick": (6, 15), "standard": (6, 30), "thorough": (12, 80)}
 """The most programs by effort: for each start, and then for the one that promises most."""
 _LARGE = {"quick": (2e3, 6e3), "standard": (4e3, 14e3), "thorough": (24e3, 80e3)}
 """Programs times free angles by effort, so that motions of many moves take no longer than others."""
+_LATER = 1.75
+"""So many times the programs for each start where joint travel is minimised: which promises most is told later."""
 _LEG = 2, 5
 """After how many programs moves are made fewer: for each start, and then."""
 _LEAST_REACH = 0.03
@@ -145,7 +147,7 @@ class _Search:
         quickest = functools.partial(self._weighed, QUICKEST)
         found = [*self.descended(self.starts(*across), quickest), *self.descended(self.swinging(), quickest)]
         if self.objective == "travel":
-            self.descended([*found, *self.starts(0.0)], functools.partial(self._weighed, SHORTEST))
+            self.descended([*found, *self.starts(0.0)], functools.partial(self._weighed, SHORTEST), _LATER)
         if self.objective == "energy":
             self.descended([*found, *self.starts(0.0)], functools.partial(EnergyProgram, total=self.total))
         return self.best
@@ -187,15 +189,20 @@ class _Search:
             for one in random_starts(motion, TOGETHER, seconds, _TRIED, _KEPT, k)
         ]
 
-    def descended(self, starts: list[Equations], program: Maker) -> list[Equations]:
+    def descended(self, starts: list[Equations], program: Maker, looked: float = 1.0) -> list[Equations]:
         """Minimise what a program does from the start that promises most, or from the next where its plan does not do.
 
         A thorough search follows all of them to their end.
 
+        Args:
+            starts: The motions to begin with.
+            program: Makes the program of a motion.
+            looked: So many times the programs that the effort allows for each start.
+
         Returns:
             The motions that arrive within limits, best first.
         """
-        begun = [self._minimised(Found(start, math.inf, FIRST_REACH), program, last=False) for start in starts]
+        begun = [self._minimised(Found(start, math.inf, FIRST_REACH), program, False, looked) for start in starts]
         ended: list[Found] = []
         for one in sorted(begun, key=lambda one: one.merit):
             if ended and self.effort != "thorough":
@@ -212,26 +219,28 @@ class _Search:
         A phase 1 or 3 that breaks a limit is as in the plan by primitives.
         """
         held: set[int] = set()
-        broken = self._broken(here.motion)
+        broken = _held_phases(self._judged(here.motion))
         for _ in range(_OUTER_PHASES):
             if held < held | broken:
                 held = held | broken
                 here = Found(with_phases_held(here.motion, self.plan, held), math.inf, FIRST_REACH)
-            here = self._minimised(here, program, last=True)
+            here = self._minimised(here, program, True)
             motion, off = settled(without_idle(here.motion))
             if off >= _ARRIVED:
                 return []
-            if self._consider(motion):
+            motion, off, report = within_bends(motion, off, self._judged, self.plan.swimmer.max_bend_rad)
+            if report.kept and off < _ARRIVED:
+                self._consider(motion)
                 return [dataclasses.replace(here, motion=motion)]
-            broken = self._broken(motion)
+            broken = _held_phases(report)
             if broken <= held:
                 return []
         return []
 
-    def _minimised(self, here: Found, program: Maker, last: bool) -> Found:
+    def _minimised(self, here: Found, program: Maker, last: bool, part: float = 1.0) -> Found:
         """Return a motion that costs less, found by the programs that the effort allows; its moves become fewer."""
         most, large = _ROUNDS[self.effort][last], _LARGE[self.effort][last]
-        rounds = min(most, max(_LEAST_ROUNDS, int(large / max(len(here.motion.angles), 1))))
+        rounds = min(int(part * most), max(_LEAST_ROUNDS, int(part * large / max(len(here.motion.angles), 1))))
         fewer = last
         for k in range(0, rounds, _LEG[last]):
             motion = without_idle(here.motion)
@@ -246,25 +255,26 @@ class _Search:
         blocks = _on_the_clock(motion, self.plan.swimmer.joint_rate_rad_s, lasting)
         return dataclasses.replace(self.plan, blocks=tuple(blocks), limits=None)
 
-    def _broken(self, motion: Equations) -> set[int]:
-        """Return which of phases 1 and 3 break a limit; bends come within theirs when the motion is settled."""
-        report = check(self.plan.swimmer, self.plan.start, self._made(motion).blocks, self.limits)
-        return {v.phase for v in report.violations if v.phase != 2 and v.limit != "bend"}
+    def _judged(self, motion: Equations) -> LimitsReport:
+        """Return how near a motion comes to its limits."""
+        return check(self.plan.swimmer, self.plan.start, self._made(motion).blocks, self.limits)
 
-    def _consider(self, motion: Equations) -> bool:
-        """Keep a motion if it spends less than the best so far within limits, and return whether it is within them."""
+    def _consider(self, motion: Equations) -> None:
+        """Keep a motion within limits if it spends less than the best so far."""
         made = self._made(motion)
-        if not check(made.swimmer, made.start, made.blocks, self.limits).kept:
-            return False
         if self._spent(made) < self._spent(self.best):
             self.best = made
-        return True
 
     def _spent(self, plan: Plan) -> tuple[float, float, float]:
         """Return what plans are compared by: the objective, time, joint travel."""
         swimmer, blocks = played_at_pace(plan.swimmer, plan.start.shape, plan.blocks)
         spent = cost(self.objective, swimmer, plan.blocks if self.objective == "travel" else blocks, plan.start.shape)
         return spent, cost("time", swimmer, blocks, plan.start.shape), plan.joint_travel_rad
+
+
+def _held_phases(report: LimitsReport) -> set[int]:
+    """Return which of phases 1 and 3 break a limit; bends come within theirs when the motion is settled."""
+    return {v.phase for v in report.violations if v.phase != 2 and v.limit != "bend"}
 
 
 def _on_the_clock(motion: Equations, rate_rad_s: float, lasting: Array | None = None) -> list[Block]:
