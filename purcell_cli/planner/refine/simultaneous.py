@@ -65,8 +65,9 @@ _ROUNDS = {"quick": (6, 15), "standard": (6, 30), "thorough": (12, 80)}
 """The most programs by effort: for each start, and then for the one that promises most."""
 _LARGE = {"quick": (2e3, 6e3), "standard": (4e3, 14e3), "thorough": (24e3, 80e3)}
 """Programs times free angles by effort, so that motions of many moves take no longer than others."""
-_LATER = 1.75
-"""So many times the programs for each start where joint travel is minimised: which promises most is told later."""
+_LATER, _FOLLOWED = 1.75, 2
+"""So many times the programs for each start, and so many starts followed to their end, where joint travel is minimised
+and some starts swing: which promises most is told later then, and not as well."""
 _LEG = 2, 5
 """After how many programs moves are made fewer: for each start, and then."""
 _LEAST_REACH = 0.03
@@ -145,9 +146,11 @@ class _Search:
         """Return the best plan: what takes least time is where the search of others begins too."""
         across = (_ACROSS_RAD, 0.0) if self.ways is None else (0.0,)
         quickest = functools.partial(self._weighed, QUICKEST)
-        found = [*self.descended(self.starts(*across), quickest), *self.descended(self.swinging(), quickest)]
+        swinging = self.swinging()
+        found = [*self.descended(self.starts(*across), quickest), *self.descended(swinging, quickest)]
         if self.objective == "travel":
-            self.descended([*found, *self.starts(0.0)], functools.partial(self._weighed, SHORTEST), _LATER)
+            later = (_LATER, _FOLLOWED) if swinging else (1.0, 1)
+            self.descended([*found, *self.starts(0.0)], functools.partial(self._weighed, SHORTEST), *later)
         if self.objective == "energy":
             self.descended([*found, *self.starts(0.0)], functools.partial(EnergyProgram, total=self.total))
         return self.best
@@ -189,7 +192,9 @@ class _Search:
             for one in random_starts(motion, TOGETHER, seconds, _TRIED, _KEPT, k)
         ]
 
-    def descended(self, starts: list[Equations], program: Maker, looked: float = 1.0) -> list[Equations]:
+    def descended(
+        self, starts: list[Equations], program: Maker, looked: float = 1.0, followed: int = 1
+    ) -> list[Equations]:
         """Minimise what a program does from the start that promises most, or from the next where its plan does not do.
 
         A thorough search follows all of them to their end.
@@ -198,6 +203,7 @@ class _Search:
             starts: The motions to begin with.
             program: Makes the program of a motion.
             looked: So many times the programs that the effort allows for each start.
+            followed: How many starts whose plans do are followed to their end.
 
         Returns:
             The motions that arrive within limits, best first.
@@ -205,7 +211,7 @@ class _Search:
         begun = [self._minimised(Found(start, math.inf, FIRST_REACH), program, False, looked) for start in starts]
         ended: list[Found] = []
         for one in sorted(begun, key=lambda one: one.merit):
-            if ended and self.effort != "thorough":
+            if len(ended) >= followed and self.effort != "thorough":
                 break
             freed, reach = all_freed(one.motion, self.ways), max(one.reach, _LEAST_REACH)
             straight = without_straightening(freed)
