@@ -91,6 +91,22 @@ def test_least_steps_are_those_of_numpy(seed: int, m: int, k: int, n: int) -> No
         assert np.min(room + slope @ free) < -1e-3
 
 
+@pytest.mark.parametrize("apart", [0.0, 1e-13, 1e-6, 0.3])
+def test_least_steps_where_equations_depend_on_one_another_are_those_of_numpy(apart: float) -> None:
+    """Two rows are alike, or all but alike, and ask for the same or for other things; then some of it is missed."""
+    rng = np.random.default_rng(3)
+    arrival, none = rng.normal(size=(12, 40)), (np.empty(0), np.empty((0, 40)))
+    arrival[11] = arrival[4] + apart * rng.normal(size=40)
+    for conflict in (0.0, 0.1):
+        missing = 0.1 * rng.normal(size=12)
+        missing[11] = missing[4] + conflict
+        found = shooting.bounded_step(arrival, missing, *none, 1e9)
+        wanted = reference.bounded_step(arrival, missing, *none, 1e9)
+        agree(found, wanted, 1e-6)
+        left = np.max(np.abs(arrival @ found + missing))
+        assert (left > 0.04) == (conflict > 0.0 and apart < 1e-9)
+
+
 def test_arrays_of_other_sizes_are_refused() -> None:
     start, sequence = motion(0, False)
     shapes, ends = sequence.shapes(start), start[None]

@@ -136,6 +136,38 @@ static void least_norm(SIZE r, SIZE n, double *rows, const double *wanted, doubl
     product(lead, basis, x, 1, rank, n);
 }
 
+#define REFINED 3         /* the most solutions that refine one another */
+#define SOLVED 1e-11      /* what rows may miss then, as a part of the largest that is wanted */
+
+/* x of least norm for which rows x is a vector, by the damped Gram matrix of the rows, refined; whether that was found.
+ * Rows that are all but dependent have none: `least_norm` then does. gram: (r, r). work: (r, r) and (3 r,). */
+static int least_by_gram(SIZE r, SIZE n, const double *rows, const double *gram, const double *wanted, double *work,
+                         double *x) {
+    double *system = work, *left = system + r * r, *multiplier = left + r, *step = multiplier + r, most = 0.0;
+    for (SIZE i = 0; i < r; i++) {
+        const double size = fabs(wanted[i]);
+        most = size > most ? size : most;
+        left[i] = wanted[i];
+        multiplier[i] = 0.0;
+    }
+    for (int round = 0; round < REFINED; round++) {
+        double missed = 0.0;
+        for (SIZE i = 0; i < r * r; i++) system[i] = gram[i];
+        for (SIZE i = 0; i < r; i++) step[i] = left[i];
+        purcell_solve(1, r, 1, system, step);
+        for (SIZE i = 0; i < r; i++) multiplier[i] += step[i];
+        product(multiplier, rows, x, 1, r, n);
+        for (SIZE i = 0; i < r; i++) {
+            left[i] = wanted[i] - inner_product(n, rows + i * n, x);
+            const double size = fabs(left[i]);
+            missed = size <= missed ? missed : size; /* what is no number stays */
+        }
+        if (missed <= SOLVED * most) return 1;
+        if (missed != missed) return 0;
+    }
+    return 0;
+}
+
 /* The least step to the arrival under inequalities (primal-dual active sets: Hintermueller, Ito and Kunisch 2002, SIAM
  * J. Optim. 13, 865). An angle that moves the base by much counts for more.
  *
@@ -202,10 +234,16 @@ API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, con
     SIZE count = 0;
     for (SIZE i = 0; i < r; i++) {
         if (!kept[i]) continue;
+        SIZE l = 0;
+        for (SIZE j = 0; j < r; j++)
+            if (kept[j]) system[count * r + l++] = gram[i * r + j];
         for (SIZE j = 0; j < n; j++) few[count * n + j] = rows[i * n + j];
         multiplier[count++] = wanted[i];
     }
-    least_norm(count, n, few, multiplier, basis, part, out);
+    for (SIZE i = 1; i < count; i++)
+        for (SIZE j = 0; j < count; j++) system[i * count + j] = system[i * r + j];
+    if (count > n || !least_by_gram(count, n, few, system, multiplier, part, out))
+        least_norm(count, n, few, multiplier, basis, part, out);
     double largest = 0.0;
     for (SIZE j = 0; j < n; j++) {
         out[j] *= weight[j];
