@@ -71,12 +71,11 @@ def test_pieces_in_doubles_are_those_in_extended_precision(swimmer: Swimmer, cou
     unit, length = swimmer.scaled(), rng.uniform(0.01, 0.05, count)
 
     def found(precision: type, times: float = 1.0, by: Any = extrapolation._extrapolated) -> tuple[np.ndarray, ...]:
-        turning = extrapolation.Turning(shapes.astype(precision), rates)
+        turning = extrapolation.Turning.of(shapes.astype(precision), rates)
         return by(unit, turning, times * length.astype(precision), tabulated)
 
     exact = found(np.longdouble, by=extrapolation._in_numpy)
     for precision, most in ((np.float64, 1e-13), (np.longdouble, 500.0 * float(np.finfo(np.longdouble).eps))):
-        assert certificate.takes(np.dtype(precision))
         for part, wanted, other in zip(found(precision), exact, found(precision, 2.0), strict=True):
             assert part.dtype == precision
             assert part.shape == wanted.shape == (count, 3, 4)
@@ -89,11 +88,13 @@ def test_pieces_in_doubles_are_those_in_extended_precision(swimmer: Swimmer, cou
     [([], []), ([2, 2], [0] * 4), ([1], [1]), ([1], [-1]), ([1, 2], [0]), ([*range(1, 10)], [0] * 45)],
 )
 def test_steps_that_make_no_sense_are_refused(steps: list[int], places: list[int]) -> None:
-    axes, rates = np.tile(np.eye(3)[0][:, None, None], (2, 1, 1, 2)), np.ones((2, 3, 2))
+    axes, rates = np.tile(np.eye(3)[0][:, None], (2, 1, 2)), np.full((2, 3, 2), 0.1)
     with pytest.raises(ValueError, match="wanted"):
-        certificate.extrapolated(np.ones((3, 7)), axes, rates, np.ones(2), steps, places)
+        certificate.extrapolated(np.ones((3, 7)), axes, rates, np.ones(2), [0.0], steps, places)
     with pytest.raises(ValueError, match="an array of shape"):
-        certificate.extrapolated(np.ones((3, 7)), axes, rates, np.ones(3), [1], [0])
+        certificate.extrapolated(np.ones((3, 7)), axes, rates, np.ones(3), [0.0], [1], [0])
+    with pytest.raises(ValueError, match="turn no limb by more"):
+        certificate.extrapolated(np.ones((3, 7)), axes, rates, np.full(2, 3.0), [0.0], [1], [0])
 
 
 @pytest.mark.parametrize("swimmer", [Swimmer(), THIN, STOUT], ids=["paper", "thin", "stout"])

@@ -19,7 +19,7 @@ from scipy.optimize import linprog
 
 from purcell_cli.kernel import chains, distances, library, linear, moves, poses, shooting, sources
 from purcell_cli.kernel.beads import looked_up
-from purcell_cli.kernel.certificate import extrapolated
+from purcell_cli.kernel.certificate import extrapolated, pieces_of, walked
 from purcell_cli.kernel.clearance import circles, largest_bends, nearest
 from purcell_cli.kernel.descent import Descent
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
@@ -369,12 +369,22 @@ def everything(seed: int) -> bytes:
         *flow.equations(shapes[0], primitives.control, primitives.angle, [(2, 5, 7)], np.eye(4), [10], shapes[1:2]),
         *extrapolated(
             np.ones((3, 7)),
-            shapes[:6, :, 0].transpose(1, 2, 0)[:, :, None],
-            np.ones((2, 3, 6)),
-            pieces[2][:6],
-            [1],
-            [0],
+            shapes[:7, :, 0].transpose(1, 2, 0),
+            0.1 * pieces[1][:14].reshape(2, 3, -1),
+            pieces[2][:7],
+            [0.0, 0.25, 0.5, 0.75],
+            [2, 4],
+            [0, 2, 0, 1, 2, 3],
         ),
+        *pieces_of(
+            np.ones((3, 7)),
+            np.array([0.4, 1.2, 0.01, 0.4, 0.25]),
+            shapes[..., 0],
+            pieces[1].reshape(-1, 2, 3),
+            np.linalg.norm(pieces[1], axis=1) * pieces[2],
+            pieces[2],
+        ),
+        walked(poses.exp(pieces[1]), rng.integers(30, size=50)),
         *shooting.bend_rows(
             primitives.control, primitives.angle, primitives.shapes(shapes[0]), np.ones((10, 2)), np.zeros(10, int), 9.0
         ),

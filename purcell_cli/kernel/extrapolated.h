@@ -1,71 +1,69 @@
-/* The certificate's integrator, for numbers of one kind: `NUMBER`, of which `MANY` holds `AT_ONCE` pieces' at once.
+/* The certificate's integrator, for `MANY` doubles: `AT_ONCE` pieces at once, each computed as it would be alone.
  *
- * Included once for each kind; see `certificate.c`. */
+ * First in doubles, then with twice their digits: there the equations are solved in doubles, and what the solution leaves
+ * unbalanced, seen with all digits, is taken away from it. Included once for each kind of register; see `certificate.c`. */
+
 /* P xi + q = 0. With K = d_2 1 + (d_1 - d_2) a a^T, and T of the torques likewise, a limb adds
- * [[K, -K hat(c)], [hat(c) K, T - hat(c) K hat(c)]] to P, and to q the wrench of its turning by u about its joint. */
-static void NAMED(twist)(const struct link *links, MANY axes[2][3], MANY rates[2][3], MANY xi[6]) {
-    MANY p[6][6], q[6];
-    for (int i = 0; i < 6; i++) {
-        q[i] = TOGETHER(0.0, 0.0);
-        for (int j = 0; j < 6; j++) p[i][j] = TOGETHER(0.0, 0.0) + (i == j ? links[0].drag[i] : 0.0);
-    }
-    for (int limb = 0; limb < 2; limb++) {
-        const struct link *l = links + 1 + limb;
-        const double side = limb ? -1.0 : 1.0, *d = l->drag, reach = side * l->half;
-        const MANY *a = axes[limb], *u = rates[limb];
-        MANY c[3], k[3][3], torque[3][3], arm[3][3], push[3], lever[3];
-        for (int i = 0; i < 3; i++) c[i] = reach * a[i];
-        c[0] += side * links[0].half;
-        for (int i = 0; i < 3; i++)
-            for (int j = 0; j < 3; j++) {
-                const MANY both = a[i] * a[j];
-                k[i][j] = (d[0] - d[1]) * both + (i == j ? d[1] : 0.0);
-                torque[i][j] = (d[3] - d[4]) * both + (i == j ? d[4] : 0.0);
-            }
-        for (int j = 0; j < 3; j++) { /* hat(c) K, column by column */
-            const MANY column[3] = {k[0][j], k[1][j], k[2][j]};
-            MANY across[3];
-            CROSS(across, c, column);
-            for (int i = 0; i < 3; i++) arm[i][j] = across[i];
+ * [[K, -K hat(c)], [hat(c) K, T - hat(c) K hat(c)]] to P: its lower half here. */
+VARIANT void NAMED(resisted)(const struct link *l, double side, double base, const MANY a[3], MANY p[6][6]) {
+    const double reach = side * l->half, arm = side * base, *d = l->drag, along = d[0] - d[1], spin = d[3] - d[4];
+    const MANY c[3] = {arm + reach * a[0], reach * a[1], reach * a[2]};
+    const MANY w[3] = {0.0 * a[0], -arm * a[2], arm * a[1]}; /* c x a */
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        for (int m = 0; m < 3; m++) p[3 + i][m] = along * (w[i] * a[m]);
+        p[3 + i][j] -= d[1] * c[k];
+        p[3 + i][k] += d[1] * c[j];
+        for (int m = 0; m <= i; m++) {
+            p[i][m] = along * (a[i] * a[m]) + (i == m ? d[1] : 0.0);
+            p[3 + i][3 + m] = spin * (a[i] * a[m]) - d[1] * (c[i] * c[m]) + along * (w[i] * w[m]);
         }
-        for (int j = 0; j < 3; j++) {
-            MANY across[3]; /* -hat(c) K hat(c) = hat(c) (hat(c) K)^T */
-            CROSS(across, c, arm[j]);
-            for (int i = 0; i < 3; i++) {
-                p[i][j] += k[i][j];
-                p[3 + i][j] += arm[i][j];
-                p[i][3 + j] += arm[j][i];
-                p[3 + i][3 + j] += torque[i][j] + across[i];
-            }
-        }
-        CROSS(push, u, a);
-        for (int i = 0; i < 3; i++) push[i] *= reach * d[1];
-        CROSS(lever, c, push);
-        const MANY spin = (d[3] - d[4]) * DOT(a, u);
-        for (int i = 0; i < 3; i++) {
-            q[i] += push[i];
-            q[3 + i] += d[4] * u[i] + spin * a[i] + lever[i];
-        }
-    }
-    for (int j = 0; j < 6; j++) /* elimination, then back */
-        for (int i = j + 1; i < 6; i++) {
-            const MANY factor = p[i][j] / p[j][j];
-            for (int m = j + 1; m < 6; m++) p[i][m] -= factor * p[j][m];
-            q[i] -= factor * q[j];
-        }
-    for (int j = 5; j >= 0; j--) {
-        MANY sum = q[j];
-        for (int m = j + 1; m < 6; m++) sum -= p[j][m] * q[m];
-        q[j] = sum / p[j][j];
-        xi[j] = -q[j];
+        /* Sums of squares: where links are straight there are no digits to lose. */
+        p[3 + i][3 + i] = d[3] * (a[i] * a[i]) + d[4] * (a[j] * a[j] + a[k] * a[k]);
+        p[3 + i][3 + i] += d[1] * (c[j] * c[j] + c[k] * c[k]) + along * (w[i] * w[i]);
     }
 }
 
+/* To q a limb adds the wrench of its turning by u about its joint. */
+VARIANT void NAMED(pushed)(const struct link *l, double side, double base, const MANY a[3], const MANY u[3], MANY q[6]) {
+    const double reach = side * l->half, *d = l->drag;
+    const MANY c[3] = {side * base + reach * a[0], reach * a[1], reach * a[2]}, spin = (d[3] - d[4]) * DOT(a, u);
+    MANY push[3], lever[3];
+    CROSS(push, u, a);
+    for (int i = 0; i < 3; i++) push[i] *= reach * d[1];
+    CROSS(lever, c, push);
+    for (int i = 0; i < 3; i++) {
+        q[i] += push[i];
+        q[3 + i] += d[4] * u[i] + spin * a[i] + lever[i];
+    }
+}
+
+/* L D L^T = P in place of its lower half, with the inverse of D. */
+VARIANT void NAMED(factored)(MANY p[6][6]) {
+    for (int j = 0; j < 6; j++) {
+        MANY column[6];
+        p[j][j] = 1.0 / p[j][j];
+        for (int i = j + 1; i < 6; i++) {
+            column[i] = p[i][j];
+            p[i][j] *= p[j][j];
+            for (int m = j + 1; m <= i; m++) p[i][m] -= p[i][j] * column[m];
+        }
+    }
+}
+
+VARIANT void NAMED(solved)(MANY p[6][6], MANY x[6]) {
+    for (int j = 0; j < 6; j++)
+        for (int i = j + 1; i < 6; i++) x[i] -= p[i][j] * x[j];
+    for (int j = 0; j < 6; j++) x[j] *= p[j][j];
+    for (int j = 5; j > 0; j--)
+        for (int i = 0; i < j; i++) x[i] -= p[j][i] * x[j];
+}
+
 /* The derivative of the rotation's columns, less 1, and of the position. */
-static void NAMED(slope)(const MANY xi[6], MANY state[4][3], MANY out[4][3]) {
+VARIANT void NAMED(slope)(const MANY xi[6], MANY state[4][3], MANY out[4][3]) {
     MANY r[3][3];
     for (int i = 0; i < 3; i++)
-        for (int c = 0; c < 3; c++) r[i][c] = state[i][c] + (i == c ? 1.0 : 0.0);
+        for (int c = 0; c < 3; c++) r[i][c] = i == c ? state[i][c] + 1.0 : state[i][c];
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         for (int c = 0; c < 3; c++) out[i][c] = xi[3 + k] * r[j][c] - xi[3 + j] * r[k][c];
@@ -73,42 +71,93 @@ static void NAMED(slope)(const MANY xi[6], MANY state[4][3], MANY out[4][3]) {
     for (int c = 0; c < 3; c++) out[3][c] = xi[0] * r[0][c] + xi[1] * r[1][c] + xi[2] * r[2][c];
 }
 
+/* A limb's axis at a time: a + sin(w t)/w u x a + (1 - cos(w t))/w^2 u x (u x a), by some terms of the series of both. */
+VARIANT void NAMED(turned)(MANY start[3][3], MANY square, MANY time, const double (*series)[2], MANY axis[3]) {
+    const MANY z = square * (time * time);
+    MANY sine = 0.0 * z + series[TERMS - 1][0], other = 0.0 * z + series[TERMS - 1][1];
+    for (int k = TERMS - 2; k >= 0; k--) {
+        sine = sine * z + series[k][0];
+        other = other * z + series[k][1];
+    }
+    sine *= time;
+    other *= time * time;
+    for (int i = 0; i < 3; i++) axis[i] = start[0][i] + (sine * start[1][i] + other * start[2][i]);
+}
+
+/* The twists at t times of `AT_ONCE` pieces, times how long these last. */
+VARIANT void NAMED(twists)(const struct link *links, MANY start[2][3][3], MANY rates[2][3], MANY lasts, SIZE t,
+                           const double *parts, const double (*series)[2], MANY (*xi)[6]) {
+    MANY square[2];
+    for (int limb = 0; limb < 2; limb++) square[limb] = DOT(rates[limb], rates[limb]);
+    MANY own[2][6][6];
+    int still[2];
+    for (int limb = 0; limb < 2; limb++) { /* what a limb at rest resists stays */
+        still[limb] = 1;
+        for (int w = 0; w < AT_ONCE; w++) still[limb] = still[limb] && square[limb][w] == 0.0;
+        if (still[limb])
+            NAMED(resisted)(links + 1 + limb, limb ? -1.0 : 1.0, links[0].half, start[limb][0], own[limb]);
+    }
+    for (SIZE k = 0; k < t; k++) {
+        MANY p[6][6], q[6], axis[3];
+        for (int i = 0; i < 6; i++) q[i] = 0.0 * lasts;
+        for (int limb = 0; limb < 2; limb++) {
+            if (still[limb]) continue;
+            NAMED(turned)(start[limb], square[limb], parts[k] * lasts, series, axis);
+            NAMED(resisted)(links + 1 + limb, limb ? -1.0 : 1.0, links[0].half, axis, own[limb]);
+            NAMED(pushed)(links + 1 + limb, limb ? -1.0 : 1.0, links[0].half, axis, rates[limb], q);
+        }
+        for (int i = 0; i < 6; i++)
+            for (int j = 0; j <= i; j++) p[i][j] = (i == j ? own[0][i][j] + links[0].drag[i] : own[0][i][j]) + own[1][i][j];
+        NAMED(factored)(p);
+        NAMED(solved)(p, q);
+        for (int i = 0; i < 6; i++) xi[k][i] = -q[i] * lasts;
+    }
+}
+
 /* By how much displacements differ from none: the columns of the rotation less 1, and the position.
  *
  * numbers: of the base and the limbs half the length and the drag on (v, omega), (3, 7).
- * axes: the limbs' axes at t times of n pieces, (2, 3, t, n). rates: their rates in base coordinates, (2, 3, n).
- * length: how long each piece lasts, (n,). steps: numbers of midpoint steps, (r,). place: at which of the times each
- * step of each number begins, row after row. fine, rough: extrapolated from all, and without the last extrapolation,
- * (n, 3, 4). */
-API void NAMED(purcell_extrapolated)(const double *numbers, SIZE n, SIZE t, const NUMBER *axes, const NUMBER *rates,
-                              const NUMBER *length, SIZE r, const SIZE *steps, const SIZE *place, NUMBER *fine,
-                              NUMBER *rough) {
+ * axes, rates: the limbs' axes where n pieces begin, and their rates, in base coordinates, both (2, 3, n).
+ * length: how long each piece lasts, (n,). parts: the times at which midpoint steps begin, as parts of a piece, (t,).
+ * steps: numbers of midpoint steps, (r,). place: at which of the times each step of each number begins, row after row.
+ * fine, rough: extrapolated from all, and without the last extrapolation, (n, 3, 4). */
+VARIANT void NAMED(extrapolated)(const double *numbers, SIZE n, const double *axes, const double *rates, const double *length,
+                                 SIZE t, const double *parts, SIZE r, const SIZE *steps, const SIZE *place, double *fine,
+                                 double *rough) {
     const struct link *links = (const struct link *)numbers;
-    for (SIZE p = 0; p < n; p += AT_ONCE) {
-        const SIZE other = p + 1 < n ? p + 1 : p;
-        const MANY lasts = TOGETHER(length[p], length[other]);
-        MANY xi[MOST_TIMES][6], u[2][3], column[MOST_ROWS][4][3];
-        for (int i = 0; i < 6; i++) u[i / 3][i % 3] = TOGETHER(rates[i * n + p], rates[i * n + other]);
-        for (SIZE k = 0; k < t; k++) {
-            MANY a[2][3];
-            for (int i = 0; i < 6; i++) {
-                const NUMBER *row = axes + (i * t + k) * n;
-                a[i / 3][i % 3] = TOGETHER(row[p], row[other]);
-            }
-            NAMED(twist)(links, a, u, xi[k]);
-            for (int i = 0; i < 6; i++) xi[k][i] *= lasts;
+    double series[TERMS][2], weight[MOST_ROWS][MOST_ROWS];
+    series_of_sine(series);
+    for (SIZE row = 0; row < r; row++) /* 1 / ((n_i / n_(i-j))^2 - 1) */
+        for (SIZE j = 0; j < row; j++) {
+            const double other = (double)(steps[row - j - 1] * steps[row - j - 1]);
+            weight[row][j] = other / ((double)(steps[row] * steps[row]) - other);
         }
+    for (SIZE p = 0; p < n; p += AT_ONCE) {
+        MANY xi[MOST_TIMES][6], start[2][3][3], u[2][3], lasts, column[MOST_ROWS][4][3];
+        for (int w = 0; w < AT_ONCE; w++) {
+            const SIZE mine = p + w < n ? p + w : p;
+            lasts[w] = length[mine];
+            for (int i = 0; i < 6; i++) {
+                start[i / 3][0][i % 3][w] = axes[i * n + mine];
+                u[i / 3][i % 3][w] = rates[i * n + mine];
+            }
+        }
+        for (int limb = 0; limb < 2; limb++) {
+            CROSS(start[limb][1], u[limb], start[limb][0]);
+            CROSS(start[limb][2], u[limb], start[limb][1]);
+        }
+        NAMED(twists)(links, start, u, lasts, t, parts, (const double(*)[2])series, xi);
         const SIZE *at = place;
         for (SIZE row = 0; row < r; row++) {
-            const NUMBER step = (NUMBER)1.0 / (NUMBER)steps[row];
+            const double step = (double)1.0 / (double)steps[row], twice = step + step;
             MANY earlier[4][3], state[4][3], by[4][3];
-            for (int i = 0; i < 12; i++) earlier[i / 3][i % 3] = TOGETHER(0.0, 0.0);
+            for (int i = 0; i < 12; i++) earlier[i / 3][i % 3] = 0.0 * lasts;
             NAMED(slope)(xi[*at++], earlier, by);
             for (int i = 0; i < 12; i++) state[i / 3][i % 3] = step * by[i / 3][i % 3];
             for (SIZE m = 1; m < steps[row]; m++) {
                 NAMED(slope)(xi[*at++], state, by);
                 for (int i = 0; i < 12; i++) {
-                    const MANY next = earlier[i / 3][i % 3] + 2.0 * step * by[i / 3][i % 3];
+                    const MANY next = earlier[i / 3][i % 3] + twice * by[i / 3][i % 3];
                     earlier[i / 3][i % 3] = state[i / 3][i % 3];
                     state[i / 3][i % 3] = next;
                 }
@@ -117,10 +166,9 @@ API void NAMED(purcell_extrapolated)(const double *numbers, SIZE n, SIZE t, cons
             for (int i = 0; i < 12; i++) {
                 MANY here = state[i / 3][i % 3];
                 for (SIZE j = 0; j < row; j++) {
-                    const NUMBER ratio = (NUMBER)steps[row] / (NUMBER)steps[row - j - 1];
                     const MANY before = column[j][i / 3][i % 3];
                     column[j][i / 3][i % 3] = here;
-                    here += (here - before) / (ratio * ratio - 1.0);
+                    here += weight[row][j] * (here - before);
                 }
                 column[row][i / 3][i % 3] = here;
             }
@@ -128,15 +176,248 @@ API void NAMED(purcell_extrapolated)(const double *numbers, SIZE n, SIZE t, cons
         for (int w = 0; w < AT_ONCE && p + w < n; w++)
             for (int i = 0; i < 3; i++)
                 for (int c = 0; c < 4; c++) {
-                    fine[12 * (p + w) + 4 * i + c] = ONE_OF(column[r - 1][c][i], w);
-                    rough[12 * (p + w) + 4 * i + c] = ONE_OF(column[r > 1 ? r - 2 : 0][c][i], w);
+                    fine[12 * (p + w) + 4 * i + c] = column[r - 1][c][i][w];
+                    rough[12 * (p + w) + 4 * i + c] = column[r > 1 ? r - 2 : 0][c][i][w];
                 }
     }
 }
 
-#undef NUMBER
+/* Numbers as sums of two doubles, with some 100 binary digits (Dekker 1971). */
+typedef struct {
+    MANY high, low;
+} NAMED(twice);
+#define TWICE NAMED(twice)
+
+VARIANT inline TWICE NAMED(sum_of)(MANY a, MANY b) {
+    const MANY s = a + b, v = s - a;
+    return (TWICE){s, (a - (s - v)) + (b - v)};
+}
+
+VARIANT inline TWICE NAMED(in_order)(MANY a, MANY b) {
+    const MANY s = a + b;
+    return (TWICE){s, b - (s - a)};
+}
+
+VARIANT inline TWICE NAMED(plus)(TWICE a, TWICE b) {
+    const TWICE s = NAMED(sum_of)(a.high, b.high);
+    return NAMED(in_order)(s.high, s.low + (a.low + b.low));
+}
+
+VARIANT inline TWICE NAMED(minus)(TWICE a, TWICE b) { return NAMED(plus)(a, (TWICE){-b.high, -b.low}); }
+
+VARIANT inline TWICE NAMED(times)(TWICE a, TWICE b) {
+    const MANY p = a.high * b.high;
+    return NAMED(in_order)(p, LOST(a.high, b.high, p) + (a.high * b.low + a.low * b.high));
+}
+
+VARIANT inline TWICE NAMED(scaled)(TWICE a, MANY b) {
+    const MANY p = a.high * b;
+    return NAMED(in_order)(p, LOST(a.high, b, p) + a.low * b);
+}
+
+VARIANT inline TWICE NAMED(all)(double high, double low) {
+    const MANY zero = {0.0};
+    return (TWICE){zero + high, zero + low};
+}
+
+/* a x b, and its sum with a third vector. */
+VARIANT inline void NAMED(crossed)(const TWICE a[3], const TWICE b[3], TWICE out[3]) {
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        out[i] = NAMED(minus)(NAMED(times)(a[j], b[k]), NAMED(times)(a[k], b[j]));
+    }
+}
+
+VARIANT inline TWICE NAMED(inner)(const TWICE a[3], const TWICE b[3]) {
+    return NAMED(plus)(NAMED(plus)(NAMED(times)(a[0], b[0]), NAMED(times)(a[1], b[1])), NAMED(times)(a[2], b[2]));
+}
+
+/* The force and torque on the base that a twist leaves, link by link: 0 where it is the one by which the body moves. */
+VARIANT void NAMED(unbalanced)(const struct link *links, TWICE axes[2][3], TWICE rates[2][3], const MANY xi[6], MANY out[6]) {
+    const MANY zero = 0.0 * xi[0], *v = xi, *omega = xi + 3;
+    TWICE sum[6];
+    for (int i = 0; i < 6; i++) sum[i] = NAMED(scaled)((TWICE){xi[i], zero}, zero + links[0].drag[i]);
+    for (int limb = 0; limb < 2; limb++) {
+        const struct link *l = links + 1 + limb;
+        const double side = limb ? -1.0 : 1.0, *d = l->drag, reach = side * l->half;
+        const TWICE *a = axes[limb], *u = rates[limb];
+        TWICE arm[3], c[3], turn[3], moved[3], force[3], lever[3];
+        for (int i = 0; i < 3; i++) {
+            arm[i] = c[i] = NAMED(scaled)(a[i], zero + reach);
+            turn[i] = NAMED(plus)(u[i], (TWICE){omega[i], zero});
+        }
+        c[0] = NAMED(plus)(c[0], (TWICE){zero + side * links[0].half, zero});
+        NAMED(crossed)(u, arm, moved);
+        for (int i = 0; i < 3; i++) {
+            const int j = (i + 1) % 3, k = (i + 2) % 3;
+            const TWICE swung = NAMED(minus)(NAMED(scaled)(c[k], omega[j]), NAMED(scaled)(c[j], omega[k]));
+            moved[i] = NAMED(plus)(NAMED(plus)(moved[i], swung), (TWICE){v[i], zero});
+        }
+        const TWICE along = NAMED(scaled)(NAMED(inner)(a, moved), zero + (d[0] - d[1]));
+        const TWICE spin = NAMED(scaled)(NAMED(inner)(a, turn), zero + (d[3] - d[4]));
+        for (int i = 0; i < 3; i++) force[i] = NAMED(plus)(NAMED(scaled)(moved[i], zero + d[1]), NAMED(times)(along, a[i]));
+        NAMED(crossed)(c, force, lever);
+        for (int i = 0; i < 3; i++) {
+            const TWICE torque = NAMED(plus)(NAMED(scaled)(turn[i], zero + d[4]), NAMED(times)(spin, a[i]));
+            sum[i] = NAMED(plus)(sum[i], force[i]);
+            sum[3 + i] = NAMED(plus)(sum[3 + i], NAMED(plus)(lever[i], torque));
+        }
+    }
+    for (int i = 0; i < 6; i++) out[i] = sum[i].high;
+}
+
+/* As `turned`: the first terms of the series have twice the digits, the others are too small to need them. */
+VARIANT void NAMED(turned_twice)(TWICE start[3][3], TWICE square, TWICE time, const double (*series)[2],
+                                 const TWICE (*exact)[2], TWICE axis[3]) {
+    const TWICE t2 = NAMED(times)(time, time), z = NAMED(times)(square, t2);
+    TWICE sum[2];
+    for (int f = 0; f < 2; f++) {
+        MANY tail = 0.0 * z.high + series[TERMS - 1][f];
+        for (int k = TERMS - 2; k >= EXACT; k--) tail = tail * z.high + series[k][f];
+        sum[f] = (TWICE){tail, 0.0 * tail};
+        for (int k = EXACT - 1; k >= 0; k--) sum[f] = NAMED(plus)(NAMED(times)(sum[f], z), exact[k][f]);
+        sum[f] = NAMED(times)(sum[f], f ? t2 : time);
+    }
+    for (int i = 0; i < 3; i++) {
+        const TWICE by = NAMED(plus)(NAMED(times)(sum[0], start[1][i]), NAMED(times)(sum[1], start[2][i]));
+        axis[i] = NAMED(plus)(start[0][i], by);
+    }
+}
+
+VARIANT void NAMED(twists_twice)(const struct link *links, TWICE start[2][3][3], TWICE rates[2][3], TWICE lasts, SIZE t,
+                                 const double *parts, const double (*series)[2], const TWICE (*exact)[2], TWICE (*xi)[6]) {
+    TWICE square[2], axes[2][3];
+    MANY u[2][3], a[2][3];
+    for (int limb = 0; limb < 2; limb++) {
+        square[limb] = NAMED(inner)(rates[limb], rates[limb]);
+        for (int i = 0; i < 3; i++) u[limb][i] = rates[limb][i].high;
+    }
+    for (SIZE k = 0; k < t; k++) {
+        MANY p[6][6], own[2][6][6], q[6], left[6];
+        const TWICE time = NAMED(times)(lasts, NAMED(all)(parts[k], parts[t + k]));
+        for (int i = 0; i < 6; i++) q[i] = 0.0 * time.high;
+        for (int limb = 0; limb < 2; limb++) {
+            NAMED(turned_twice)(start[limb], square[limb], time, series, exact, axes[limb]);
+            for (int i = 0; i < 3; i++) a[limb][i] = axes[limb][i].high;
+            NAMED(resisted)(links + 1 + limb, limb ? -1.0 : 1.0, links[0].half, a[limb], own[limb]);
+            NAMED(pushed)(links + 1 + limb, limb ? -1.0 : 1.0, links[0].half, a[limb], u[limb], q);
+        }
+        for (int i = 0; i < 6; i++)
+            for (int j = 0; j <= i; j++) p[i][j] = (i == j ? own[0][i][j] + links[0].drag[i] : own[0][i][j]) + own[1][i][j];
+        NAMED(factored)(p);
+        NAMED(solved)(p, q);
+        for (int i = 0; i < 6; i++) q[i] = -q[i];
+        NAMED(unbalanced)(links, axes, rates, q, left);
+        NAMED(solved)(p, left);
+        for (int i = 0; i < 6; i++) xi[k][i] = NAMED(times)(NAMED(sum_of)(q[i], -left[i]), lasts);
+    }
+}
+
+/* As `slope`, for twists that a step has been multiplied by. */
+VARIANT void NAMED(slope_twice)(const TWICE xi[6], TWICE state[4][3], TWICE out[4][3]) {
+    const MANY one = 0.0 * xi[0].high + 1.0, zero = 0.0 * xi[0].high;
+    for (int c = 0; c < 3; c++) {
+        TWICE r[3];
+        for (int i = 0; i < 3; i++) r[i] = i == c ? NAMED(plus)(state[i][c], (TWICE){one, zero}) : state[i][c];
+        for (int i = 0; i < 3; i++) {
+            const int j = (i + 1) % 3, k = (i + 2) % 3;
+            out[i][c] = NAMED(minus)(NAMED(times)(xi[3 + k], r[j]), NAMED(times)(xi[3 + j], r[k]));
+        }
+        out[3][c] = NAMED(inner)(xi, r);
+    }
+}
+
+/* a / b of whole numbers. */
+VARIANT TWICE NAMED(ratio)(double a, double b) {
+    const MANY zero = {0.0}, many = zero + b, first = zero + a / b;
+    const TWICE left = NAMED(minus)((TWICE){zero + a, zero}, NAMED(scaled)((TWICE){first, zero}, many));
+    return NAMED(in_order)(first, left.high / many);
+}
+
+/* As `extrapolated`, with twice the digits: of numbers (2, ...) the first part is the higher one. */
+VARIANT void NAMED(extrapolated_twice)(const double *numbers, SIZE n, const double *axes, const double *rates,
+                                       const double *length, SIZE t, const double *parts, SIZE r, const SIZE *steps,
+                                       const SIZE *place, double *fine, double *rough) {
+    const struct link *links = (const struct link *)numbers;
+    double series[TERMS][2];
+    TWICE exact[EXACT][2], weight[MOST_ROWS][MOST_ROWS];
+    series_of_sine(series);
+    double factorial = 1.0;
+    for (int k = 0; k < EXACT; k++)
+        for (int f = 0; f < 2; f++) {
+            factorial *= (double)(2 * k + 1 + f);
+            exact[k][f] = NAMED(ratio)(k % 2 ? -1.0 : 1.0, factorial);
+        }
+    for (SIZE row = 0; row < r; row++)
+        for (SIZE j = 0; j < row; j++) {
+            const double other = (double)(steps[row - j - 1] * steps[row - j - 1]);
+            weight[row][j] = NAMED(ratio)(other, (double)(steps[row] * steps[row]) - other);
+        }
+    for (SIZE p = 0; p < n; p += AT_ONCE) {
+        TWICE xi[MOST_TIMES][6], start[2][3][3], u[2][3], lasts, column[MOST_ROWS][4][3];
+        const TWICE none = NAMED(all)(0.0, 0.0);
+        for (int w = 0; w < AT_ONCE; w++) {
+            const SIZE mine = p + w < n ? p + w : p;
+            lasts.high[w] = length[mine];
+            lasts.low[w] = length[n + mine];
+            for (int i = 0; i < 6; i++) {
+                start[i / 3][0][i % 3].high[w] = axes[i * n + mine];
+                start[i / 3][0][i % 3].low[w] = axes[(6 + i) * n + mine];
+                u[i / 3][i % 3].high[w] = rates[i * n + mine];
+                u[i / 3][i % 3].low[w] = rates[(6 + i) * n + mine];
+            }
+        }
+        for (int limb = 0; limb < 2; limb++) {
+            NAMED(crossed)(u[limb], start[limb][0], start[limb][1]);
+            NAMED(crossed)(u[limb], start[limb][1], start[limb][2]);
+        }
+        NAMED(twists_twice)(links, start, u, lasts, t, parts, (const double(*)[2])series, (const TWICE(*)[2])exact, xi);
+        const SIZE *at = place;
+        for (SIZE row = 0; row < r; row++) {
+            const TWICE step = NAMED(ratio)(1.0, (double)steps[row]);
+            TWICE earlier[4][3], state[4][3], by[4][3], moved[6];
+            for (int i = 0; i < 12; i++) earlier[i / 3][i % 3] = none;
+            for (int i = 0; i < 6; i++) moved[i] = NAMED(times)(step, xi[*at][i]);
+            at++;
+            NAMED(slope_twice)(moved, earlier, state);
+            for (SIZE m = 1; m < steps[row]; m++, at++) {
+                for (int i = 0; i < 6; i++) {
+                    const TWICE once = NAMED(times)(step, xi[*at][i]);
+                    moved[i] = (TWICE){2.0 * once.high, 2.0 * once.low};
+                }
+                NAMED(slope_twice)(moved, state, by);
+                for (int i = 0; i < 12; i++) {
+                    const TWICE next = NAMED(plus)(earlier[i / 3][i % 3], by[i / 3][i % 3]);
+                    earlier[i / 3][i % 3] = state[i / 3][i % 3];
+                    state[i / 3][i % 3] = next;
+                }
+            }
+            for (int i = 0; i < 12; i++) {
+                TWICE here = state[i / 3][i % 3];
+                for (SIZE j = 0; j < row; j++) {
+                    const TWICE before = column[j][i / 3][i % 3];
+                    column[j][i / 3][i % 3] = here;
+                    here = NAMED(plus)(here, NAMED(times)(weight[row][j], NAMED(minus)(here, before)));
+                }
+                column[row][i / 3][i % 3] = here;
+            }
+        }
+        for (int w = 0; w < AT_ONCE && p + w < n; w++)
+            for (int i = 0; i < 3; i++)
+                for (int c = 0; c < 4; c++) {
+                    const TWICE *last = &column[r - 1][c][i], *before = &column[r > 1 ? r - 2 : 0][c][i];
+                    double *put = fine + 12 * (p + w) + 4 * i + c, *other = rough + 12 * (p + w) + 4 * i + c;
+                    put[0] = last->high[w];
+                    put[12 * n] = last->low[w];
+                    other[0] = before->high[w];
+                    other[12 * n] = before->low[w];
+                }
+    }
+}
+
+#undef TWICE
+#undef LOST
 #undef MANY
 #undef AT_ONCE
-#undef TOGETHER
-#undef ONE_OF
 #undef NAMED
+#undef VARIANT

@@ -30,6 +30,13 @@
 typedef double lane __attribute__((vector_size(16)));
 #define LANES 2
 
+/* wide_sums.c: whether the processor and its system have registers of 256 bits, for four numbers, and a multiplication
+ * that keeps all digits for an addition; a build with PURCELL_NARROW never uses them. */
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(PURCELL_NARROW)
+#define WIDE
+int purcell_is_wide(void);
+#endif
+
 /* elementary.c: a sine and cosine, an arc tangent, and sin(t)/t, (1 - cos t)/t^2, (t - sin t)/t^3 of t^2. */
 #define SERIES_TERMS 12
 #define SERIES_BELOW 2.25

@@ -62,10 +62,14 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "runs": (None, [_ARRAY, _SIZE, *[_ARRAY] * 3]),
     "played": (None, [_ARRAY, _SIZE, _ARRAY, _SIZE, _ARRAY]),
     **{
-        name: (None, [_ARRAY, *[_SIZE] * 2, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 4])
-        for name in ("extrapolated", "extrapolated_extended")
+        name: (None, [_ARRAY, _SIZE, *[_ARRAY] * 3, _SIZE, _ARRAY, _SIZE, *[_ARRAY] * 4])
+        for name in ("extrapolated", "extrapolated_twice")
     },
     "extended_size": (_SIZE, []),
+    "strung": (None, [_SIZE, *[_ARRAY] * 3]),
+    "walked": (None, [_SIZE, *[_ARRAY] * 3]),
+    "pieces": (_SIZE, [*[_ARRAY] * 2, _SIZE, *[_ARRAY] * 4, _SIZE, *[_ARRAY] * 2]),
+    "repeats": (_SIZE, [*[_SIZE] * 2, _ARRAY, _SIZE, *[_ARRAY] * 3]),
     "screw_chains": (None, [*[_SIZE] * 2, *[_ARRAY] * 4, _SIZE, *[_ARRAY] * 3]),
     "sequence": (_SIZE, [_ARRAY] * 5),
     "pair_prices": (None, [*[_SIZE] * 2, *[_ARRAY] * 5, _SIZE, _ARRAY]),

@@ -31,7 +31,7 @@ typedef struct {
 #define PART(numbers, i) ((i) < 2 ? (numbers).low[(i)] : (numbers).high[(i) - 2])
 #include "wide_sums_body.h"
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(PURCELL_NARROW)
+#ifdef WIDE
 #include <cpuid.h>
 
 #undef VARIANT
@@ -57,13 +57,12 @@ typedef double quad __attribute__((vector_size(32), aligned(8), may_alias));
 #define PART(numbers, i) ((numbers)[i])
 #include "wide_sums_body.h"
 
-/* Whether the processor and its system have 256 bit registers. */
-static int is_wide(void) {
+int purcell_is_wide(void) {
     static int known = -1;
     if (known < 0) {
         unsigned a, b, c, d, low, high;
         int found = 0;
-        if (__get_cpuid(1, &a, &b, &c, &d) && (c & bit_OSXSAVE) && (c & bit_AVX)) {
+        if (__get_cpuid(1, &a, &b, &c, &d) && (c & bit_OSXSAVE) && (c & bit_AVX) && (c & bit_FMA)) {
             __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
             found = (low & 6u) == 6u && __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & bit_AVX2);
         }
@@ -74,7 +73,7 @@ static int is_wide(void) {
 
 #define EITHER(name, parameters, arguments)   \
     void purcell_##name parameters {          \
-        if (is_wide()) name##_wide arguments; \
+        if (purcell_is_wide()) name##_wide arguments; \
         else name##_narrow arguments;         \
     }
 #else

@@ -1,15 +1,24 @@
-"""Products of displacements in extended precision, where the machine has it, for the certificate alone.
+"""Products in extended precision, where the machine has it, for the certificate alone.
 
-In numpy and not by the kernel, which made the plan.
+In numpy and not by the kernel's products, which made the plan.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.rotations import Array, running
+
+Real = NDArray[Any]
+"""Floating-point numbers of one precision or another."""
+
+_ONE = np.eye(4)
+"""The displacement that is none."""
 
 
 def extended(poses: Array) -> Array:
@@ -17,15 +26,17 @@ def extended(poses: Array) -> Array:
     return np.asarray(poses, dtype=np.longdouble)
 
 
-def products(poses: Array, counts: ArrayLike) -> Array:
-    """Return the products of consecutive runs of displacements, in their precision.
+def products(values: Real, counts: ArrayLike, product: Callable[..., Real] = np.matmul, one: ArrayLike = _ONE) -> Real:
+    """Return the products of consecutive runs of values, in their precision.
 
     Args:
-        poses: Displacements. Shape (n, 4, 4).
+        values: What is multiplied. Shape (n, ...).
         counts: How many each run has, in order; n together. Shape (k,).
+        product: An associative product of two arrays of values.
+        one: What stands for an empty run. Shape (...).
 
     Returns:
-        Poses, the identity for an empty run. Shape (k, 4, 4).
+        The products. Shape (k, ...).
     """
     left = np.array(counts, dtype=np.int64)
     while np.any(left > 1):
@@ -34,11 +45,14 @@ def products(poses: Array, counts: ArrayLike) -> Array:
         inside = np.arange(half.sum()) - np.repeat(np.cumsum(half) - half, half)
         even = np.repeat(np.cumsum(left) - left, half) + 2 * inside
         paired = np.flatnonzero(2 * inside + 1 < np.repeat(left, half))
-        together = poses[even]
-        together[paired] = together[paired] @ poses[even[paired] + 1]
-        poses, left = together, half
-    out = np.tile(np.eye(4, dtype=poses.dtype), (len(left), 1, 1))
-    out[left > 0] = poses
+        together = values[even]
+        together[paired] = product(together[paired], values[even[paired] + 1])
+        values, left = together, half
+    if len(values) == len(left):
+        return values
+    out = np.empty((len(left), *values.shape[1:]), dtype=values.dtype)
+    out[:] = one
+    out[left > 0] = values
     return out
 
 

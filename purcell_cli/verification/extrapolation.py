@@ -2,8 +2,8 @@
 
 The plain equation, by the modified midpoint rule with 2, 4, ..., 16 steps over a piece, extrapolated to no step
 (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.9). It shares nothing with the
-planner's collocation, needs no table of coefficients, and so works in whatever precision its input has: in
-extended precision, where the machine has it, the motions of ten thousand cycles keep twelve digits.
+planner's collocation, needs no table of coefficients, and so works in whatever precision its input has: with twice
+the digits of doubles the motions of ten thousand cycles keep twelve digits.
 """
 
 from __future__ import annotations
@@ -15,19 +15,15 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.frozen_dataclass import frozen_dataclass
-from purcell_cli.geometry.rotations import Array, hat
+from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel import certificate
 from purcell_cli.mechanics.bead_table import tabulated
-from purcell_cli.mechanics.connection import base_twist_rows, resistance
+from purcell_cli.mechanics.connection import base_twist_rows
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.verification.extended import extended, products
-
-Real = NDArray[Any]
-"""Floating-point numbers of one precision or another."""
+from purcell_cli.verification.extended import Real, extended, products
 
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 """Numbers of rows."""
@@ -42,12 +38,16 @@ _PIECE_RAD, _PIECE = 0.25, 0.4
 """Longest pieces: an angle, and a part of the least distance from the straight line, where A(r) is sharp.
 
 Extrapolation of order 16 errs by less than rounding on such a piece."""
-_ROUNDING = 32.0
-"""What rounding turns a piece by, at the most, in units of its angle over the squared distance from the straight line
-and of the precision's last bit: twice what was found of swimmers thin and stout."""
-_SURE, _LEAST = 8.0, 1.0 / 32.0
+_ROUNDING, _EVERYWHERE = 16.0, 4.0
+"""What rounding turns a piece by, in units of its angle, of the precision's last bit, and of one over the squared
+distance from the straight line, which counts as no less than the second. The sum over many pieces counts, not the one
+that is rounded most: of swimmers from stout to thin it is half of this and less, of single segments up to eight
+times this."""
+_LAST_BIT = 2.0**-63
+"""The last bit of the most precise numbers of which that was found."""
+_SURE, LEAST = 8.0, 1.0 / 16.0
 """What rounding turns a segment by where that was measured, by two integrations with other pieces: so many times their
-difference, and this part of the most at the least. Found were differences of a hundredth of that part and less."""
+difference, and this part of the rest at the least."""
 _MOST_RAD = 1e4
 """What no segment of one control turns the limbs by [rad]: a damaged time or rate would take memory without bound."""
 _BATCH = 1024
@@ -61,37 +61,38 @@ def _times() -> tuple[tuple[int, int], ...]:
 
 
 class Turning:
-    """Limbs that turn at constant rates, each about an axis that is fixed in the base: u = A omega.
+    """Limbs that turn at constant rates, each about an axis that is fixed in the base.
 
     Attributes:
+        begun: Their axes at time 0. Shape (2, 3, m).
         rate: Their rates in base coordinates. Shape (2, 3, m).
 
     Args:
-        shapes: Shapes at time 0; all is computed in their precision. Shape (m, 2, 3, 3).
-        rates: Limb rates [rad/s]. Shape (m, 6).
+        begun: As said; all is computed in their precision.
+        rate: As said.
     """
 
-    def __init__(self, shapes: Real, rates: Real) -> None:
-        turn = np.einsum("mlij,mlj->mli", shapes, rates.reshape(-1, 2, 3).astype(shapes.dtype))
-        speed = np.sqrt(np.sum(turn * turn, axis=-1, keepdims=True))
-        about, axes = hat(turn / np.where(speed > 0.0, speed, 1.0)), shapes[..., :1]
-        self._speed, self._shapes, self._about = speed, shapes, about
-        self.rate = np.ascontiguousarray(turn.transpose(1, 2, 0))
-        self._rows = [np.ascontiguousarray(x[..., 0].transpose(1, 2, 0)) for x in (axes, about @ axes)]
-        self._rows.append(np.ascontiguousarray((about @ about @ axes)[..., 0].transpose(1, 2, 0)))
-        self._speed_rows = np.ascontiguousarray(speed.transpose(1, 2, 0))
+    def __init__(self, begun: Real, rate: Real) -> None:
+        self.begun, self.rate = begun, rate
+
+    @classmethod
+    def of(cls, shapes: Real, rates: Real) -> Turning:
+        """Return the turning from shapes, shape (m, 2, 3, 3), at limb rates [rad/s], shape (m, 6)."""
+        rate = np.einsum("mlij,mlj->lim", shapes, rates.reshape(-1, 2, 3).astype(shapes.dtype))
+        return cls(np.ascontiguousarray(shapes[..., 0].transpose(1, 2, 0)), rate)
+
+    def from_time(self, which: Rows, time: Real) -> Turning:
+        """Return the turning of some of them from times on [s]. Shapes (n,), (n,)."""
+        part = Turning(self.begun[..., which], self.rate[..., which])
+        return Turning(part.axes(time[None])[:, :, 0], part.rate)
 
     def axes(self, time: Real) -> Real:
         """Return the limbs' axes at times [s]. Shapes (k, m) to (2, 3, k, m)."""
-        angle = self._speed_rows[:, :, None] * time
-        first, across, about = (rows[:, :, None] for rows in self._rows)
-        return np.asarray(first + np.sin(angle) * across + (1.0 - np.cos(angle)) * about)
-
-    def shapes(self, time: Real) -> Real:
-        """Return the shapes R A at times [s], R = 1 + sin(w t) hat(n) + (1 - cos(w t)) hat(n)^2. Shape (m, 2, 3, 3)."""
-        angle = (self._speed * time[:, None, None])[..., None]
-        turned = np.sin(angle) * self._about + (1.0 - np.cos(angle)) * (self._about @ self._about)
-        return np.asarray(self._shapes + turned @ self._shapes)
+        speed = np.sqrt(np.sum(self.rate * self.rate, axis=1, keepdims=True))
+        about = self.rate / np.where(speed > 0.0, speed, 1.0)
+        across = np.cross(about, self.begun, axis=1)
+        angle, back = speed[:, :, None] * time, np.cross(about, across, axis=1)[:, :, None]
+        return np.asarray(self.begun[:, :, None] + np.sin(angle) * across[:, :, None] + (1.0 - np.cos(angle)) * back)
 
 
 def _places() -> tuple[int, ...]:
@@ -121,10 +122,10 @@ def _extrapolated(unit: Swimmer, turning: Turning, length: Real, resistances: Re
         The columns of the rotation less 1, and the position: extrapolated from all steps, and from all without the
         last extrapolation, which is some hundred times less exact. Both of shape (n, 3, 4).
     """
-    if unit.fluid == "beads" or not certificate.takes(length.dtype):
+    if unit.fluid == "beads":
         return _in_numpy(unit, turning, length, resistances)
-    axes = turning.axes(_parts(length.dtype)[:, None] * length)
-    return certificate.extrapolated(_links(unit), axes, turning.rate, length, _STEPS, _places())
+    given = turning.begun, turning.rate, length, _parts(length.dtype), _STEPS, _places()
+    return certificate.extrapolated(_links(unit), *given)
 
 
 def _parts(dtype: np.dtype[np.floating[Any]]) -> Real:
@@ -134,6 +135,16 @@ def _parts(dtype: np.dtype[np.floating[Any]]) -> Real:
 
 def _in_numpy(unit: Swimmer, turning: Turning, length: Real, resistances: Resistances) -> tuple[Real, Real]:
     """Return the same without the kernel; arguments as of `_extrapolated`."""
+    found = []
+    for low in range(0, len(length), _BATCH):
+        some = slice(low, low + _BATCH)
+        part = Turning(turning.begun[..., some], turning.rate[..., some])
+        found.append(_batch_in_numpy(unit, part, length[some], resistances))
+    fine, rough = zip(*found, strict=True) if found else ([np.empty((0, 3, 4), dtype=length.dtype)],) * 2
+    return np.concatenate(fine), np.concatenate(rough)
+
+
+def _batch_in_numpy(unit: Swimmer, turning: Turning, length: Real, resistances: Resistances) -> tuple[Real, Real]:
     dtype, parts = length.dtype, _parts(length.dtype)
     place = {time: k for k, time in enumerate(_times())}
     n, k = len(length), len(parts)
@@ -172,14 +183,6 @@ def _slope(xi: Real, state: Real) -> Real:
     return out
 
 
-def _distance(unit: Swimmer, shapes: Real) -> Array:
-    """Return how far shapes are from where A(r) is sharp, as a bend [rad]: there P has a small eigenvalue."""
-    # It is sharp where the links are straight, in any fluid.
-    alone = unit if unit.fluid == "local" else dataclasses.replace(unit, fluid="local")
-    least = np.linalg.eigvalsh(resistance(alone, shapes.astype(np.float64)))[:, 0]
-    return np.asarray(np.sqrt(np.maximum(least, 0.0) / (unit.lateral_drag() * unit.bend_spread())))
-
-
 @frozen_dataclass(eq=False)
 class _Mesh:
     """Segments cut into pieces.
@@ -197,7 +200,7 @@ class _Mesh:
     near: Array
 
 
-def _mesh(unit: Swimmer, shapes: Array, rates: Array, durations: Array, finer: float) -> _Mesh:
+def _mesh(unit: Swimmer, turning: Turning, swept: Array, durations: Array, finer: float) -> _Mesh:
     """Cut segments into pieces that are short against the distance from where A(r) is sharp, all along them.
 
     That distance is the root of the links' second moment about a line, so it changes no faster than the root of
@@ -205,35 +208,17 @@ def _mesh(unit: Swimmer, shapes: Array, rates: Array, durations: Array, finer: f
     """
     half, weight = max(unit.halves_m[1:]), unit.weights()[1]
     steepness = math.sqrt(weight * 8.0 / 3.0 * half * half * half / unit.bend_spread())
-    sharp = unit.roll_sharpness()
-    speed = np.linalg.norm(rates, axis=1) * durations
-    if np.max(speed, initial=0.0) > _MOST_RAD:
+    if np.max(swept, initial=0.0) > _MOST_RAD:
         raise ParameterError(
-            f"rows that turn limbs by {_MOST_RAD:g} rad at the most are wanted, found one of {np.max(speed):.3g} rad"
+            f"rows that turn limbs by {_MOST_RAD:g} rad at the most are wanted, found one of {np.max(swept):.3g} rad"
         )
-    owner = np.flatnonzero(durations)
-    start, length = np.zeros(len(owner)), np.ones(len(owner))
-    done: list[tuple[Rows, Array, Array, Array]] = [(owner[:0], start[:0], length[:0], length[:0])]
-    while len(owner):
-        near = np.empty(len(owner))
-        for low in range(0, len(owner), _BATCH):
-            some = slice(low, low + _BATCH)
-            mine = owner[some]
-            middle = (start[some] + 0.5 * length[some]) * durations[mine]
-            near[some] = _distance(unit, Turning(shapes[mine], rates[mine]).shapes(middle))
-        arc = speed[owner] * length
-        nearest = np.maximum(near - 0.5 * steepness * arc, sharp)
-        ratio = arc / (finer * np.minimum(_PIECE * nearest, _PIECE_RAD))
-        good = ratio <= 1.0
-        done.append((owner[good], start[good], length[good], near[good]))
-        parts = np.where(ratio[~good] > 4.0, 8, np.where(ratio[~good] > 2.0, 4, 2))  # so that all numbers stay exact
-        index = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
-        length = np.repeat(length[~good] / parts, parts)
-        start = np.repeat(start[~good], parts) + index * length
-        owner = np.repeat(owner[~good], parts)
-    owner, start, length, near = (np.concatenate(column) for column in zip(*done, strict=True))
-    order = np.lexsort((start, owner))
-    return _Mesh(owner[order], start[order], length[order], near[order])
+    # It is sharp where the links are straight, in any fluid.
+    links = _links(unit if unit.fluid == "local" else dataclasses.replace(unit, fluid="local")).copy()
+    links[:, 1:] /= unit.lateral_drag()
+    bounds = unit.bend_spread(), steepness, unit.roll_sharpness(), finer * _PIECE, finer * _PIECE_RAD
+    axes, rate = (rows.astype(np.float64).transpose(2, 0, 1) for rows in (turning.begun, turning.rate))
+    owner, pieces = certificate.pieces_of(links, bounds, axes, rate, swept, durations)
+    return _Mesh(owner, *pieces.T)
 
 
 @frozen_dataclass(eq=False)
@@ -256,11 +241,15 @@ class Displacements:
         fine[some], rough[some], rounding[some] = others.fine, others.rough, others.rounding
         return Displacements(fine, rough, rounding)
 
+    def taken(self, some: Rows) -> Displacements:
+        """Return some of the displacements."""
+        return Displacements(self.fine[some], self.rough[some], self.rounding[some])
+
     def measured(self, other: Displacements) -> Displacements:
         """Return the same, with rounding as another integration, in as many digits and with other pieces, shows it."""
         rotation = np.swapaxes(other.fine[:, :3, :3], 1, 2) @ self.fine[:, :3, :3] - np.eye(3)
         off = np.sqrt(0.5 * np.sum(rotation * rotation, axis=(1, 2))).astype(np.float64)
-        rounding = np.minimum(_SURE * off + _LEAST * self.rounding, self.rounding)
+        rounding = np.minimum(_SURE * off + LEAST * self.rounding, self.rounding)
         return dataclasses.replace(self, rounding=rounding)
 
 
@@ -287,20 +276,26 @@ def segment_displacements(
     Raises:
         ParameterError: A segment that turns the limbs further than any does.
     """
-    unit = swimmer.scaled()
-    mesh = _mesh(unit, shapes.astype(np.float64), rates, durations, finer)
-    swept = np.linalg.norm(rates, axis=1)[mesh.owner] * durations[mesh.owner] * mesh.length
-    noise = _ROUNDING * float(np.finfo(shapes.dtype).eps) * swept / (mesh.near * mesh.near)
+    unit, turning = swimmer.scaled(), Turning.of(shapes, rates)
+    swept = np.linalg.norm(rates, axis=1) * durations
+    mesh = _mesh(unit, turning, swept, durations, finer)
+    last_bit = max(float(np.finfo(shapes.dtype).eps), _LAST_BIT)
+    sharper = np.maximum(1.0 / (mesh.near * mesh.near), _EVERYWHERE)
+    noise = _ROUNDING * last_bit * swept[mesh.owner] * mesh.length * sharper
     rounding = np.bincount(mesh.owner, noise, len(durations))
-    owner, seconds = mesh.owner, durations.astype(shapes.dtype)[mesh.owner]
-    begun, length = Turning(shapes[owner], rates[owner]).shapes(mesh.start * seconds), mesh.length * seconds
-    both = [extended(np.tile(np.eye(4), (len(owner), 1, 1))) for _ in range(2)]
-    for low in range(0, len(owner), _BATCH):
-        some = slice(low, low + _BATCH)
-        found = _extrapolated(unit, Turning(begun[some], rates[owner[some]]), length[some], resistances)
-        for pieces, each in zip(both, found, strict=True):
-            pieces[some, :3] += each
-    fine, rough = (products(pieces, np.bincount(owner, minlength=len(durations))) for pieces in both)
+    seconds = durations.astype(shapes.dtype)[mesh.owner]
+    begun, length = turning.from_time(mesh.owner, mesh.start * seconds), mesh.length * seconds
+    counts = np.bincount(mesh.owner, minlength=len(durations))
+    fine, rough = (_strung(pieces, counts) for pieces in _extrapolated(unit, begun, length, resistances))
     for out in (fine, rough):
         out[:, :3, 3] *= swimmer.length_m
     return Displacements(fine, rough, np.asarray(rounding, dtype=np.float64))
+
+
+def _strung(pieces: Real, counts: Rows) -> Real:
+    """Return the products of pieces' displacements, given as what they differ from none. Shapes (n, 3, 4), (m,)."""
+    if certificate.has_extended():
+        return certificate.strung(pieces, counts)
+    out = extended(np.tile(np.eye(4), (len(pieces), 1, 1)))
+    out[:, :3] += pieces
+    return products(out, counts)

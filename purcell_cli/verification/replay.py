@@ -3,7 +3,7 @@
 The shape is replayed as written, the base by `extrapolation`, all in extended precision where the machine has
 it. Left invariance is used, and only where it holds: a segment of control is integrated again unless one with
 the same rates, the same duration to the bit and almost the same shape has been; what the little difference of
-shape makes is added to first order.
+shape makes is added to first order. Segments that come again and again, to the bit, are looked at once.
 """
 
 from __future__ import annotations
@@ -13,17 +13,18 @@ import functools
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.distinct import distinct
-from purcell_cli.geometry.rotations import Array, hat, running
+from purcell_cli.geometry.rotations import Array, hat
+from purcell_cli.kernel import certificate
 from purcell_cli.mechanics.bead_table import tabulated
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.verification.extended import extended, product, running_products
-from purcell_cli.verification.extrapolation import Displacements, Real, Resistances, Rows, segment_displacements
+from purcell_cli.verification.extended import Real, extended, product, running_products
+from purcell_cli.verification.extrapolation import LEAST, Displacements, Resistances, Rows, segment_displacements
+from purcell_cli.verification.turns import once, shapes_of, turn_between, turned_along
 
 TOLERANCE_L = 1e-9
 """Position tolerance of an arrival, in units of L."""
@@ -39,9 +40,9 @@ _DRIFT_COUNTS, _SHARPEST = 1e-12, 100.0
 segment turned it by this many times its difference: A(r) varies over bends of some 0.01 rad and more."""
 _DRIFT_STEP = 1e-5
 """Turn of a limb by which displacements are differenced [rad]: errors of 1e-7 of the first order."""
-_CARES = ((np.float64, 1.0), (np.float64, 0.6), (np.longdouble, 0.6), (np.longdouble, 0.3))
+_CARES = ((np.float64, 1.0), (np.float64, 0.6), (np.longdouble, 1.0), (np.longdouble, 0.6), (np.longdouble, 0.3))
 """The precision of the numbers, and the length of pieces in units of the usual length: one after the other, until the
-bound is small. Extended precision takes some seven times as long. Two in one precision measure rounding."""
+bound is small. Extended precision takes some four times as long. Two in one precision measure rounding."""
 _SMALL = 0.1
 """A bound below this part of the tolerance is small."""
 _LEFT = 0.04
@@ -59,7 +60,8 @@ class Replay:
         row: The row at which each segment of control begins, and the last row. Shape (m + 1,).
         begun_pose: The base's pose at the first [m]. Shape (4, 4).
         begun_shape: The limbs' orientations at the first. Shape (2, 3, 3).
-        turned: How the limbs are turned since, as quaternions (w, x, y, z). Shape (m + 1, 2, 4).
+        turned: How the limbs are turned since, here and there, as quaternions (w, x, y, z). Shape (k, 2, 4).
+        begun: Which of these each segment begins at, and the last ends at. Shape (m + 1,).
         moves: Its displacements on the segments that were integrated.
         which: Which of them each segment makes. Shape (m,).
         drift: What each segment makes besides, since its shape is a little another: body twists at its end [m, rad],
@@ -71,6 +73,7 @@ class Replay:
     begun_pose: Real
     begun_shape: Real
     turned: Real
+    begun: Rows
     moves: Displacements
     which: Rows
     drift: Array
@@ -79,12 +82,12 @@ class Replay:
     @functools.cached_property
     def shape(self) -> Array:
         """The limbs' orientations where segments begin, and at the end, in double precision. Shape (m + 1, 2, 3, 3)."""
-        return _shapes(self.begun_shape.astype(np.float64), self.turned.astype(np.float64))
+        return shapes_of(self.begun_shape.astype(np.float64), self.turned.astype(np.float64))[self.begun]
 
     @property
     def end_shape(self) -> Real:
         """The limbs' orientations at the end. Shape (2, 3, 3)."""
-        return _shapes(self.begun_shape, self.turned[-1])
+        return shapes_of(self.begun_shape, self.turned[self.begun[-1]])
 
     @functools.cached_property
     def pose(self) -> Array:
@@ -125,7 +128,7 @@ class Replay:
         return dataclasses.replace(
             self,
             row=self.row[: segment + 1],
-            turned=self.turned[: segment + 1],
+            begun=self.begun[: segment + 1],
             which=self.which[:segment],
             drift=self.drift[:segment],
         )
@@ -138,33 +141,42 @@ class Replay:
     @functools.cached_property
     def bound(self) -> Deviation:
         """By how much the end may be wrong: what the last extrapolation changed there, and all rounding together."""
-        return self._bounded(self._arm)
+        return self._bounded(self._reach)
 
-    def _bounded(self, arm: Array) -> Deviation:
-        """Return the bound, for an arm that is known well enough."""
-        fine, rough = self._moved, product(self.moves.rough, self.which)
-        away, turned = rough[:3, 3] - fine[:3, 3], rough[:3, :3] - fine[:3, :3]
-        rounding = self.moves.rounding[self.which]
+    def _bounded(self, reach: Array) -> Deviation:
+        """Return the bound, for a reach that is known well enough."""
+        rough, rounded = product(self.moves.rough, self.which), self._rounded(reach)
+        away, turned = rough[:3, 3] - self._moved[:3, 3], rough[:3, :3] - self._moved[:3, :3]
         return Deviation(
-            float(np.sqrt(np.sum(away * away)) + np.sum(rounding * arm)),
-            float(np.sqrt(0.5 * np.sum(turned * turned)) + np.sum(rounding)),
+            float(np.sqrt(np.sum(away * away)) + rounded.position_m),
+            float(np.sqrt(0.5 * np.sum(turned * turned)) + rounded.base_rad),
             0.0,
             0.0,
         )
 
-    @functools.cached_property
-    def _arm(self) -> Array:
-        """How far the end is from where each segment ends, and L [m]: what a turn there moves it by. Shape (m,)."""
-        return np.asarray(np.linalg.norm(self.pose[1:, :3, 3] - self.pose[-1, :3, 3], axis=1) + self.length_m)
+    def _rounded(self, reach: Array) -> Deviation:
+        """Return by how much the end may be wrong by rounding alone."""
+        away, turned = np.sum(self.moves.rounding * reach, axis=1).tolist()
+        return Deviation(away, turned, 0.0, 0.0)
 
-    def rounded_most(self, arm: Array, left_m: float, left_rad: float) -> Rows:
-        """Return which displacements rounding turns most, so many that the others move the end by no more than this."""
-        out: set[int] = set()
-        for weight, most in ((arm, left_m), (np.ones(len(self.which)), left_rad)):
-            each = np.bincount(self.which, weight, len(self.moves.rounding)) * self.moves.rounding
+    @functools.cached_property
+    def _reach(self) -> Array:
+        """What turns of each displacement by 1 rad, wherever it is made, move [m] and turn the end by. Shape (2, k)."""
+        count, place = len(self.moves.rounding), certificate.walked(self.moves.fine.astype(np.float64), self.which)
+        arm = np.linalg.norm(place - place[-1:], axis=1) + self.length_m
+        return np.stack([np.bincount(self.which, weight, count) for weight in (arm, np.ones(len(arm)))])
+
+    def rounded_most(self, reach: Array, left_m: float, left_rad: float, part: float = 1.0) -> Rows:
+        """Return which displacements rounding turns most, so many that the others move the end by no more than this.
+
+        A part of what rounding may turn them by, at the most, is what counts.
+        """
+        out = np.zeros(len(self.moves.rounding), dtype=np.bool_)
+        for weight, most in zip(reach, (left_m, left_rad), strict=True):
+            each = part * weight * self.moves.rounding
             order = np.argsort(each, kind="stable")
-            out.update(order[np.count_nonzero(np.cumsum(each[order]) <= most) :].tolist())
-        return np.array(sorted(out), dtype=np.int64)
+            out[order[np.count_nonzero(np.cumsum(each[order]) <= most) :]] = True
+        return np.flatnonzero(out)
 
 
 def replay(
@@ -199,64 +211,42 @@ def replay(
         pose, shape = start.end_pose, start.end_shape
     else:
         pose, shape = extended(start.pose), extended(start.shape)
-    turned = _turned(rates, durations)
+    kept, place = once(rates, durations)
+    rates, durations = rates[kept], durations[kept]
+    turned = turned_along(rates, durations)
     same = np.round(turned[:-1].reshape(len(rates), 8).astype(np.float64), _SAME_SHAPE_DIGITS) + 0.0
     first, which = _distinct(np.concatenate([same, rates, durations[:, None]], axis=1))
-    begun, rates, durations = _shapes(shape, turned[first]), rates[first], durations[first]
-    drift = _drift(swimmer, begun, rates, durations, which, _turn_between(turned[first][which], turned[:-1]))
-    tried: dict[type[np.floating[Any]], Displacements] = {}
-    some: Rows = np.arange(len(first), dtype=np.int64)
-    moves: Displacements | None = None
-    arm: Array | None = None  # of the first integration: as those of the others to many digits
+    off = turn_between(turned[first][which], turned[:-1])
+    shapes, rates, durations = shapes_of(shape, turned[first]), rates[first], durations[first]
+    drift = _drift(swimmer, shapes, rates, durations, which[place], off[place])
+    begun, which = np.append(place, len(kept)), which[place]
+    every: Rows = np.arange(len(first), dtype=np.int64)
+    small = _SMALL * tolerance_l * swimmer.length_m, _SMALL * tolerance_rad
+    left = _LEFT * tolerance_l * swimmer.length_m, _LEFT * tolerance_rad
+    tried: dict[type[np.floating[Any]], tuple[Rows, Displacements]] = {}
+    found: Replay | None = None
+    reach = np.empty((2, 0))  # of the first integration: as those of the others to many digits
     for precision, finer in _CARES:
+        some = every
+        if found is not None and precision == np.longdouble:
+            some = tried[precision][0] if precision in tried else found.rounded_most(reach, *left)
+        elif found is not None and _CARES[-1][0] == np.longdouble:
+            # Where rounding were too much even if it turned out to be the least that counts, more digits are wanted.
+            some = np.delete(every, found.rounded_most(reach, *left, LEAST))
         part = segment_displacements(
-            swimmer, begun[some].astype(precision), rates[some], durations[some], finer, resistances
+            swimmer, shapes[some].astype(precision), rates[some], durations[some], finer, resistances
         )
-        before, tried[precision] = tried.get(precision), part
-        part = part if before is None else part.measured(before)
-        moves = part if moves is None else moves.put(some, part)
-        found = Replay(row, pose, shape, turned, moves, which, drift, swimmer.length_m)
-        arm = found._arm if arm is None else arm
-        if found._bounded(arm).within(_SMALL * tolerance_l * swimmer.length_m, _SMALL * tolerance_rad):
+        if precision in tried:
+            known, before = tried[precision]
+            part = part.measured(before.taken(np.searchsorted(known, some)))
+        tried[precision] = some, part
+        moves = part if found is None else found.moves.put(some, part)
+        now = Replay(row, pose, shape, turned, begun, moves, which, drift, swimmer.length_m)
+        reach, found = now._reach if found is None else reach, now
+        if found._rounded(reach).within(*small) and found._bounded(reach).within(*small):
             break
-        if before is not None and precision == np.float64:
-            some = found.rounded_most(arm, _LEFT * tolerance_l * swimmer.length_m, _LEFT * tolerance_rad)
+    assert found is not None  # noqa: S101  # there is one care at least
     return found
-
-
-def _turned(rates: Array, durations: Array) -> Real:
-    """Return how limbs are turned before, between and after segments, as quaternions. Shape (m + 1, 2, 4)."""
-    half = 0.5 * extended(rates).reshape(-1, 2, 3) * durations[:, None, None]
-    size = np.sqrt(np.sum(half * half, axis=-1, keepdims=True))
-    each = np.zeros((len(rates) + 1, 2, 4), dtype=half.dtype)
-    each[0, :, 0] = 1.0
-    each[1:, :, :1] = np.cos(size)
-    each[1:, :, 1:] = half * np.where(size > 0.0, np.sin(size) / np.where(size > 0.0, size, 1.0), 1.0)
-    # w + x i + y j + z k as the complex numbers (w + x i, y + z i).
-    pairs = each.view(np.result_type(half.dtype, np.complex128))
-    for low in range(0, len(pairs) - 1, _BATCH):
-        some = slice(low, low + _BATCH + 1)  # the last of one batch begins the next
-        pairs[some] = running(pairs[some], _hamilton)
-        each[some] /= np.sqrt(np.sum(each[some] * each[some], axis=-1, keepdims=True))
-    return each
-
-
-def _shapes(start: Real, turned: Real) -> Real:
-    """Return shapes that are turned since a first one, by quaternions (w, x, y, z). Shape (..., 2, 3, 3)."""
-    k = hat(turned[..., 1:])
-    return np.asarray(start @ (np.eye(3) + 2.0 * (turned[..., :1, None] * k + k @ k)))
-
-
-def _turn_between(first: Real, second: Real) -> Array:
-    """Return the small rotation vectors, in the limbs' frames, from quaternions to others. Shape (..., 2, 3)."""
-    (w, v), (s, u) = ((q[..., :1], q[..., 1:]) for q in (first, second))
-    return np.asarray(2.0 * (w * u - s * v - np.cross(v, u)), dtype=np.float64)
-
-
-def _hamilton(p: NDArray[Any], q: NDArray[Any]) -> NDArray[Any]:
-    """Return the products of quaternions a + b j, as pairs of complex numbers a, b. Shape (..., 2)."""
-    (a, b), (c, d) = np.moveaxis(p, -1, 0), np.moveaxis(q, -1, 0)
-    return np.stack([a * c - b * d.conj(), a * d + b * c.conj()], axis=-1)
 
 
 def _distinct(keys: Array) -> tuple[Rows, Rows]:
