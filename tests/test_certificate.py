@@ -182,12 +182,16 @@ def test_differences_of_shape_are_counted_where_they_turn_the_base() -> None:
     off = np.full((3000, 2, 3), 1e-19)
     off[which == 1] = 1e-12
     fine, coarse = np.full(3, 1e-3), np.ones(3)
-    counted = replaying._drift(THIN, shapes, rates, coarse, which, off)
+    each = np.arange(3000)
+    counted = replaying._drift(THIN, shapes, rates, coarse, which, off, each)
     assert np.any(counted[which == 1])
     assert not np.any(counted[which != 1])
     off[:] = 1e-18
-    assert replaying._drift(THIN, shapes, rates, fine, which, off).shape == (0, 6)
-    assert replaying._drift(THIN, shapes, rates, coarse, which, 100.0 * off).shape == (3000, 6)
+    assert replaying._drift(THIN, shapes, rates, fine, which, off, each).shape == (0, 6)
+    assert replaying._drift(THIN, shapes, rates, coarse, which, 100.0 * off, each).shape == (3000, 6)
+    often = np.tile(np.arange(3), 1000)
+    assert replaying._drift(THIN, shapes, rates, fine, which[::1000], 10.0 * off[::1000], often).shape == (0, 6)
+    assert replaying._drift(THIN, shapes, rates, coarse, which[::1000], 100.0 * off[::1000], often).shape == (3000, 6)
 
 
 def test_a_replay_goes_on_from_another() -> None:

@@ -182,7 +182,8 @@ VARIANT void NAMED(extrapolated)(const double *numbers, SIZE n, const double *ax
     }
 }
 
-/* Numbers as sums of two doubles, with some 100 binary digits (Dekker 1971). */
+/* Numbers as sums of two doubles, the second some units of the first's last digit at the most: they hold some 100 binary
+ * digits (Dekker 1971). They are not put in order after each step, which would take a third of the time. */
 typedef struct {
     MANY high, low;
 } NAMED(twice);
@@ -193,26 +194,21 @@ VARIANT inline TWICE NAMED(sum_of)(MANY a, MANY b) {
     return (TWICE){s, (a - (s - v)) + (b - v)};
 }
 
-VARIANT inline TWICE NAMED(in_order)(MANY a, MANY b) {
-    const MANY s = a + b;
-    return (TWICE){s, b - (s - a)};
-}
-
 VARIANT inline TWICE NAMED(plus)(TWICE a, TWICE b) {
     const TWICE s = NAMED(sum_of)(a.high, b.high);
-    return NAMED(in_order)(s.high, s.low + (a.low + b.low));
+    return (TWICE){s.high, s.low + (a.low + b.low)};
 }
 
 VARIANT inline TWICE NAMED(minus)(TWICE a, TWICE b) { return NAMED(plus)(a, (TWICE){-b.high, -b.low}); }
 
 VARIANT inline TWICE NAMED(times)(TWICE a, TWICE b) {
     const MANY p = a.high * b.high;
-    return NAMED(in_order)(p, LOST(a.high, b.high, p) + (a.high * b.low + a.low * b.high));
+    return (TWICE){p, LOST(a.high, b.high, p) + (a.high * b.low + a.low * b.high)};
 }
 
 VARIANT inline TWICE NAMED(scaled)(TWICE a, MANY b) {
     const MANY p = a.high * b;
-    return NAMED(in_order)(p, LOST(a.high, b, p) + a.low * b);
+    return (TWICE){p, LOST(a.high, b, p) + a.low * b};
 }
 
 VARIANT inline TWICE NAMED(all)(double high, double low) {
@@ -220,7 +216,6 @@ VARIANT inline TWICE NAMED(all)(double high, double low) {
     return (TWICE){zero + high, zero + low};
 }
 
-/* a x b, and its sum with a third vector. */
 VARIANT inline void NAMED(crossed)(const TWICE a[3], const TWICE b[3], TWICE out[3]) {
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -263,7 +258,7 @@ VARIANT void NAMED(unbalanced)(const struct link *links, TWICE axes[2][3], TWICE
             sum[3 + i] = NAMED(plus)(sum[3 + i], NAMED(plus)(lever[i], torque));
         }
     }
-    for (int i = 0; i < 6; i++) out[i] = sum[i].high;
+    for (int i = 0; i < 6; i++) out[i] = sum[i].high + sum[i].low;
 }
 
 /* As `turned`: the first terms of the series have twice the digits, the others are too small to need them. */
@@ -331,7 +326,7 @@ VARIANT void NAMED(slope_twice)(const TWICE xi[6], TWICE state[4][3], TWICE out[
 VARIANT TWICE NAMED(ratio)(double a, double b) {
     const MANY zero = {0.0}, many = zero + b, first = zero + a / b;
     const TWICE left = NAMED(minus)((TWICE){zero + a, zero}, NAMED(scaled)((TWICE){first, zero}, many));
-    return NAMED(in_order)(first, left.high / many);
+    return (TWICE){first, (left.high + left.low) / many};
 }
 
 /* As `extrapolated`, with twice the digits: of numbers (2, ...) the first part is the higher one. */

@@ -62,15 +62,15 @@ def product(moves: Array, which: ArrayLike) -> Array:
     Neighbours are put together two by two, and each pair only once, however often it comes.
 
     Args:
-        moves: The displacements. Shape (k, 4, 4).
+        moves: The displacements, one or several for each. Shape (k, ..., 4, 4).
         which: Which of them are made, in order. Shape (n,).
 
     Returns:
-        A pose, the identity where none are made. Shape (4, 4).
+        A pose, the identity where none are made, or several. Shape (..., 4, 4).
     """
     left = np.array(which, dtype=np.int64)
     if not len(left):
-        return np.eye(4, dtype=moves.dtype)
+        return np.broadcast_to(np.eye(4, dtype=moves.dtype), moves.shape[1:])
     while len(left) > 1:
         count = len(moves)
         every = left[:-1:2] * count + left[1::2]

@@ -40,12 +40,12 @@ _PIECE_RAD, _PIECE = 0.25, 0.4
 Extrapolation of order 16 errs by less than rounding on such a piece."""
 _ROUNDING, _EVERYWHERE = 16.0, 4.0
 """What rounding turns a piece by, in units of its angle, of the precision's last bit, and of one over the squared
-distance from the straight line, which counts as no less than the second. The sum over many pieces counts, not the one
-that is rounded most: of swimmers from stout to thin it is half of this and less, of single segments up to eight
-times this."""
+distance from the straight line, which counts as no less than the second where extrapolation has but the digits of
+doubles, of which it loses some. The sum over many pieces counts, not the one that is rounded most: of swimmers from
+stout to thin it is half of this and less, of single segments up to eight times this."""
 _LAST_BIT = 2.0**-63
 """The last bit of the most precise numbers of which that was found."""
-_SURE, LEAST = 8.0, 1.0 / 16.0
+_SURE, _LEAST = 8.0, 1.0 / 16.0
 """What rounding turns a segment by where that was measured, by two integrations with other pieces: so many times their
 difference, and this part of the rest at the least."""
 _MOST_RAD = 1e4
@@ -241,15 +241,11 @@ class Displacements:
         fine[some], rough[some], rounding[some] = others.fine, others.rough, others.rounding
         return Displacements(fine, rough, rounding)
 
-    def taken(self, some: Rows) -> Displacements:
-        """Return some of the displacements."""
-        return Displacements(self.fine[some], self.rough[some], self.rounding[some])
-
     def measured(self, other: Displacements) -> Displacements:
         """Return the same, with rounding as another integration, in as many digits and with other pieces, shows it."""
         rotation = np.swapaxes(other.fine[:, :3, :3], 1, 2) @ self.fine[:, :3, :3] - np.eye(3)
         off = np.sqrt(0.5 * np.sum(rotation * rotation, axis=(1, 2))).astype(np.float64)
-        rounding = np.minimum(_SURE * off + LEAST * self.rounding, self.rounding)
+        rounding = np.minimum(_SURE * off + _LEAST * self.rounding, self.rounding)
         return dataclasses.replace(self, rounding=rounding)
 
 
@@ -280,7 +276,7 @@ def segment_displacements(
     swept = np.linalg.norm(rates, axis=1) * durations
     mesh = _mesh(unit, turning, swept, durations, finer)
     last_bit = max(float(np.finfo(shapes.dtype).eps), _LAST_BIT)
-    sharper = np.maximum(1.0 / (mesh.near * mesh.near), _EVERYWHERE)
+    sharper = np.maximum(1.0 / (mesh.near * mesh.near), _EVERYWHERE if shapes.dtype == np.float64 else 0.0)
     noise = _ROUNDING * last_bit * swept[mesh.owner] * mesh.length * sharper
     rounding = np.bincount(mesh.owner, noise, len(durations))
     seconds = durations.astype(shapes.dtype)[mesh.owner]

@@ -23,7 +23,7 @@ from purcell_cli.mechanics.bead_table import tabulated
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.verification.extended import Real, extended, product, running_products
-from purcell_cli.verification.extrapolation import LEAST, Displacements, Resistances, Rows, segment_displacements
+from purcell_cli.verification.extrapolation import Displacements, Resistances, Rows, segment_displacements
 from purcell_cli.verification.turns import once, shapes_of, turn_between, turned_along
 
 TOLERANCE_L = 1e-9
@@ -40,9 +40,14 @@ _DRIFT_COUNTS, _SHARPEST = 1e-12, 100.0
 segment turned it by this many times its difference: A(r) varies over bends of some 0.01 rad and more."""
 _DRIFT_STEP = 1e-5
 """Turn of a limb by which displacements are differenced [rad]: errors of 1e-7 of the first order."""
-_CARES = ((np.float64, 1.0), (np.float64, 0.6), (np.longdouble, 1.0), (np.longdouble, 0.6), (np.longdouble, 0.3))
+_Cares = tuple[tuple[type[np.floating[Any]], float], ...]
+_CARES: _Cares = ((np.float64, 1.0), (np.longdouble, 1.0), (np.longdouble, 0.6), (np.longdouble, 0.3))
 """The precision of the numbers, and the length of pieces in units of the usual length: one after the other, until the
-bound is small. Extended precision takes some four times as long. Two in one precision measure rounding."""
+bound is small. Twice the digits take three times as long. Two in one precision measure rounding."""
+_SLOW_CARES: _Cares = ((np.float64, 1.0), (np.float64, 0.6), (np.longdouble, 0.6), (np.longdouble, 0.3))
+"""The same for links that feel each other, where extended precision takes seven times as long as doubles."""
+_OFTEN = 60
+"""Where a segment comes so often, doubles would not do and are left out."""
 _SMALL = 0.1
 """A bound below this part of the tolerance is small."""
 _LEFT = 0.04
@@ -116,12 +121,12 @@ class Replay:
         """The base's pose at the end [m]. Shape (4, 4)."""
         if len(self.drift):
             return extended(self.pose[-1])
-        return np.asarray(self.begun_pose @ self._moved)
+        return np.asarray(self.begun_pose @ self._moved[0])
 
     @functools.cached_property
     def _moved(self) -> Real:
-        """The base's displacement from the first pose to the last. Shape (4, 4)."""
-        return product(self.moves.fine, self.which)
+        """The base's displacement from the first pose to the last, and that before the last extrapolation."""
+        return product(np.stack([self.moves.fine, self.moves.rough], axis=1), self.which)
 
     def until(self, segment: int) -> Replay:
         """Return the replay up to where a segment begins."""
@@ -145,8 +150,8 @@ class Replay:
 
     def _bounded(self, reach: Array) -> Deviation:
         """Return the bound, for a reach that is known well enough."""
-        rough, rounded = product(self.moves.rough, self.which), self._rounded(reach)
-        away, turned = rough[:3, 3] - self._moved[:3, 3], rough[:3, :3] - self._moved[:3, :3]
+        rounded, (fine, rough) = self._rounded(reach), self._moved
+        away, turned = rough[:3, 3] - fine[:3, 3], rough[:3, :3] - fine[:3, :3]
         return Deviation(
             float(np.sqrt(np.sum(away * away)) + rounded.position_m),
             float(np.sqrt(0.5 * np.sum(turned * turned)) + rounded.base_rad),
@@ -166,14 +171,11 @@ class Replay:
         arm = np.linalg.norm(place - place[-1:], axis=1) + self.length_m
         return np.stack([np.bincount(self.which, weight, count) for weight in (arm, np.ones(len(arm)))])
 
-    def rounded_most(self, reach: Array, left_m: float, left_rad: float, part: float = 1.0) -> Rows:
-        """Return which displacements rounding turns most, so many that the others move the end by no more than this.
-
-        A part of what rounding may turn them by, at the most, is what counts.
-        """
+    def rounded_most(self, reach: Array, left_m: float, left_rad: float) -> Rows:
+        """Return which displacements rounding turns most, so many that the others move the end by no more than this."""
         out = np.zeros(len(self.moves.rounding), dtype=np.bool_)
         for weight, most in zip(reach, (left_m, left_rad), strict=True):
-            each = part * weight * self.moves.rounding
+            each = weight * self.moves.rounding
             order = np.argsort(each, kind="stable")
             out[order[np.count_nonzero(np.cumsum(each[order]) <= most) :]] = True
         return np.flatnonzero(out)
@@ -218,30 +220,29 @@ def replay(
     first, which = _distinct(np.concatenate([same, rates, durations[:, None]], axis=1))
     off = turn_between(turned[first][which], turned[:-1])
     shapes, rates, durations = shapes_of(shape, turned[first]), rates[first], durations[first]
-    drift = _drift(swimmer, shapes, rates, durations, which[place], off[place])
+    drift = _drift(swimmer, shapes, rates, durations, which, off, place)
     begun, which = np.append(place, len(kept)), which[place]
-    every: Rows = np.arange(len(first), dtype=np.int64)
     small = _SMALL * tolerance_l * swimmer.length_m, _SMALL * tolerance_rad
-    left = _LEFT * tolerance_l * swimmer.length_m, _LEFT * tolerance_rad
-    tried: dict[type[np.floating[Any]], tuple[Rows, Displacements]] = {}
+    some: Rows = np.arange(len(first), dtype=np.int64)
+    tried: dict[type[np.floating[Any]], Displacements] = {}
     found: Replay | None = None
     reach = np.empty((2, 0))  # of the first integration: as those of the others to many digits
-    for precision, finer in _CARES:
-        some = every
-        if found is not None and precision == np.longdouble:
-            some = tried[precision][0] if precision in tried else found.rounded_most(reach, *left)
-        elif found is not None and _CARES[-1][0] == np.longdouble:
-            # Where rounding were too much even if it turned out to be the least that counts, more digits are wanted.
-            some = np.delete(every, found.rounded_most(reach, *left, LEAST))
+    cares = _CARES if swimmer.fluid == "local" else _SLOW_CARES
+    if cares is _CARES and np.max(np.bincount(which), initial=0) >= _OFTEN:
+        cares = tuple(care for care in _CARES if care[0] == np.longdouble) or _CARES
+    for precision, finer in cares:
+        if found is not None and precision not in tried:
+            left = _LEFT * tolerance_l * swimmer.length_m, _LEFT * tolerance_rad
+            some = found.rounded_most(reach, *left)
         part = segment_displacements(
             swimmer, shapes[some].astype(precision), rates[some], durations[some], finer, resistances
         )
-        if precision in tried:
-            known, before = tried[precision]
-            part = part.measured(before.taken(np.searchsorted(known, some)))
-        tried[precision] = some, part
-        moves = part if found is None else found.moves.put(some, part)
-        now = Replay(row, pose, shape, turned, begun, moves, which, drift, swimmer.length_m)
+        before, tried[precision] = tried.get(precision), part
+        part = part if before is None else part.measured(before)
+        now = Replay(
+            *(row, pose, shape, turned, begun),
+            *(part if found is None else found.moves.put(some, part), which, drift, swimmer.length_m),
+        )
         reach, found = now._reach if found is None else reach, now
         if found._rounded(reach).within(*small) and found._bounded(reach).within(*small):
             break
@@ -260,7 +261,9 @@ def _distinct(keys: Array) -> tuple[Rows, Rows]:
     return first, which
 
 
-def _drift(swimmer: Swimmer, shapes: Real, rates: Array, durations: Array, which: Rows, off: Array) -> Array:
+def _drift(
+    swimmer: Swimmer, shapes: Real, rates: Array, durations: Array, which: Rows, off: Array, place: Rows
+) -> Array:
     """Return what segments make besides the displacement of the one that is integrated for them [m, rad].
 
     Args:
@@ -268,14 +271,16 @@ def _drift(swimmer: Swimmer, shapes: Real, rates: Array, durations: Array, which
         shapes: The shapes at the beginning of those that are integrated. Shape (k, 2, 3, 3).
         rates: Their limb rates. Shape (k, 6).
         durations: How long they last. Shape (k,).
-        which: Which of them stands for each segment. Shape (m,).
-        off: By how much each segment's shape is turned from that one's, in the limbs' frames [rad]. Shape (m, 2, 3).
+        which: Which of them stands for each of some segments. Shape (n,).
+        off: By how much their shapes are turned from that one's, in the limbs' frames [rad]. Shape (n, 2, 3).
+        place: Which of these segments each is. Shape (m,).
 
     Returns:
         Body twists at the segments' ends, to first order, shape (m, 6), or (0, 6) where they are too small to count.
     """
     swept = np.linalg.norm(rates, axis=1) * durations
-    most = _SHARPEST * swept * np.bincount(which, np.abs(off).sum(axis=(1, 2)), len(shapes))
+    each = np.abs(off).sum(axis=(1, 2)) * np.bincount(place, minlength=len(which))
+    most = _SHARPEST * swept * np.bincount(which, each, len(shapes))
     least_first = np.argsort(most)
     swung = np.sort(least_first[np.cumsum(most[least_first]) >= _DRIFT_COUNTS])
     if not len(swung):
@@ -299,4 +304,4 @@ def _drift(swimmer: Swimmer, shapes: Real, rates: Array, durations: Array, which
     for low in range(0, len(which), _BATCH):
         some = slice(low, low + _BATCH)
         out[some] = np.einsum("ki,kij->kj", off[some].reshape(-1, 6), slope[which[some]])
-    return out
+    return out[place]
