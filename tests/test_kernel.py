@@ -19,7 +19,7 @@ from scipy.optimize import linprog
 
 from purcell_cli.kernel import chains, distances, library, linear, moves, poses, shooting, sources
 from purcell_cli.kernel.beads import looked_up
-from purcell_cli.kernel.certificate import extrapolated, pieces_of, walked
+from purcell_cli.kernel.certificate import _halves, extrapolated, pieces_of, walked
 from purcell_cli.kernel.clearance import circles, largest_bends, nearest
 from purcell_cli.kernel.descent import Descent
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
@@ -367,15 +367,7 @@ def everything(seed: int) -> bytes:
         *flow.with_derivatives(primitives.shapes(shapes[0]), primitives.control, primitives.angle, [(2, 5, 7)]),
         *flow.with_derivatives(shapes_along(shapes[0], None, turns), None, turns, [(2, 5, 7)]),
         *flow.equations(shapes[0], primitives.control, primitives.angle, [(2, 5, 7)], np.eye(4), [10], shapes[1:2]),
-        *extrapolated(
-            np.ones((3, 7)),
-            shapes[:7, :, 0].transpose(1, 2, 0),
-            0.1 * pieces[1][:14].reshape(2, 3, -1),
-            pieces[2][:7],
-            [0.0, 0.25, 0.5, 0.75],
-            [2, 4],
-            [0, 2, 0, 1, 2, 3],
-        ),
+        *extrapolated_both(shapes, pieces),
         *pieces_of(
             np.ones((3, 7)),
             np.array([0.4, 1.2, 0.01, 0.4, 0.25]),
@@ -404,6 +396,17 @@ def everything(seed: int) -> bytes:
         *on_beads(primitives, shapes, turns),
     ]
     return b"".join(np.ascontiguousarray(part).tobytes() for part in found)
+
+
+def extrapolated_both(shapes: np.ndarray, pieces: tuple[np.ndarray, ...]) -> list[np.ndarray]:
+    """Return what pieces displace, in doubles and with twice the digits, some of them with limbs at rest."""
+    axes, rates = shapes[:13, :, 0].transpose(1, 2, 0).copy(), 0.1 * pieces[1][:13].reshape(2, 3, -1)
+    rates[0, :, 2:9], rates[1, :, 7:] = 0.0, 0.0
+    axes[:, :, 5:8] = np.array([1.0, 0.0, -0.0])[:, None]
+    given = pieces[2][:13], [0.0, 0.25, 0.5, 0.75], [2, 4], [0, 2, 0, 1, 2, 3]
+    more = [np.asarray(part, dtype=np.longdouble) for part in (axes, rates, *given[:2])]
+    exact = extrapolated(np.ones((3, 7)), *more, *given[2:])
+    return [*extrapolated(np.ones((3, 7)), axes, rates, *given), *(_halves(part) for part in exact)]
 
 
 @pytest.mark.slow

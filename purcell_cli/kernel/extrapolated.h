@@ -84,6 +84,12 @@ VARIANT void NAMED(turned)(MANY start[3][3], MANY square, MANY time, const doubl
     for (int i = 0; i < 3; i++) axis[i] = start[0][i] + (sine * start[1][i] + other * start[2][i]);
 }
 
+VARIANT int NAMED(rests)(MANY square) {
+    for (int w = 0; w < AT_ONCE; w++)
+        if (square[w] != 0.0) return 0;
+    return 1;
+}
+
 /* The twists at t times of `AT_ONCE` pieces, times how long these last. */
 VARIANT void NAMED(twists)(const struct link *links, MANY start[2][3][3], MANY rates[2][3], MANY lasts, SIZE t,
                            const double *parts, const double (*series)[2], MANY (*xi)[6]) {
@@ -92,8 +98,7 @@ VARIANT void NAMED(twists)(const struct link *links, MANY start[2][3][3], MANY r
     MANY own[2][6][6];
     int still[2];
     for (int limb = 0; limb < 2; limb++) { /* what a limb at rest resists stays */
-        still[limb] = 1;
-        for (int w = 0; w < AT_ONCE; w++) still[limb] = still[limb] && square[limb][w] == 0.0;
+        still[limb] = NAMED(rests)(square[limb]);
         if (still[limb])
             NAMED(resisted)(links + 1 + limb, limb ? -1.0 : 1.0, links[0].half, start[limb][0], own[limb]);
     }
@@ -138,7 +143,7 @@ VARIANT void NAMED(extrapolated)(const double *numbers, SIZE n, const double *ax
             const SIZE mine = p + w < n ? p + w : p;
             lasts[w] = length[mine];
             for (int i = 0; i < 6; i++) {
-                start[i / 3][0][i % 3][w] = axes[i * n + mine];
+                start[i / 3][0][i % 3][w] = axes[i * n + mine] + 0.0; /* no zero but the positive one: it stays */
                 u[i / 3][i % 3][w] = rates[i * n + mine];
             }
         }
@@ -282,16 +287,25 @@ VARIANT void NAMED(turned_twice)(TWICE start[3][3], TWICE square, TWICE time, co
 VARIANT void NAMED(twists_twice)(const struct link *links, TWICE start[2][3][3], TWICE rates[2][3], TWICE lasts, SIZE t,
                                  const double *parts, const double (*series)[2], const TWICE (*exact)[2], TWICE (*xi)[6]) {
     TWICE square[2], axes[2][3];
-    MANY u[2][3], a[2][3];
+    MANY u[2][3], a[2][3], own[2][6][6];
+    int still[2];
     for (int limb = 0; limb < 2; limb++) {
+        const double side = limb ? -1.0 : 1.0;
         square[limb] = NAMED(inner)(rates[limb], rates[limb]);
-        for (int i = 0; i < 3; i++) u[limb][i] = rates[limb][i].high;
+        still[limb] = NAMED(rests)(square[limb].high);
+        for (int i = 0; i < 3; i++) {
+            u[limb][i] = rates[limb][i].high;
+            a[limb][i] = start[limb][0][i].high;
+            axes[limb][i] = start[limb][0][i];
+        }
+        if (still[limb]) NAMED(resisted)(links + 1 + limb, side, links[0].half, a[limb], own[limb]);
     }
     for (SIZE k = 0; k < t; k++) {
-        MANY p[6][6], own[2][6][6], q[6], left[6];
+        MANY p[6][6], q[6], left[6];
         const TWICE time = NAMED(times)(lasts, NAMED(all)(parts[k], parts[t + k]));
         for (int i = 0; i < 6; i++) q[i] = 0.0 * time.high;
         for (int limb = 0; limb < 2; limb++) {
+            if (still[limb]) continue;
             NAMED(turned_twice)(start[limb], square[limb], time, series, exact, axes[limb]);
             for (int i = 0; i < 3; i++) a[limb][i] = axes[limb][i].high;
             NAMED(resisted)(links + 1 + limb, limb ? -1.0 : 1.0, links[0].half, a[limb], own[limb]);
@@ -356,8 +370,8 @@ VARIANT void NAMED(extrapolated_twice)(const double *numbers, SIZE n, const doub
             lasts.high[w] = length[mine];
             lasts.low[w] = length[n + mine];
             for (int i = 0; i < 6; i++) {
-                start[i / 3][0][i % 3].high[w] = axes[i * n + mine];
-                start[i / 3][0][i % 3].low[w] = axes[(6 + i) * n + mine];
+                start[i / 3][0][i % 3].high[w] = axes[i * n + mine] + 0.0; /* no zero but the positive one: it stays */
+                start[i / 3][0][i % 3].low[w] = axes[(6 + i) * n + mine] + 0.0;
                 u[i / 3][i % 3].high[w] = rates[i * n + mine];
                 u[i / 3][i % 3].low[w] = rates[(6 + i) * n + mine];
             }
