@@ -38,17 +38,17 @@ def pair_prices(
         before: What is spent with each of the first. Shape (n,).
         after: What is spent with each of the second. Shape (m,).
         price: The estimate; none of its numbers is negative.
-        least_of: 0 for all pairs, 1 for the least cost with each of the first, 2 with each of the second.
+        least_of: 0 for all pairs, 1 for the least cost with each of the first, 2 with each of the second, 3 for both.
 
     Returns:
-        Shape (n, m), (n,) or (m,); infinite where there is no pair.
+        Shape (n, m), (n,), (m,) or (n + m,); infinite where there is no pair.
     """
     a, b = doubles(first, "first", (-1, 4, 4)), doubles(second, "second", (-1, 4, 4))
     n, m, numbers = len(a), len(b), doubles(price, "price", (8,))
     spent = doubles(before, "before", (n,)), doubles(after, "after", (m,))
-    if least_of not in (0, 1, 2):
-        raise ValueError(f"least_of: 0, 1 or 2 is wanted, found {least_of}")
-    out = np.empty(((n, m), n, m)[least_of])
+    if least_of not in (0, 1, 2, 3):
+        raise ValueError(f"least_of: 0, 1, 2 or 3 is wanted, found {least_of}")
+    out = np.empty(((n, m), n, m, n + m)[least_of])
     given = (address(part) for part in (a, b, *spent, numbers))
     KERNEL.purcell_pair_prices(n, m, *given, least_of, address(out))
     return out

@@ -71,7 +71,9 @@ def test_prices_of_pairs_are_those_of_numpy_and_the_least_are_found(seed: int) -
     assert_close(pair_prices(first, second, *spent, price), wanted, 1e-9)
     assert_close(pair_prices(first, second, *spent, price, 1), wanted.min(axis=1), 1e-9)
     assert_close(pair_prices(first, second, *spent, price, 2), wanted.min(axis=0), 1e-9)
+    both = np.concatenate([pair_prices(first, second, *spent, price, k) for k in (1, 2)])
+    assert np.array_equal(pair_prices(first, second, *spent, price, 3), both)
     with pytest.raises(ValueError, match="an array of shape"):
         pair_prices(first, second[:-1], *spent, price)
     with pytest.raises(ValueError, match="least_of"):
-        pair_prices(first, second, *spent, price, 3)
+        pair_prices(first, second, *spent, price, 4)

@@ -54,10 +54,10 @@ class OuterPhases:
         Args:
             wanted: Body displacement of the whole. Shape (4, 4).
             price: What phase 2 costs, about.
-            least_of: 0 for all pairs, 1 for the best with each of the first, 2 with each of the last.
+            least_of: 0 for all pairs, 1 for the best with each of the first, 2 with each of the last, 3 for both.
 
         Returns:
-            Joint travel. Shape (n, m), (n,) or (m,).
+            Joint travel. Shape (n, m), (n,), (m,) or (n + m,).
         """
         done = self.last.displacement  # phase 3 is played backwards, so this is what undoes it
         spent = self.first.joint_travel_rad, self.last.joint_travel_rad
@@ -71,7 +71,8 @@ class OuterPhases:
         """Return the ways that promise most, at the start and at the goal, the best first (see `promised`)."""
         if len(self.first) == len(self.last) == 1:
             return self
-        return OuterPhases(self.best_first(wanted, price, most), self.best_last(wanted, price, most))
+        first, last = np.split(self.promised(wanted, price, 3), [len(self.first)])
+        return OuterPhases(self.first[_least(first, most)], self.last[_least(last, most)])
 
     def best_first(self, wanted: Array, price: PriceNumbers, most: int) -> Straightenings:
         """Return the ways at the start that promise most, the best first."""
