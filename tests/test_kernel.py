@@ -19,7 +19,7 @@ from scipy.optimize import linprog
 
 from purcell_cli.kernel import chains, distances, library, linear, moves, poses, shooting, sources
 from purcell_cli.kernel.beads import looked_up
-from purcell_cli.kernel.certificate import _halves, extrapolated, pieces_of, walked
+from purcell_cli.kernel.certificate import _halves, extrapolated, pieces_of, reach
 from purcell_cli.kernel.clearance import circles, largest_bends, nearest
 from purcell_cli.kernel.descent import Descent
 from purcell_cli.kernel.elementary import arctan2, exp_coefficients, sin_cos
@@ -376,7 +376,7 @@ def everything(seed: int) -> bytes:
             np.linalg.norm(pieces[1], axis=1) * pieces[2],
             pieces[2],
         ),
-        walked(poses.exp(pieces[1]), rng.integers(30, size=50)),
+        reach(poses.exp(pieces[1]), rng.integers(30, size=50), 0.3),
         *shooting.bend_rows(
             primitives.control, primitives.angle, primitives.shapes(shapes[0]), np.ones((10, 2)), np.zeros(10, int), 9.0
         ),

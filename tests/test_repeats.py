@@ -123,16 +123,21 @@ def test_one_cycle_that_is_altered_by_one_tick_is_not_taken_for_the_others(
     assert np.max(np.abs(every.end.shape - found.end.shape)) < 1e-15
 
 
-def test_displacements_are_walked_and_strung_as_numpy_does() -> None:
+def test_the_reach_of_small_turns_is_that_of_numpy() -> None:
+    rng = np.random.default_rng(1)
+    moves, which = se3.exp(0.3 * rng.normal(size=(6, 6))), rng.integers(0, 5, 200)
+    place = se3.prefix_products(moves[which])[1:, :3, 3]
+    arm = np.linalg.norm(place - place[-1], axis=1) + 0.7
+    wanted = [np.bincount(which, arm, 6), np.bincount(which, minlength=6)]
+    np.testing.assert_allclose(certificate.reach(moves, which, 0.7), wanted, rtol=1e-12)
+    with pytest.raises(ValueError, match="indices of 6"):
+        certificate.reach(moves, [6], 0.7)
+    assert not np.any(certificate.reach(moves, [], 0.7))
+
+
+def test_displacements_are_strung_as_numpy_does() -> None:
     rng = np.random.default_rng(1)
     moves, which = se3.exp(0.3 * rng.normal(size=(6, 6))), rng.integers(0, 6, 200)
-    wanted = np.eye(4)
-    for k, place in zip(which, certificate.walked(moves, which), strict=True):
-        wanted = wanted @ moves[k]
-        np.testing.assert_allclose(place, wanted[:3, 3], atol=1e-12)
-    with pytest.raises(ValueError, match="indices of 6"):
-        certificate.walked(moves, [6])
-    assert certificate.walked(moves, []).shape == (0, 3)
     if not certificate.has_extended():
         pytest.skip("the kernel has no extended precision of numpy's")
     counts, poses = np.array([0, 3, 1, 0, 196]), moves[which].astype(np.longdouble)

@@ -103,21 +103,23 @@ def strung(pieces: ArrayLike, counts: ArrayLike) -> NDArray[np.longdouble]:
     return out
 
 
-def walked(moves: ArrayLike, which: ArrayLike) -> NDArray[np.float64]:
-    """Return where displacements lead to that come again and again, one after the other.
+def reach(moves: ArrayLike, which: ArrayLike, least: float) -> NDArray[np.float64]:
+    """Return what small turns move the end of a motion by, in which displacements come again and again.
 
     Args:
         moves: The displacements. Shape (k, 4, 4).
         which: Which of them are made, in order. Shape (n,).
+        least: A length.
 
     Returns:
-        The positions after each. Shape (n, 3).
+        Of each displacement the sum, over where it is made, of how far the end is from where it ends, and of that
+        length; and how often it is made. Shape (2, k).
     """
     move, made = doubles(moves, "moves", (-1, 4, 4)), wholes(which, "which", (-1,))
     if len(made) and not 0 <= int(made.min()) <= int(made.max()) < len(move):
         raise ValueError(f"which: indices of {len(move)} displacements are wanted")
-    out = np.empty((len(made), 3))
-    KERNEL.purcell_walked(len(made), address(made), address(move), address(out))
+    out = np.empty((2, len(move)))
+    KERNEL.purcell_reach(len(made), address(made), len(move), address(move), least, address(out))
     return out
 
 

@@ -67,7 +67,7 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     },
     "extended_size": (_SIZE, []),
     "strung": (None, [_SIZE, *[_ARRAY] * 3]),
-    "walked": (None, [_SIZE, *[_ARRAY] * 3]),
+    "reach": (None, [_SIZE, _ARRAY, _SIZE, _ARRAY, _NUMBER, _ARRAY]),
     "pieces": (_SIZE, [*[_ARRAY] * 2, _SIZE, *[_ARRAY] * 4, _SIZE, *[_ARRAY] * 2]),
     "repeats": (_SIZE, [*[_SIZE] * 2, _ARRAY, _SIZE, *[_ARRAY] * 3]),
     "screw_chains": (None, [*[_SIZE] * 2, *[_ARRAY] * 4, _SIZE, *[_ARRAY] * 3]),

@@ -15,6 +15,10 @@ struct price {
 /* The same statements for registers of either width: all is made number by number. */
 #define EITHER_WIDTH static inline __attribute__((always_inline)) void
 
+/* Costs of the displacements a_i b_j, with what is spent besides.
+ *
+ * a, b: (n, 4, 4) and (m, 4, 4). before, after: (n,) and (m,). of: 0 for all pairs, (n, m), 1 for the least of each
+ * a_i, (n,), 2 for that of each b_j, (m,), and 3 for both, (n + m,). */
 EITHER_WIDTH pair_prices(SIZE n, SIZE m, const double *a, const double *b, const double *before, const double *after,
                          const double *numbers, SIZE of, double *out) {
     const struct price *p = (const struct price *)numbers;
@@ -72,10 +76,6 @@ __attribute__((target("avx2"))) static void pair_prices_wide(SIZE n, SIZE m, con
 }
 #endif
 
-/* Costs of the displacements a_i b_j, with what is spent besides.
- *
- * a, b: (n, 4, 4) and (m, 4, 4). before, after: (n,) and (m,). of: 0 for all pairs, (n, m), 1 for the least of each
- * a_i, (n,), 2 for that of each b_j, (m,), and 3 for both, (n + m,). */
 API void purcell_pair_prices(SIZE n, SIZE m, const double *a, const double *b, const double *before, const double *after,
                              const double *numbers, SIZE of, double *out) {
 #ifdef WIDE
@@ -98,6 +98,14 @@ static double tips_apart(const double *a, const double *b) {
     return sqrt(DOT(between, between));
 }
 
+/* For each beginning a_i of a straight way the end b_j that costs least, with what is spent besides, and that cost.
+ *
+ * A way of length r along the unit vector u, which leaves aside of the heading of a_i by s, costs along r and
+ * swing |heading a - heading b| + aside s, or along r and far (|heading a - u| + |heading b - u|), forwards or
+ * backwards, whichever is less.
+ * a, b: position and heading, (n, 6) and (6, m). before: (n,). after: (m,), ascending. most, within: ways that cost
+ * as much, or so many times the least by then, are none, missing: nor those on which the costs but that of the length
+ * are more than so many times what is spent besides. cost: (n,), infinite where there is none. index: (n,). */
 EITHER_WIDTH meetings(SIZE n, SIZE m, const double *a, const double *b, const double *before, const double *after,
                       const double *prices, double most, double within, double missing, double *cost, SIZE *index) {
     const struct meeting *p = (const struct meeting *)prices;
@@ -110,14 +118,14 @@ EITHER_WIDTH meetings(SIZE n, SIZE m, const double *a, const double *b, const do
         index[i] = -1;
         for (SIZE low = 0; low < m && before[i] + after[low] < best; low += BLOCK) {
             const int some = m - low < BLOCK ? (int)(m - low) : BLOCK;
-            double square[BLOCK], turn[BLOCK], worth[BLOCK];
+            double square[BLOCK], worth[BLOCK];
             for (int l = 0; l < some; l++) { /* side by side */
                 const double *h = b + low + l, x = h[0] - g[0], y = h[m] - g[1], z = h[2 * m] - g[2];
                 const double begun = before[i] + after[low + l], left = best - begun, enough = missing * begun;
                 square[l] = x * x + y * y + z * z;
-                turn[l] = heading[0] * h[3 * m] + heading[1] * h[4 * m] + heading[2] * h[5 * m];
+                const double turn = heading[0] * h[3 * m] + heading[1] * h[4 * m] + heading[2] * h[5 * m];
                 /* Two directions are apart by no more than both are from a third. The last digits may be rounding's. */
-                const double cosine = turn[l] < 1.0 ? turn[l] : 1.0, apart = 2.0 * swing * swing * (1.0 - cosine);
+                const double cosine = turn < 1.0 ? turn : 1.0, apart = 2.0 * swing * swing * (1.0 - cosine);
                 const double way = along * square[l], both = (apart + way + 2.0 * sqrt(apart * way)) * (1.0 - 1e-13);
                 const double over = apart * (1.0 - 1e-13) - enough * enough, spare = left * left - both;
                 worth[l] = over > 0.0 || left < 0.0 ? 0.0 : spare;
@@ -155,14 +163,6 @@ __attribute__((target("avx2"))) static void meetings_wide(SIZE n, SIZE m, const 
 }
 #endif
 
-/* For each beginning a_i of a straight way the end b_j that costs least, with what is spent besides, and that cost.
- *
- * A way of length r along the unit vector u, which leaves aside of the heading of a_i by s, costs along r and
- * swing |heading a - heading b| + aside s, or along r and far (|heading a - u| + |heading b - u|), forwards or
- * backwards, whichever is less.
- * a, b: position and heading, (n, 6) and (6, m). before: (n,). after: (m,), ascending. most, within: ways that cost
- * as much, or so many times the least by then, are none, missing: nor those on which the costs but that of the length
- * are more than so many times what is spent besides. cost: (n,), infinite where there is none. index: (n,). */
 API void purcell_meetings(SIZE n, SIZE m, const double *a, const double *b, const double *before, const double *after,
                           const double *prices, double most, double within, double missing, double *cost, SIZE *index) {
 #ifdef WIDE

@@ -17,6 +17,8 @@ from purcell_cli.geometry.rotations import Array, running
 Real = NDArray[Any]
 """Floating-point numbers of one precision or another."""
 
+_TABLE = 1 << 14
+"""Of fewer possible pairs a table tells quickest which come."""
 _ONE = np.eye(4)
 """The displacement that is none."""
 
@@ -74,8 +76,13 @@ def product(moves: Array, which: ArrayLike) -> Array:
     while len(left) > 1:
         count = len(moves)
         every = left[:-1:2] * count + left[1::2]
-        first, order = distinct(every)
-        pairs = every[first]
+        if count * count < _TABLE:
+            comes = np.zeros(count * count, dtype=np.bool_)
+            comes[every] = True
+            pairs, order = np.flatnonzero(comes), (np.cumsum(comes) - 1)[every]
+        else:
+            first, order = distinct(every)
+            pairs = every[first]
         moves = np.concatenate([moves[pairs // count] @ moves[pairs % count], moves[left[-1:]]])
         left = np.append(order, len(pairs)) if len(left) % 2 else order
     return np.asarray(moves[left[0]])

@@ -166,10 +166,11 @@ class Replay:
 
     @functools.cached_property
     def _reach(self) -> Array:
-        """What turns of each displacement by 1 rad, wherever it is made, move [m] and turn the end by. Shape (2, k)."""
-        count, place = len(self.moves.rounding), certificate.walked(self.moves.fine.astype(np.float64), self.which)
-        arm = np.linalg.norm(place - place[-1:], axis=1) + self.length_m
-        return np.stack([np.bincount(self.which, weight, count) for weight in (arm, np.ones(len(arm)))])
+        """What turns of each displacement by 1 rad, wherever it is made, move [m] and turn the end by. Shape (2, k).
+
+        Each moves the end by how far it is from there, and by L: by that alone at the end.
+        """
+        return certificate.reach(self.moves.fine.astype(np.float64), self.which, self.length_m)
 
     def rounded_most(self, reach: Array, left_m: float, left_rad: float) -> Rows:
         """Return which displacements rounding turns most, so many that the others move the end by no more than this."""
