@@ -95,34 +95,18 @@ API void purcell_strung(SIZE m, const SIZE *counts, const long double *pieces, l
     }
 }
 
-static void follow(double at[12], const double *by) {
-    for (int i = 0; i < 3; i++) {
-        double *row = at + 4 * i, next[4];
-        for (int c = 0; c < 4; c++) next[c] = row[0] * by[c] + row[1] * by[4 + c] + row[2] * by[8 + c];
-        next[3] += row[3];
-        memcpy(row, next, sizeof next);
-    }
-}
-
 /* What small turns move the end of a motion by, in which displacements come again and again.
  *
  * moves: (k, 4, 4). which: which of them are made, in order, (n,). least: a length. out: of each displacement the sum, over
  * where it is made, of how far the end is from where it ends, and of that length; and how often it is made, (2, k). */
 API void purcell_reach(SIZE n, const SIZE *which, SIZE k, const double *moves, double least, double *out) {
-    double at[12] = {1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0}, end[3] = {0.0, 0.0, 0.0};
+    double end[3] = {0.0, 0.0, 0.0}; /* seen from where a displacement ends */
     for (SIZE j = 0; j < 2 * k; j++) out[j] = 0.0;
-    for (int again = 0; again < 2; again++) {
-        for (SIZE j = 0; j < n; j++) {
-            follow(at, moves + 16 * which[j]);
-            if (!again) continue;
-            const double away[3] = {at[3] - end[0], at[7] - end[1], at[11] - end[2]};
-            out[which[j]] += sqrt(DOT(away, away)) + least;
-            out[k + which[j]] += 1.0;
-        }
-        for (int i = 0; i < 12; i++) {
-            if (i % 4 == 3) end[i / 4] = at[i];
-            at[i] = i % 5 == 0 ? 1.0 : 0.0;
-        }
+    for (SIZE j = n - 1; j >= 0; j--) {
+        const double *by = moves + 16 * which[j], there[3] = {end[0], end[1], end[2]};
+        out[which[j]] += sqrt(DOT(there, there)) + least;
+        out[k + which[j]] += 1.0;
+        for (int i = 0; i < 3; i++) end[i] = DOT(by + 4 * i, there) + by[4 * i + 3];
     }
 }
 
