@@ -72,7 +72,7 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "repeats": (_SIZE, [*[_SIZE] * 2, _ARRAY, _SIZE, *[_ARRAY] * 3]),
     "screw_chains": (None, [*[_SIZE] * 2, *[_ARRAY] * 4, _SIZE, *[_ARRAY] * 3]),
     "sequence": (_SIZE, [_ARRAY] * 5),
-    "pair_prices": (None, [*[_SIZE] * 2, *[_ARRAY] * 5, _SIZE, _ARRAY]),
+    "pair_prices": (None, [*[_SIZE] * 2, *[_ARRAY] * 5, _SIZE, _NUMBER, _ARRAY]),
     "meetings": (None, [*[_SIZE] * 2, *[_ARRAY] * 5, *[_NUMBER] * 3, *[_ARRAY] * 2]),
     "equations": (_SIZE, [*_RULE, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 6]),
     "move_equations": (_SIZE, [*_RULE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 7]),

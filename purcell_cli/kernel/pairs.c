@@ -18,9 +18,10 @@ struct price {
 /* Costs of the displacements a_i b_j, with what is spent besides.
  *
  * a, b: (n, 4, 4) and (m, 4, 4). before, after: (n,) and (m,). of: 0 for all pairs, (n, m), 1 for the least of each
- * a_i, (n,), 2 for that of each b_j, (m,), and 3 for both, (n + m,). */
+ * a_i, (n,), 2 for that of each b_j, (m,), and 3 for both, (n + m,). most: of all pairs those that cost more may be told to
+ * cost infinitely much. */
 EITHER_WIDTH pair_prices(SIZE n, SIZE m, const double *a, const double *b, const double *before, const double *after,
-                         const double *numbers, SIZE of, double *out) {
+                         const double *numbers, SIZE of, double most, double *out) {
     const struct price *p = (const struct price *)numbers;
     const SIZE firsts = of % 2 ? n : 0, every = firsts + (of > 1 ? m : 0);
     for (SIZE k = 0; k < every; k++) out[k] = INFINITY;
@@ -57,7 +58,8 @@ EITHER_WIDTH pair_prices(SIZE n, SIZE m, const double *a, const double *b, const
             }
             for (SIZE l = 0; l < some; l++) {
                 double *const first = out + i, *const last = out + firsts + low + l;
-                if (of && !(of % 2 && bound[l] <= *first) && !(of > 1 && bound[l] <= *last)) continue;
+                if (!of) out[i * m + low + l] = INFINITY;
+                if (!(!of && bound[l] <= most) && !(of % 2 && bound[l] <= *first) && !(of > 1 && bound[l] <= *last)) continue;
                 const double turn = 2.0 * purcell_arctan2_of(sqrt(1.0 - heading[l]), sqrt(1.0 + heading[l]));
                 const double cost = p->root * sqrt(p->turn2 * (turn * turn) + p->turn1 * turn + fixed[l]) + straight[l];
                 if (!of) out[i * m + low + l] = cost;
@@ -71,20 +73,20 @@ EITHER_WIDTH pair_prices(SIZE n, SIZE m, const double *a, const double *b, const
 #ifdef WIDE
 __attribute__((target("avx2"))) static void pair_prices_wide(SIZE n, SIZE m, const double *a, const double *b,
                                                              const double *before, const double *after,
-                                                             const double *numbers, SIZE of, double *out) {
-    pair_prices(n, m, a, b, before, after, numbers, of, out);
+                                                             const double *numbers, SIZE of, double most, double *out) {
+    pair_prices(n, m, a, b, before, after, numbers, of, most, out);
 }
 #endif
 
 API void purcell_pair_prices(SIZE n, SIZE m, const double *a, const double *b, const double *before, const double *after,
-                             const double *numbers, SIZE of, double *out) {
+                             const double *numbers, SIZE of, double most, double *out) {
 #ifdef WIDE
     if (purcell_is_wide()) {
-        pair_prices_wide(n, m, a, b, before, after, numbers, of, out);
+        pair_prices_wide(n, m, a, b, before, after, numbers, of, most, out);
         return;
     }
 #endif
-    pair_prices(n, m, a, b, before, after, numbers, of, out);
+    pair_prices(n, m, a, b, before, after, numbers, of, most, out);
 }
 
 /* What of a straight way counts, and how much: see `purcell_meetings`. */

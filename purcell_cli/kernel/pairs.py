@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +29,13 @@ class PriceNumbers(NamedTuple):
 
 
 def pair_prices(
-    first: ArrayLike, second: ArrayLike, before: ArrayLike, after: ArrayLike, price: PriceNumbers, least_of: int = 0
+    first: ArrayLike,
+    second: ArrayLike,
+    before: ArrayLike,
+    after: ArrayLike,
+    price: PriceNumbers,
+    least_of: int = 0,
+    most: float = math.inf,
 ) -> Array:
     """Return the costs of displacements one after another, and of what is spent besides.
 
@@ -39,6 +46,7 @@ def pair_prices(
         after: What is spent with each of the second. Shape (m,).
         price: The estimate; none of its numbers is negative.
         least_of: 0 for all pairs, 1 for the least cost with each of the first, 2 with each of the second, 3 for both.
+        most: Of all pairs those that cost more may be told to cost infinitely much.
 
     Returns:
         Shape (n, m), (n,), (m,) or (n + m,); infinite where there is no pair.
@@ -50,7 +58,7 @@ def pair_prices(
         raise ValueError(f"least_of: 0, 1, 2 or 3 is wanted, found {least_of}")
     out = np.empty(((n, m), n, m, n + m)[least_of])
     given = (address(part) for part in (a, b, *spent, numbers))
-    KERNEL.purcell_pair_prices(n, m, *given, least_of, address(out))
+    KERNEL.purcell_pair_prices(n, m, *given, least_of, most, address(out))
     return out
 
 

@@ -73,6 +73,11 @@ def test_prices_of_pairs_are_those_of_numpy_and_the_least_are_found(seed: int) -
     assert_close(pair_prices(first, second, *spent, price, 2), wanted.min(axis=0), 1e-9)
     both = np.concatenate([pair_prices(first, second, *spent, price, k) for k in (1, 2)])
     assert np.array_equal(pair_prices(first, second, *spent, price, 3), both)
+    few = pair_prices(first, second, *spent, price, most=float(np.median(wanted)))
+    cheap = wanted < np.median(wanted)
+    assert_close(few[cheap], wanted[cheap], 1e-9)
+    assert np.any(np.isinf(few))
+    assert not np.any(few[~cheap] < np.median(wanted) - 1e-9)
     with pytest.raises(ValueError, match="an array of shape"):
         pair_prices(first, second[:-1], *spent, price)
     with pytest.raises(ValueError, match="least_of"):

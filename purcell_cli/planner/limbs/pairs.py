@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -48,20 +49,21 @@ class OuterPhases:
     first: Straightenings
     last: Straightenings
 
-    def promised(self, wanted: Array, price: PriceNumbers, least_of: int = 0) -> Array:
+    def promised(self, wanted: Array, price: PriceNumbers, least_of: int = 0, most_rad: float = math.inf) -> Array:
         """Return the joint travel that pairs of ways promise [rad]; see `pair_prices`.
 
         Args:
             wanted: Body displacement of the whole. Shape (4, 4).
             price: What phase 2 costs, about.
             least_of: 0 for all pairs, 1 for the best with each of the first, 2 with each of the last, 3 for both.
+            most_rad: Of all pairs those that promise more may be told to promise infinitely much [rad].
 
         Returns:
             Joint travel. Shape (n, m), (n,), (m,) or (n + m,).
         """
         done = self.last.displacement  # phase 3 is played backwards, so this is what undoes it
         spent = self.first.joint_travel_rad, self.last.joint_travel_rad
-        return pair_prices(self.left_by_first(wanted), done, *spent, price, least_of)
+        return pair_prices(self.left_by_first(wanted), done, *spent, price, least_of, most_rad)
 
     def left_by_first(self, wanted: Array) -> Array:
         """Return what of a wanted displacement, shape (4, 4), each of the first leaves. Shape (n, 4, 4)."""
@@ -157,9 +159,12 @@ def best_pairs(outer: OuterPhases, wanted: Array, price: PriceNumbers, most: int
         price: What phase 2 costs, about.
         most: How many.
     """
-    gone, promised = outer.left_by_first(wanted), outer.promised(wanted, price)
-    count = min(_ALIKE * most, promised.size)
-    few = np.flatnonzero(promised <= np.partition(promised, count - 1, axis=None)[count - 1])
+    gone, count = outer.left_by_first(wanted), min(_ALIKE * most, len(outer.first) * len(outer.last))
+    # Of so many ways at the start each has a pair that promises no more than this.
+    enough = np.sort(outer.promised(wanted, price, 1))[count - 1] if count <= len(outer.first) else math.inf
+    promised = outer.promised(wanted, price, most_rad=enough)
+    few = np.flatnonzero(promised <= enough)
+    few = few[promised.ravel()[few] <= np.partition(promised.ravel()[few], count - 1)[count - 1]]
     # Ways that differ by how a limb rolls promise the same; the first of them will do.
     first, _ = distinct(np.round(promised.ravel()[few], 1))
     index = np.stack(np.divmod(few[first[:most]], promised.shape[1]), axis=1)
