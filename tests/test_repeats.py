@@ -189,3 +189,9 @@ def test_pieces_without_end_are_refused() -> None:
     bounds = (1.0, 1.0, 0.0, 1e-300, 1e-300)
     with pytest.raises(ValueError, match="longer pieces"):
         certificate.pieces_of(np.ones((3, 7)), bounds, axes, np.ones((1, 2, 3)), [1.0], [1.0])
+    for swept, lasts in ((np.inf, 1.0), (1.0, np.inf), (np.nan, 1.0), (1.0, np.nan)):
+        try:
+            owner, _ = certificate.pieces_of(np.ones((3, 7)), np.ones(5), axes, np.ones((1, 2, 3)), [swept], [lasts])
+        except ValueError:
+            continue
+        assert not np.any(owner)

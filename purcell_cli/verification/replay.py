@@ -41,7 +41,7 @@ segment turned it by this many times its difference: A(r) varies over bends of s
 _DRIFT_STEP = 1e-5
 """Turn of a limb by which displacements are differenced [rad]: errors of 1e-7 of the first order."""
 _Cares = tuple[tuple[type[np.floating[Any]], float], ...]
-_CARES: _Cares = ((np.float64, 1.0), (np.longdouble, 1.0), (np.longdouble, 0.6), (np.longdouble, 0.3))
+_CARES: _Cares = ((np.float64, 1.0), (np.longdouble, 1.4), (np.longdouble, 0.6), (np.longdouble, 0.3))
 """The precision of the numbers, and the length of pieces in units of the usual length: one after the other, until the
 bound is small. Twice the digits take three times as long. Two in one precision measure rounding."""
 _SLOW_CARES: _Cares = ((np.float64, 1.0), (np.float64, 0.6), (np.longdouble, 0.6), (np.longdouble, 0.3))
