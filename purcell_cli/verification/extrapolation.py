@@ -90,9 +90,18 @@ class Turning:
         """Return the limbs' axes at times [s]. Shapes (k, m) to (2, 3, k, m)."""
         speed = np.sqrt(np.sum(self.rate * self.rate, axis=1, keepdims=True))
         about = self.rate / np.where(speed > 0.0, speed, 1.0)
-        across = np.cross(about, self.begun, axis=1)
-        angle, back = speed[:, :, None] * time, np.cross(about, across, axis=1)[:, :, None]
+        across = _crossed(about, self.begun)
+        angle, back = speed[:, :, None] * time, _crossed(about, across)[:, :, None]
         return np.asarray(self.begun[:, :, None] + np.sin(angle) * across[:, :, None] + (1.0 - np.cos(angle)) * back)
+
+
+def _crossed(a: Real, b: Real) -> Real:
+    """Return cross products. Shapes (2, 3, m), (2, 3, m)."""
+    out = np.empty_like(b)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        out[:, i] = a[:, j] * b[:, k] - a[:, k] * b[:, j]
+    return out
 
 
 def _places() -> tuple[int, ...]:

@@ -53,7 +53,7 @@ def shapes_of(start: Real, turned: Real) -> Real:
 def turn_between(first: Real, second: Real) -> Array:
     """Return the small rotation vectors, in the limbs' frames, from quaternions to others. Shape (..., 2, 3)."""
     (w, v), (s, u) = ((q[..., :1], q[..., 1:]) for q in (first, second))
-    return np.asarray(2.0 * (w * u - s * v - np.cross(v, u)), dtype=np.float64)
+    return np.asarray(2.0 * (w * u - s * v - (hat(v) @ u[..., None])[..., 0]), dtype=np.float64)
 
 
 def once(rates: Array, durations: Array) -> tuple[Rows, Rows]:
@@ -93,5 +93,7 @@ def _pairs(quaternion: Real) -> Real:
 
 def _hamilton(p: Real, q: Real) -> Real:
     """Return the products of quaternions a + b j, as pairs of complex numbers a, b. Shape (..., 2)."""
-    (a, b), (c, d) = np.moveaxis(p, -1, 0), np.moveaxis(q, -1, 0)
-    return np.stack([a * c - b * d.conj(), a * d + b * c.conj()], axis=-1)
+    a, b, c, d = p[..., 0], p[..., 1], q[..., 0], q[..., 1]
+    out = np.empty(np.broadcast_shapes(p.shape, q.shape), dtype=p.dtype)
+    out[..., 0], out[..., 1] = a * c - b * d.conj(), a * d + b * c.conj()
+    return out
