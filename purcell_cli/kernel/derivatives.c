@@ -117,6 +117,24 @@ static void ending(const struct chain *c, const double *shape, SIZE control, dou
     for (int i = 0; i < 6; i++) out[i] = known ? sign * xi[i][0] : xi[i][0]; /* of the rate as it was played */
 }
 
+static void put_on(struct chain *c) {
+    if (c->plain) {
+        double pose[16];
+        for (int i = 0; i < 16; i++) pose[i] = c->at[i];
+        product(pose, c->solved.pose, c->at, 4, 4, 4);
+    } else {
+        purcell_wide_times(&c->here, c->solved.pose);
+    }
+    if (c->repeating) purcell_wide_times(&c->once, c->solved.pose);
+}
+
+/* A step of a path of which no derivative is wanted. */
+static void pass(const struct step *step, void *state) {
+    struct chain *c = state;
+    purcell_solve_step(c->s, c->rule, step, DISPLACEMENT, &c->solved);
+    put_on(c);
+}
+
 static void link(const struct step *step, void *state) {
     struct chain *c = state;
     double pose[16], ad[36], seen[36], moved[36];
@@ -163,11 +181,7 @@ static void link(const struct step *step, void *state) {
         product(ad, seen, moved, 6, 6, 6);
         for (int i = 0; i < 36; i++) c->own[i] += moved[i];
     }
-    if (c->plain)
-        product(pose, c->solved.pose, c->at, 4, 4, 4);
-    else
-        purcell_wide_times(&c->here, c->solved.pose);
-    if (c->repeating) purcell_wide_times(&c->once, c->solved.pose);
+    put_on(c);
 }
 
 /* 1 + Ad_g + ... + Ad_g^(n-1), by doubling. */
@@ -219,7 +233,7 @@ static double played(const SIZE *control, const double *amount, const double *sh
  * control, amount: of primitives their controls and angles, (n,) and (n,); of moves null and their turns, (n, 6).
  * repeats: first piece, the piece after the last, cycles, in order. (k, 3).
  * room: to work in. (n, 88), (n, 6) after that and, for repeats, (k, 36).
- * pose, derivative: (4, 4), and (6, n) or (6, n, 6).
+ * pose, derivative: (4, 4), and (6, n) or (6, n, 6); null where no derivative is wanted, which takes a third of the time.
  * Returns 0, or the number of a piece that is too long, counted from 1. */
 API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const double *nodes, const double *weights,
                                       const double *to_node, double step, double settled, SIZE n, const double *shapes,
@@ -233,7 +247,8 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
     c.repeating = 0;
     c.known.limb = -1;
     double *const spread = room + 94 * n, begun[16], once[16], there[16], ad[36], back[36], sum[36], made[36];
-    const int columns = control ? 1 : 6;
+    const int columns = control ? 1 : 6, slopes = derivative != 0;
+    const enum wanted most = c.moves ? PER_RATE : CHANGE;
     double at_end[6][6];
     SIZE r = 0;
     purcell_wide_identity(&c.here);
@@ -251,11 +266,12 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
         }
         c.total = room + 88 * p;
         c.own = c.total + 36;
-        for (int i = 0; i < 72; i++) c.total[i] = 0.0;
-        const SIZE steps = purcell_mesh(c.s, &rule, shapes + 18 * p, rate, duration, c.moves || c.based >= 0 ? PER_RATE : CHANGE,
-                                        &c.known, link, &c);
+        for (int i = 0; slopes && i < 72; i++) c.total[i] = 0.0;
+        const SIZE steps = purcell_mesh(c.s, &rule, shapes + 18 * p, rate, duration,
+                                        !slopes ? DISPLACEMENT : c.based >= 0 ? PER_RATE : most, &c.known,
+                                        slopes ? link : pass, &c);
         if (steps < 0) return p + 1;
-        if (control && c.s->tables == 0.0 && ((p + 1 < n && amount[p + 1] == 0.0) || amount[p] == 0.0)) {
+        if (slopes && control && c.s->tables == 0.0 && ((p + 1 < n && amount[p + 1] == 0.0) || amount[p] == 0.0)) {
             /* Primitives that turn by nothing, offered in case that they may, all end at one shape. */
             double *const end = room + 88 * n + 6 * p;
             const int limb = LIMB_OF(control[p]), axis = (int)(control[p] % 3);
@@ -266,7 +282,7 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
                     end[i] += at_end[3 * limb + j][i] *
                               (control[p] >= BASE_YAW ? j == 2 : shapes[18 * p + 9 * limb + 3 * j + axis]);
             }
-        } else if (control) {
+        } else if (slopes && control) {
             ending(&c, shapes + 18 * p, control[p], amount[p] < 0.0 ? -1.0 : 1.0, steps, room + 88 * n + 6 * p);
         }
         if (c.plain) {
@@ -281,14 +297,15 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
             purcell_wide_round(&c.once, once);
             purcell_wide_power(&c.once, repeats[3 * r + 2] - 1, &rest);
             purcell_wide_product(&c.here, &rest, &c.here);
+            c.repeating = 0;
+            r++;
+            if (!slopes) continue;
             adjoint(begun, ad);
             inverse_pose(begun, there);
             adjoint(there, back);
-            power_sum(once, repeats[3 * r + 2], sum);
+            power_sum(once, repeats[3 * r - 1], sum);
             product(ad, sum, made, 6, 6, 6);
-            product(made, back, spread + 36 * r, 6, 6, 6);
-            c.repeating = 0;
-            r++;
+            product(made, back, spread + 36 * (r - 1), 6, 6, 6);
         }
     }
     if (c.plain) {
@@ -298,6 +315,7 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
         purcell_wide_normalise(&c.here);
         purcell_wide_round(&c.here, pose);
     }
+    if (!slopes) return 0;
     inverse_pose(pose, there);
     adjoint(there, back);
     double outside[36] = {0.0}, inside[36] = {0.0};

@@ -9,9 +9,12 @@
 
 #define RESTORING 8      /* the most Newton steps that move a point back to the arrival */
 #define RESTORED 1e-4    /* a point whose residuals and broken limits sum to less than this is at the arrival [L, rad] */
+#define SHARE 0.3        /* what is then missing counts as no more than this part of what a program promised */
+#define LEAST_MISS 1e-7  /* and need not be less than this [L, rad] */
 #define RETURN_REACH 0.25 /* the least reach of those Newton steps: the largest change of an angle in one [rad] */
 #define IN_USE 1e-9      /* only angles larger than this move a point back [rad] */
 #define HELPS 0.9        /* a Newton step that leaves more than this part of the violation is the last */
+#define SWIFT 0.25       /* one that leaves more than this is the last by a derivative from elsewhere */
 #define WORTH 1e-5       /* a linear program that promises to save less joint travel than this is the last [rad] */
 #define STRICT 100.0     /* weight of a broken limit beside a missed goal on the approach: the last steps change bends too */
 #define APPROACHING 20   /* the most Newton steps of an approach */
@@ -40,6 +43,7 @@ struct point {
     double *angle, *all, *shapes, *residual, *derivative, *room, *slope;
     SIZE rooms;
     double size, violation, merit;
+    int sloped; /* whether the equations' derivative is known */
 };
 
 static double *taken(double **room, SIZE count) {
@@ -53,7 +57,7 @@ API SIZE purcell_descent_room(SIZE n, SIZE free, SIZE equations, SIZE k, SIZE mo
     const SIZE r = equations + most, tall = r > n ? r : n;
     const SIZE point = free + n + 18 * (n + 1) + equations + equations * free + most + most * free;
     return 3 * point + 94 * n + 36 * k + tall * n + 6 * n + 4 * free + 2 * r * free + r + 7 * r + 10 * free +
-           free + 3 * r * free + 5 * r * r + 8 * r + 8;
+           2 * free + 3 * r * free + 4 * r * r + 8 * r + 8;
 }
 
 static void point_of(const struct motion *m, double **room, struct point *p) {
@@ -84,14 +88,16 @@ static double largest(SIZE n, const double *x) {
     return out;
 }
 
-/* The equations at a point's angles. Returns 0, or the number of a piece that is too long, counted from 1. */
-static SIZE equations(const struct motion *m, struct point *p) {
+/* The equations at a point's angles, with their derivative or, in a third of the time, without. Returns 0, or the number of
+ * a piece that is too long, counted from 1. */
+static SIZE equations(const struct motion *m, struct point *p, int sloped) {
     for (SIZE q = 0; q < m->n; q++) p->all[q] = m->index[q] < 0 ? m->given[q] : m->sign[q] * p->angle[m->index[q]];
     const SIZE long_piece = purcell_equations(m->swimmer, m->rule.stages, m->rule.nodes, m->rule.weights, m->rule.to_node,
                                               m->rule.step, m->rule.settled, m->n, m->start, m->control, p->all, m->k,
                                               m->repeats, m->wanted, m->t, m->stops, m->ends, m->flow, p->shapes,
-                                              p->residual, m->plain ? p->derivative : m->columns);
-    if (!m->plain) by_free(m, m->columns, m->equations, p->derivative);
+                                              p->residual, !sloped ? 0 : m->plain ? p->derivative : m->columns);
+    p->sloped = sloped;
+    if (sloped && !m->plain) by_free(m, m->columns, m->equations, p->derivative);
     p->size = largest(m->equations, p->residual);
     return long_piece;
 }
@@ -112,9 +118,9 @@ static SIZE limits(const struct motion *m, struct point *p) {
     return 0;
 }
 
-/* All of a point. Returns 0, -1 to stop, or the number of a piece that is too long. */
+/* All of a point but the equations' derivative. Returns 0, -1 to stop, or the number of a piece that is too long. */
 static SIZE evaluate(const struct motion *m, struct point *p) {
-    const SIZE fault = equations(m, p);
+    const SIZE fault = equations(m, p, 0);
     if (fault) return fault;
     if (limits(m, p) < 0) return -1;
     double missed = 0.0, broken = 0.0, travel = 0.0;
@@ -139,28 +145,34 @@ static void exchange(struct point **a, struct point **b) {
     *b = kept;
 }
 
-/* A point moved back to the arrival and within the limits by the angles in use: d->there. */
-static SIZE restore(struct descent *d, double reach) {
+/* A point moved back to the arrival and within the limits by the angles in use: d->there, until no more than `enough` is
+ * missing. By the equations' derivative at another point as long as that brings it swiftly nearer, if there is one. */
+static SIZE restore(struct descent *d, double reach, double enough, const double *derivative) {
     const struct motion *m = &d->m;
-    for (int round = 0; round < RESTORING && !(d->there->violation < RESTORED); round++) {
+    for (int round = 0; round < RESTORING && !(d->there->violation < enough); round++) {
+        const int own = !derivative;
+        SIZE fault = own && !d->there->sloped ? equations(m, d->there, 1) : 0, used = 0;
+        if (fault) return fault;
+        if (own) derivative = d->there->derivative;
         const struct point *p = d->there;
         const SIZE rows = m->equations + p->rooms;
-        SIZE used = 0;
         for (SIZE j = 0; j < m->free; j++)
             if (fabs(p->angle[j]) > IN_USE) d->whole[used++] = j;
         if (!used) return 0;
         for (SIZE i = 0; i < rows; i++) {
-            const double *from = i < m->equations ? p->derivative + i * m->free : p->slope + (i - m->equations) * m->free;
+            const double *from = i < m->equations ? derivative + i * m->free : p->slope + (i - m->equations) * m->free;
             for (SIZE j = 0; j < used; j++) d->table[i * used + j] = from[d->whole[j]];
         }
         purcell_bounded_step(m->equations, p->rooms, used, d->table, p->residual, p->room,
-                             d->table + m->equations * used, reach, d->work, d->step);
+                             d->table + m->equations * used, reach, 0, d->work, d->step);
         for (SIZE j = 0; j < m->free; j++) d->next->angle[j] = p->angle[j];
         for (SIZE j = 0; j < used; j++) d->next->angle[d->whole[j]] += d->step[j];
-        const SIZE fault = evaluate(m, d->next);
-        if (fault) return fault;
-        if (d->next->violation > HELPS * d->there->violation) break;
-        exchange(&d->there, &d->next);
+        if ((fault = evaluate(m, d->next))) return fault;
+        const double left = d->next->violation / d->there->violation;
+        const int taken = left <= (own ? HELPS : SWIFT);
+        if (own && !taken) break;
+        if (taken) exchange(&d->there, &d->next);
+        if (!(left <= SWIFT)) derivative = 0;
     }
     return 0;
 }
@@ -204,20 +216,25 @@ static int propose(struct descent *d, double reach, double *merit) {
 }
 
 /* Linear programs within a trust region (Fletcher and de la Maza 1989). reaches: the first, the largest, the least. */
-static SIZE descend(struct descent *d, SIZE steps, const double reaches[3]) {
+static SIZE descend(struct descent *d, SIZE steps, double worth, const double reaches[3]) {
     double reach = reaches[0];
     for (SIZE k = 0; k < steps; k++) {
         double merit;
+        SIZE fault = d->here->sloped ? 0 : equations(&d->m, d->here, 1);
+        if (fault) return fault;
         if (!propose(d, reach, &merit)) break;
         const double promised = d->here->merit - merit;
         for (SIZE j = 0; j < d->m.free; j++) d->there->angle[j] = d->x[j];
-        SIZE fault = evaluate(&d->m, d->there);
-        if (!fault && d->here->merit - d->there->merit < 0.5 * promised)
-            fault = restore(d, reach > RETURN_REACH ? reach : RETURN_REACH);
-        if (fault) return fault;
+        if ((fault = evaluate(&d->m, d->there))) return fault;
+        if (d->here->merit - d->there->merit < 0.5 * promised) {
+            const double part = SHARE * promised / d->m.price, enough = part < RESTORED ? part : RESTORED;
+            fault = restore(d, reach > RETURN_REACH ? reach : RETURN_REACH, enough > LEAST_MISS ? enough : LEAST_MISS,
+                            d->here->derivative);
+            if (fault) return fault;
+        }
         if (purcell_step_taken(promised, d->here->merit - d->there->merit, reaches[1], &reach))
             exchange(&d->here, &d->there);
-        if (reach < reaches[2] || promised < WORTH) break;
+        if (reach < reaches[2] || promised < WORTH || promised < worth * d->here->merit) break;
     }
     return 0;
 }
@@ -269,10 +286,11 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
  * (n + 1, 2, 3, 3), and gives more inequalities and their derivatives, by free angles. room, whole: to work in,
  * `purcell_descent_room` and 3 (6 + 6 t + most + free) numbers.
  * weight: joint travel per free angle. A beginning that misses by `close` or more is moved back first, and given up
- * where it then misses by `astray` or more. reaches: see `descend`. angle: the free angles, changed.
+ * where it then misses by `astray` or more. worth: a program that promises less than this part of the merit is the last.
+ * reaches: see `descend`. angle: the free angles, changed.
  * missed: the violations where the programs begin, infinite where it is given up, and where they end.
  * Returns 0, -1 where the watcher stopped it, or the number of a piece that is too long, counted from 1. */
-API SIZE purcell_descend(MOTION, const double *weight, double price, double close, double astray, SIZE steps,
+API SIZE purcell_descend(MOTION, const double *weight, double price, double close, double astray, double worth, SIZE steps,
                          const double *reaches, double *angle, double *missed) {
     struct descent d = {.m = THE_MOTION};
     d.m.weight = weight;
@@ -282,12 +300,12 @@ API SIZE purcell_descend(MOTION, const double *weight, double price, double clos
     for (SIZE j = 0; j < free; j++) d.there->angle[j] = angle[j];
     SIZE fault = evaluate(&d.m, d.there);
     if (!fault && !(d.there->violation < close)) {
-        fault = restore(&d, RETURN_REACH);
+        fault = restore(&d, RETURN_REACH, RESTORED, 0);
         given_up = !(d.there->violation < astray);
     }
     exchange(&d.here, &d.there);
     missed[0] = given_up ? INFINITY : d.here->violation;
-    if (!fault && !given_up) fault = descend(&d, steps, reaches);
+    if (!fault && !given_up) fault = descend(&d, steps, worth, reaches);
     missed[1] = d.here->violation;
     for (SIZE j = 0; j < free; j++) angle[j] = d.here->angle[j];
     return fault;
@@ -299,7 +317,7 @@ API SIZE purcell_descend(MOTION, const double *weight, double price, double clos
 static int nearer(struct descent *d, double reach) {
     const struct motion *m = &d->m;
     double *const next = d->low;
-    purcell_bounded_step(m->equations, 0, m->free, d->here->derivative, d->next->residual, NULL, NULL, reach, d->work, next);
+    purcell_bounded_step(m->equations, 0, m->free, d->here->derivative, d->next->residual, NULL, NULL, reach, 0, d->work, next);
     return largest(m->free, next) < 0.5 * largest(m->free, d->step);
 }
 
@@ -319,11 +337,12 @@ API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SI
     SIZE idle = 0, poor = 0, tried = 1;
     begin(&d, room, whole);
     for (SIZE j = 0; j < free; j++) d.here->angle[j] = angle[j];
-    SIZE fault = equations(m, d.here);
+    SIZE fault = equations(m, d.here, 1);
+    int part = 0;
     for (int round = 0; round < APPROACHING && !fault; round++) {
         struct point *p = d.here;
         double worst = 0.0;
-        if ((fault = limits(m, p))) break;
+        if ((!p->sloped && (fault = equations(m, p, 1))) || (fault = limits(m, p))) break;
         for (SIZE i = 0; i < p->rooms; i++) worst = p->room[i] < worst ? p->room[i] : worst;
         const double left = p->size < STRICT * -worst ? STRICT * -worst : p->size;
         if (left < best || !round) {
@@ -337,11 +356,11 @@ API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SI
         halved = idle ? halved : best;
         if (best < enough || idle > patience || poor > stuck || !free) break;
         if (left > hopeless && (!round || tried >= trials)) break;
-        purcell_bounded_step(m->equations, p->rooms, free, p->derivative, p->residual, p->room, p->slope, reach, d.work, d.step);
-        int part = 0;
-        for (; part < PARTS; part++, tried++) {
+        purcell_bounded_step(m->equations, p->rooms, free, p->derivative, p->residual, p->room, p->slope, reach, 1, d.work, d.step);
+        const int whole_before = !part; /* then this one may be, too */
+        for (part = 0; part < PARTS; part++, tried++) {
             for (SIZE j = 0; j < free; j++) d.next->angle[j] = p->angle[j] + parts[part] * d.step[j];
-            if ((fault = equations(m, d.next)) || d.next->size < p->size) break;
+            if ((fault = equations(m, d.next, whole_before && !part)) || d.next->size < p->size) break;
             if (!part && p->size < nearly && nearer(&d, reach)) {
                 idle--;
                 break;

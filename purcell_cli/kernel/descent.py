@@ -107,6 +107,7 @@ class Descent:
         reaches: tuple[float, float, float],
         close: float,
         astray: float,
+        worth: float = 0.0,
     ) -> tuple[Array, float, float]:
         """Return free angles of less joint travel, by sequential linear programs.
 
@@ -118,6 +119,7 @@ class Descent:
             reaches: The first, the largest and the least radius of the trust region [rad].
             close: A beginning whose violations sum to this or more is moved back first [L, rad].
             astray: It is given up where they then sum to this or more [L, rad].
+            worth: A program that promises to save less than this part of the joint travel is the last.
 
         Returns:
             Angles, shape (u,), and the sums of the violations where the programs began, infinite where it was given
@@ -130,7 +132,7 @@ class Descent:
         if np.any(each < 0.0) or not price > 0.0 or not np.all(np.isfinite(angle)):
             raise ValueError("weight, price and angles: numbers that are not negative, positive and finite are wanted")
         radius, missed = doubles(reaches, "reaches", (3,)), np.empty(2)
-        limits = float(price), float(close), float(astray), int(steps)
+        limits = float(price), float(close), float(astray), float(worth), int(steps)
         self._done(
             KERNEL.purcell_descend(
                 *self._motion, address(each), *limits, address(radius), address(angle), address(missed)

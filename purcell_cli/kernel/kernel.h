@@ -120,7 +120,7 @@ void purcell_gap_between(const double *found, const double *wanted, double out[6
 API SIZE purcell_bend_rows(SIZE n, const SIZE *control, const double *angle, const double *shapes, const double *least,
                            const SIZE *fixed, double near, double *places, double *room, double *slope);
 API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, const double *missing, const double *room,
-                              const double *slope, double reach, double *work, double *out);
+                              const double *slope, double reach, SIZE fine, double *work, double *out);
 API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, const double *matrix,
                          const double *wanted, const double *cost, const double *low, const double *high, double *x,
                          double *table, double *room, int64_t *whole);

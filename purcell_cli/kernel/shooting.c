@@ -37,8 +37,8 @@ void purcell_gap_between(const double *found, const double *wanted, double out[6
  *
  * start: (2, 3, 3). control, angle: (n,). repeats: see `purcell_flow_and_derivatives`, (k, 3). wanted: the inverse of
  * the displacement, (4, 4). stops, ends: before which primitives shapes are wanted, and those, (t,) and (t, 2, 3, 3).
- * room: to work in, (n, 94) and (k, 36). shapes: (n + 1, 2, 3, 3). residual: (6 + 6 t,). derivative: (6 + 6 t, n).
- * Returns 0, or the number of a piece that is too long, counted from 1. */
+ * room: to work in, (n, 94) and (k, 36). shapes: (n + 1, 2, 3, 3). residual: (6 + 6 t,). derivative: (6 + 6 t, n),
+ * or null where none is wanted. Returns 0, or the number of a piece that is too long, counted from 1. */
 API SIZE purcell_equations(const double *swimmer, SIZE stages, const double *nodes, const double *weights,
                            const double *to_node, double step, double settled, SIZE n, const double *start,
                            const SIZE *control, const double *angle, SIZE k, const SIZE *repeats, const double *wanted,
@@ -53,11 +53,12 @@ API SIZE purcell_equations(const double *swimmer, SIZE stages, const double *nod
     purcell_orthonormalise(1, 4, off);
     purcell_log(1, off, residual);
     for (SIZE e = 0; e < t; e++, ends += 18) {
-        double *rows = derivative + 6 * (e + 1) * n;
         const double *end = shapes + 18 * stops[e];
         int universal[2];
         purcell_turns_about_base(stops[e], control, universal);
         purcell_gap_between(end, ends, residual + 6 * (e + 1));
+        if (!derivative) continue;
+        double *rows = derivative + 6 * (e + 1) * n;
         for (SIZE i = 0; i < 6 * n; i++) rows[i] = 0.0;
         for (SIZE p = 0; p < stops[e]; p++) {
             const int limb = LIMB_OF(control[p]);
@@ -168,16 +169,25 @@ static int least_by_gram(SIZE r, SIZE n, const double *rows, const double *gram,
     return 0;
 }
 
+/* The inner products of rows (r, n), and a little more on the diagonal. gram: (r, r). */
+static void damped_gram(SIZE r, SIZE n, const double *rows, double damping, double *gram) {
+    for (SIZE i = 0; i < r; i++) {
+        for (SIZE l = 0; l <= i; l++) gram[i * r + l] = gram[l * r + i] = inner_product(n, rows + i * n, rows + l * n);
+        gram[i * r + i] += damping;
+    }
+}
+
 /* The least step to the arrival under inequalities (primal-dual active sets: Hintermueller, Ito and Kunisch 2002, SIAM
  * J. Optim. 13, 865). An angle that moves the base by much counts for more.
  *
  * arrival: derivative of what is missing, that of the base's pose first, (m, n). missing: (m,). room, slope: of the
- * inequalities, (k,) and (k, n). reach: of the step's largest component. work: n + 3 r n + 5 r r + 8 r + 8
- * numbers, r being m + k. out: (n,). */
+ * inequalities, (k,) and (k, n). reach: of the step's largest component. fine: whether it is made by an orthogonal
+ * factorisation once it is known which bind; its equations' Gram matrix, with which that is looked for, knows it to half
+ * the digits, enough where more steps follow. work: 2 n + 3 r n + 4 r r + 8 r + 8 numbers, r being m + k. out: (n,). */
 API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, const double *missing, const double *room,
-                              const double *slope, double reach, double *work, double *out) {
+                              const double *slope, double reach, SIZE fine, double *work, double *out) {
     const SIZE r = m + k, most = r < n ? r : n;
-    double *weight = work, *rows = weight + n, *gram = rows + r * n, *few = gram + r * r, *wanted = few + r * n;
+    double *weight = work, *found = weight + n, *rows = found + n, *few = rows + r * n, *wanted = few + r * n;
     double *multiplier = wanted + r, *basis = multiplier + r, *part = basis + most * n, *rest = part + 3 * most * r + 2 * most;
     double *system = rest + r;
     char *active = (char *)(system + r * r), *kept = active + r, *renewed = kept + r, *tried = renewed + r;
@@ -191,30 +201,28 @@ API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, con
         const double *from = i < m ? arrival + i * n : slope + (i - m) * n;
         wanted[i] = i < m ? -missing[i] : -room[i - m];
         for (SIZE j = 0; j < n; j++) rows[i * n + j] = from[j] * weight[j];
-        for (SIZE l = 0; l <= i; l++)
-            gram[i * r + l] = gram[l * r + i] = inner_product(n, rows + i * n, rows + l * n);
-        trace += gram[i * r + i];
+        trace += inner_product(n, rows + i * n, rows + i * n);
         active[i] = kept[i] = i < m;
     }
-    for (SIZE i = 0; i < r; i++) gram[i * r + i] += DAMPING * trace + 1e-30;
+    const double damping = DAMPING * trace + 1e-30;
     for (int round = 0; round < ACTIVE_ROUNDS; round++) {
         SIZE count = 0, broken = 0, known = 0;
         double worst = 0.0;
         for (SIZE i = 0; i < r; i++) {
             if (!active[i]) continue;
-            SIZE l = 0;
-            for (SIZE j = 0; j < r; j++)
-                if (active[j]) rest[l++] = gram[i * r + j];
-            for (SIZE j = 0; j < l; j++) system[count * l + j] = rest[j];
+            for (SIZE j = 0; j < n; j++) few[count * n + j] = rows[i * n + j];
             multiplier[count++] = wanted[i];
         }
+        damped_gram(count, n, few, damping, system);
         purcell_solve(1, count, 1, system, multiplier);
+        for (SIZE j = 0; j < n; j++) found[j] = 0.0;
+        for (SIZE i = 0; i < count; i++)
+            for (SIZE j = 0; j < n; j++) found[j] += multiplier[i] * few[i * n + j];
         for (SIZE i = r - 1; i >= 0; i--) rest[i] = active[i] ? multiplier[--count] : 0.0;
         for (SIZE i = 0; i < r; i++) {
-            double excess = wanted[i];
-            if (i >= m) excess -= inner_product(r, gram + i * r, rest);
-            const int over = i >= m && excess > SLACK;
-            worst = i >= m && excess > worst ? excess : worst;
+            const double excess = active[i] ? 0.0 : wanted[i] - inner_product(n, rows + i * n, found);
+            const int over = excess > SLACK;
+            worst = excess > worst ? excess : worst;
             broken += over;
             renewed[i] = (char)(i < m || rest[i] > 0.0 || over);
             multiplier[i] = over;
@@ -222,6 +230,7 @@ API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, con
         if (worst < least) {
             least = worst;
             for (SIZE i = 0; i < r; i++) kept[i] = active[i];
+            for (SIZE j = 0; j < n; j++) out[j] = found[j];
         }
         if (!broken) break;
         for (SIZE i = 0; i < r; i++) tried[round * r + i] = active[i];
@@ -232,18 +241,16 @@ API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, con
         for (SIZE i = 0; i < r; i++) active[i] = known ? (char)(active[i] || multiplier[i] > 0.0) : renewed[i];
     }
     SIZE count = 0;
-    for (SIZE i = 0; i < r; i++) {
+    for (SIZE i = 0; i < r && fine; i++) {
         if (!kept[i]) continue;
-        SIZE l = 0;
-        for (SIZE j = 0; j < r; j++)
-            if (kept[j]) system[count * r + l++] = gram[i * r + j];
         for (SIZE j = 0; j < n; j++) few[count * n + j] = rows[i * n + j];
         multiplier[count++] = wanted[i];
     }
-    for (SIZE i = 1; i < count; i++)
-        for (SIZE j = 0; j < count; j++) system[i * count + j] = system[i * r + j];
-    if (count > n || !least_by_gram(count, n, few, system, multiplier, part, out))
-        least_norm(count, n, few, multiplier, basis, part, out);
+    if (fine) {
+        damped_gram(count, n, few, damping, system);
+        if (count > n || !least_by_gram(count, n, few, system, multiplier, part, out))
+            least_norm(count, n, few, multiplier, basis, part, out);
+    }
     double largest = 0.0;
     for (SIZE j = 0; j < n; j++) {
         out[j] *= weight[j];

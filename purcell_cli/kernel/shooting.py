@@ -36,7 +36,9 @@ def bend_rows(
     return room[:many], slope[:many]
 
 
-def bounded_step(arrival: ArrayLike, missing: ArrayLike, room: ArrayLike, slope: ArrayLike, reach: float) -> Array:
+def bounded_step(
+    arrival: ArrayLike, missing: ArrayLike, room: ArrayLike, slope: ArrayLike, reach: float, fine: bool = True
+) -> Array:
     """Return the least step to the arrival under inequalities, as far as is linear. Shape (n,).
 
     Args:
@@ -45,6 +47,7 @@ def bounded_step(arrival: ArrayLike, missing: ArrayLike, room: ArrayLike, slope:
         room: Room left below the limits. Shape (k,).
         slope: Its derivative. Shape (k, n).
         reach: The largest component of the step.
+        fine: Whether it is right to all digits, or to some six of them, as in searches where more steps follow.
     """
     equations = doubles(arrival, "arrival", (-1, -1))
     m, n = equations.shape
@@ -53,8 +56,8 @@ def bounded_step(arrival: ArrayLike, missing: ArrayLike, room: ArrayLike, slope:
     left, rest = doubles(missing, "missing", (m,)), doubles(room, "room", (-1,))
     k = len(rest)
     rows, out, r = doubles(slope, "slope", (k, n)), np.empty(n), m + k
-    work = np.empty(n + 3 * r * n + 5 * r * r + 8 * r + 8)
+    work = np.empty(2 * n + 3 * r * n + 4 * r * r + 8 * r + 8)
     if n:
         given = (address(part) for part in (equations, left, rest, rows))
-        KERNEL.purcell_bounded_step(m, k, n, *given, float(reach), address(work), address(out))
+        KERNEL.purcell_bounded_step(m, k, n, *given, float(reach), int(fine), address(work), address(out))
     return out

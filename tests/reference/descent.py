@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 
 from purcell_cli.geometry.rotations import Array
-from purcell_cli.planner.refine.active_set import bounded_step, loose
+from purcell_cli.kernel.shooting import bounded_step
+from purcell_cli.planner.refine.active_set import loose
 from purcell_cli.planner.refine.inequalities import clearance_rows, least_cosines, least_distances, limit_rows
 from purcell_cli.planner.refine.shooting import Equations, Values
 from purcell_cli.planner.refine.trust_region import descended
@@ -52,24 +53,29 @@ class Search:
         many = len(here.values.residual)
         return penalised(self.equations.weight, slope, wanted, many, self.price, *bounds, here.angle)
 
-    def restored(self, here: Point, reach: float) -> Point:
-        used = np.abs(here.angle) > 1e-9
-        for _ in range(8 if np.any(used) else 0):
-            if here.violation < 1e-4:
+    def restored(self, here: Point, reach: float, enough: float = 1e-4, slopes: Array | None = None) -> Point:
+        """Return the point moved back to the arrival, by a derivative from elsewhere as long as that is swift."""
+        for _ in range(8 if np.any(np.abs(here.angle) > 1e-9) else 0):
+            if here.violation < enough:
                 break
-            move, values = np.zeros_like(here.angle), here.values
-            move[used] = bounded_step(
-                values.derivative[:, used], values.residual, here.slack, here.slope[:, used], reach
-            )
+            own = slopes is None
+            slopes = here.values.derivative if slopes is None else slopes
+            used, move, values = np.abs(here.angle) > 1e-9, np.zeros_like(here.angle), here.values
+            move[used] = bounded_step(slopes[:, used], values.residual, here.slack, here.slope[:, used], reach, False)
             there = self.point(here.angle + move)
-            if there.violation > 0.9 * here.violation:
+            left = there.violation / here.violation
+            if own and left > 0.9:
                 break
-            here = there
+            here = there if left <= (0.9 if own else 0.25) else here
+            slopes = slopes if left <= 0.25 else None
         return here
 
     def landed(self, here: Point, angle: Array, promised: float, reach: float) -> Point:
         there = self.point(angle)
-        return self.restored(there, max(reach, 0.25)) if here.merit - there.merit < 0.5 * promised else there
+        if here.merit - there.merit >= 0.5 * promised:
+            return there
+        enough = max(min(1e-4, 0.3 * promised / self.price), 1e-7)
+        return self.restored(there, max(reach, 0.25), enough, here.values.derivative)
 
     def run(self, begun: Point, steps: int) -> Point:
         return descended(begun, self.step, self.landed, steps, lambda _: 1e-5)[0]

@@ -99,7 +99,7 @@ class Patience(NamedTuple):
 
 NEAR = Patience()
 """For motions that nearly arrive."""
-FROM_FAR = Patience(0.6, rounds=8, stuck=2, trials=10, hopeless=5.0, nearly=0.0)
+FROM_FAR = Patience(0.6, rounds=14, stuck=2, trials=10, hopeless=5.0)
 """For motions that begin far from their goal: those that arrive do so soon."""
 
 

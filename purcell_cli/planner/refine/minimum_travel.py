@@ -38,11 +38,13 @@ _ASTRAY = 0.02
 """A point that begins or ends with larger violations than this, after Newton steps, is given up [L, rad]."""
 _FEWEST = 6
 """Linear programs in a round however long a motion is."""
+_LITTLE = 0.999
+"""A round that leaves more than this part of the joint travel is the last."""
 _REACHES = FIRST_REACH, LARGEST_REACH, LEAST_REACH
 """The trust region's first radius, its largest and its least [rad]."""
 _UNEVEN = (0.02, 0.002, 0.0)
 """Standard deviations of the relative changes of the first angles, in turn until the motion can be moved back to the
-arrival; without any, a symmetric motion can be a saddle that no step leaves."""
+arrival; without any, a symmetric motion can be a saddle that no step leaves. Later rounds begin where one ended."""
 
 
 @frozen_dataclass
@@ -56,6 +58,7 @@ class Pace:
         price: Cost of a violation [rad per L or rad].
         longest: Motions of more free primitives than this are offered no more controls.
         work: The most linear programs in a round times free primitives: long motions take fewer and dearer ones.
+        worth: A program that promises to save less than this part of the joint travel is the last of its round.
     """
 
     rounds: int
@@ -64,10 +67,11 @@ class Pace:
     price: float = 500.0
     longest: int = 100
     work: float = math.inf
+    worth: float = 0.0
 
 
 def _searched(
-    equations: Equations, max_bend_rad: float, clearance: float, price: float
+    equations: Equations, max_bend_rad: float, clearance: float, pace: Pace
 ) -> Callable[..., tuple[Array, float, float]]:
     """Return what searches for angles of less joint travel; see `Descent.shortened`, after the price."""
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
@@ -76,7 +80,7 @@ def _searched(
     def shortened(
         angle: Array, steps: int, close: float = math.inf, astray: float = math.inf
     ) -> tuple[Array, float, float]:
-        return search.shortened(angle, equations.weight, price, steps, _REACHES, close, astray)
+        return search.shortened(angle, equations.weight, pace.price, steps, _REACHES, close, astray, pace.worth)
 
     return shortened
 
@@ -134,7 +138,7 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
         clearance: How far the limbs stay apart in phases 1 and 3 [L].
     """
     found, rng = equations.at_accuracy(ROUGH), np.random.default_rng(0)
-    for _ in range(pace.rounds):
+    for k in range(pace.rounds):
         parts = found.segments
         many = free_primitives(parts)
         steps = int(min(pace.steps, max(pace.work // max(many, 1), _FEWEST)))
@@ -143,8 +147,8 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
                 s.renamed(NAME, offered(s.sequence, pace.split, found.controls)) if s.free else s for s in parts
             )
         tried = found.of(parts)
-        search = _searched(tried, max_bend_rad, clearance, pace.price)
-        for uneven in _UNEVEN:
+        search = _searched(tried, max_bend_rad, clearance, pace)
+        for uneven in _UNEVEN if k == 0 else (0.0,):
             astray = _ASTRAY if uneven else math.inf
             angle, begun, violation = search(_uneven(tried.angles, uneven, rng), steps, _NEAR, astray)
             if begun < math.inf:
@@ -152,19 +156,20 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
         if violation > _ASTRAY:
             break
         shorter = [s.renamed(NAME, merged(s.sequence)) if s.free else s for s in tried.with_angles(angle)]
-        before, found = found.joint_travel_rad, found.of(shorter)
-        if found.joint_travel_rad > 0.999 * before:
+        before, there = found.joint_travel_rad, found.of(shorter)
+        found = min(found, there, key=lambda one: one.joint_travel_rad)
+        if there.joint_travel_rad > _LITTLE * before:
             break
     return _arriving(found.at_accuracy(SEARCHING), max_bend_rad, pace, clearance).at_accuracy(equations.accuracy)
 
 
 def _arriving(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float) -> Equations:
     """Return a motion, shortened on a rough flow, moved back to the arrival."""
-    angle, _, _ = _searched(equations, max_bend_rad, clearance, pace.price)(equations.angles, 0, 0.0)
+    angle, _, _ = _searched(equations, max_bend_rad, clearance, pace)(equations.angles, 0, 0.0)
     return equations.of(equations.with_angles(angle))
 
 
 def tightened(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float = 0.0) -> Equations:
     """Return the same primitives at angles of less joint travel, for a first look: no control is inserted."""
-    angle, _, _ = _searched(equations, max_bend_rad, clearance, pace.price)(equations.angles, pace.steps)
+    angle, _, _ = _searched(equations, max_bend_rad, clearance, pace)(equations.angles, pace.steps)
     return equations.of(equations.with_angles(angle))
