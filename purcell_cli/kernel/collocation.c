@@ -20,44 +20,6 @@ void purcell_rotate(const double w[3], const double v[3], double out[3]) {
     for (int i = 0; i < 3; i++) out[i] = v[i] + c[0] * first[i] + c[1] * second[i];
 }
 
-static void rotate_lanes(lane w[3], const double v[3], lane out[3]) {
-    const lane x = DOT(w, w);
-    lane a, b, first[3], second[3];
-    const lane start[3] = {(lane){0.0, 0.0} + v[0], (lane){0.0, 0.0} + v[1], (lane){0.0, 0.0} + v[2]};
-    if (x[0] <= SERIES_BELOW && x[1] <= SERIES_BELOW) {
-        a = (lane){0.0, 0.0} + purcell_series[SERIES_TERMS - 1][0];
-        b = (lane){0.0, 0.0} + purcell_series[SERIES_TERMS - 1][1];
-        for (int k = SERIES_TERMS - 2; k >= 0; k--) {
-            a = a * x + purcell_series[k][0];
-            b = b * x + purcell_series[k][1];
-        }
-    } else {
-        for (int l = 0; l < LANES; l++) {
-            double c[3];
-            purcell_exp_of(x[l], c);
-            a[l] = c[0];
-            b[l] = c[1];
-        }
-    }
-    CROSS(first, w, start);
-    CROSS(second, w, first);
-    for (int i = 0; i < 3; i++) out[i] = start[i] + a * first[i] + b * second[i];
-}
-
-/* The limbs' axes and rates at two nodes of a step. */
-static void node_states(const struct step *step, lane time, lane axes[2][3], lane rates[2][3]) {
-    for (int limb = 0; limb < 2; limb++) {
-        const double *u = step->rates[limb];
-        lane turned[3];
-        for (int i = 0; i < 3; i++) {
-            rates[limb][i] = (lane){0.0, 0.0} + u[i];
-            axes[limb][i] = (lane){0.0, 0.0} + step->axes[limb][i];
-            turned[i] = time * u[i];
-        }
-        if (u[0] != 0.0 || u[1] != 0.0 || u[2] != 0.0) rotate_lanes(turned, step->axes[limb], axes[limb]);
-    }
-}
-
 /* The times of nodes k and k + 1; beyond the last it again. */
 static lane node_times(const struct rule *rule, const struct step *step, SIZE k) {
     const SIZE next = k + 1 < rule->stages ? k + 1 : k;
@@ -74,36 +36,43 @@ static void turned(const double q[4], const double v[3], double out[3]) {
 }
 
 static void matrix(const double q[4], double out[9]) {
-    for (int j = 0; j < 3; j++) {
-        const double e[3] = {j == 0, j == 1, j == 2};
-        double column[3];
-        turned(q, e, column);
-        for (int i = 0; i < 3; i++) out[3 * i + j] = column[i];
-    }
+    hat_series(q + 1, 2.0 * q[0], 2.0, out);
 }
 
-void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const struct step *step, enum wanted wanted,
-                        struct solved *out) {
-    const int m = (int)rule->stages;
+/* Written for any number m of stages, and compiled for each that is used, so that short loops become straight lines. */
+static inline __attribute__((always_inline)) void solve_step(const int m, const struct swimmer *s, const struct rule *rule,
+                                                             const struct step *step, enum wanted wanted,
+                                                             struct solved *out) {
     double velocity[MOST_STAGES][3], half[MOST_STAGES][3], q[MOST_STAGES][4], slope[MOST_STAGES][4];
-    for (int k = 0; k < m; k += LANES) {
+    double times[MOST_STAGES + 1], weights[MOST_STAGES], twists[MOST_STAGES + 1][6];
+    const int ending = wanted >= CHANGE;
+    for (int k = 0; k < m; k++) {
+        times[k] = rule->nodes[k] * step->duration;
+        weights[k] = rule->weights[k] * step->duration;
+    }
+    times[m] = step->duration;
+    if (!step->field)
+        purcell_at_nodes(s, step, m + ending, times, m, weights, twists, wanted >= CHANGE ? out->change : 0,
+                         wanted >= PER_RATE ? out->per_rate : 0);
+    for (int k = 0; step->field && k < m; k += LANES) {
         lane axes[2][3], rates[2][3], xi[6], change[6][6], per_rate[6][6], given[GIVEN];
-        node_states(step, node_times(rule, step, k), axes, rates);
-        if (step->field)
-            purcell_of_field(step->field, step->start + node_times(rule, step, k), wanted >= CHANGE, given);
-        purcell_connection(s, axes, rates, step->field ? given : 0, xi, wanted >= CHANGE ? change : 0, wanted >= PER_RATE ? per_rate : 0, 0);
+        purcell_node_states(step, node_times(rule, step, k), axes, rates);
+        purcell_of_field(step->field, step->start + node_times(rule, step, k), wanted >= CHANGE, given);
+        purcell_connection(s, axes, rates, given, xi, wanted >= CHANGE ? change : 0, wanted >= PER_RATE ? per_rate : 0, 0);
         for (int l = 0; l < LANES && k + l < m; l++) {
-            const double weight = rule->weights[k + l] * step->duration;
-            for (int i = 0; i < 3; i++) {
-                velocity[k + l][i] = xi[i][l] * step->duration;
-                half[k + l][i] = 0.5 * (xi[3 + i][l] * step->duration);
-            }
+            for (int i = 0; i < 6; i++) twists[k + l][i] = xi[i][l];
             for (int i = 0; wanted >= CHANGE && i < 36; i++)
-                out->change[k + l][i / 6][i % 6] = weight * change[i / 6][i % 6][l];
+                out->change[k + l][i / 6][i % 6] = weights[k + l] * change[i / 6][i % 6][l];
             for (int i = 0; wanted >= PER_RATE && i < 36; i++)
-                out->per_rate[k + l][i / 6][i % 6] = weight * per_rate[i / 6][i % 6][l];
+                out->per_rate[k + l][i / 6][i % 6] = weights[k + l] * per_rate[i / 6][i % 6][l];
         }
     }
+    for (int i = 0; ending && !step->field && i < 6; i++) out->ending[i] = twists[m][i];
+    for (int k = 0; k < m; k++)
+        for (int i = 0; i < 3; i++) {
+            velocity[k][i] = twists[k][i] * step->duration;
+            half[k][i] = 0.5 * (twists[k][3 + i] * step->duration);
+        }
     for (int k = 0; k < m; k++) {
         q[k][0] = 1.0;
         for (int i = 0; i < 3; i++) {
@@ -170,12 +139,24 @@ void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const 
     }
 }
 
+void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const struct step *step, enum wanted wanted,
+                        struct solved *out) {
+    if (rule->stages == 3)
+        solve_step(3, s, rule, step, wanted, out);
+    else if (rule->stages == 5)
+        solve_step(5, s, rule, step, wanted, out);
+    else if (rule->stages == 8)
+        solve_step(8, s, rule, step, wanted, out);
+    else
+        solve_step((int)rule->stages, s, rule, step, wanted, out);
+}
+
 /* The integral over a step of the power of the joints' torques, or of its root. */
 double purcell_step_power(const struct swimmer *s, const struct rule *rule, const struct step *step, int root) {
     double sum = 0.0;
     for (SIZE k = 0; k < rule->stages; k += LANES) {
         lane axes[2][3], rates[2][3], xi[6], power, given[GIVEN];
-        node_states(step, node_times(rule, step, k), axes, rates);
+        purcell_node_states(step, node_times(rule, step, k), axes, rates);
         if (step->field) purcell_of_field(step->field, step->start + node_times(rule, step, k), 0, given);
         purcell_connection(s, axes, rates, step->field ? given : 0, xi, 0, 0, &power);
         for (int l = 0; l < LANES && k + l < rule->stages; l++) {

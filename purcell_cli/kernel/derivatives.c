@@ -84,20 +84,21 @@ static void by_pitch(struct chain *c, const struct step *step) {
     }
 }
 
-/* The twists for a unit rate of limb i about axis j of the base at a shape, [3 i + j], two at once; of links that do
- * not feel each other. */
-static void all_rates(const struct chain *c, const double *shape, double out[6][6]) {
+/* The twists for a unit rate of limb i about axis j of the base at two shapes, [3 i + j]; of links that do not feel each
+ * other. */
+static void all_rates(const struct chain *c, const double *shape, const double *other, double out[LANES][6][6]) {
     lane axes[2][3], rates[2][3], xi[6], per_rate[6][6];
     for (int i = 0; i < 6; i++) {
-        const double along = shape[9 * (i / 3) + 3 * (i % 3)];
-        axes[i / 3][i % 3] = (lane){along, along};
+        const int at = 9 * (i / 3) + 3 * (i % 3);
+        axes[i / 3][i % 3] = (lane){shape[at], other[at]};
         rates[i / 3][i % 3] = (lane){0.0, 0.0};
     }
     purcell_connection(c->s, axes, rates, 0, xi, 0, per_rate, 0);
-    for (int i = 0; i < 36; i++) out[i / 6][i % 6] = per_rate[i / 6][i % 6][0];
+    for (int l = 0; l < LANES; l++)
+        for (int i = 0; i < 36; i++) out[l][i / 6][i % 6] = per_rate[i / 6][i % 6][l];
 }
 
-/* The twist at the end of a primitive. */
+/* The twist at the end of a primitive of links that feel each other. */
 static void ending(const struct chain *c, const double *shape, SIZE control, double sign, SIZE steps, double out[6]) {
     const int limb = LIMB_OF(control), axis = (int)(control % 3);
     lane axes[2][3], rates[2][3], xi[6], given[GIVEN];
@@ -110,11 +111,10 @@ static void ending(const struct chain *c, const double *shape, SIZE control, dou
         rates[i / 3][i % 3] = (lane){u, u};
         rate[i / 3][i % 3] = u;
     }
-    const int together = c->s->tables > 0.0, known = together && steps;
-    if (together && !known) purcell_at_shape(c->s, at_end, rate, 0, 0, found);
-    for (int e = 0; together && e < PULL; e++) given[e] = known ? c->given[e] : (lane){found[e], found[e]};
-    purcell_connection(c->s, axes, rates, together ? given : 0, xi, 0, 0, 0);
-    for (int i = 0; i < 6; i++) out[i] = known ? sign * xi[i][0] : xi[i][0]; /* of the rate as it was played */
+    if (!steps) purcell_at_shape(c->s, at_end, rate, 0, 0, found);
+    for (int e = 0; e < PULL; e++) given[e] = steps ? c->given[e] : (lane){found[e], found[e]};
+    purcell_connection(c->s, axes, rates, given, xi, 0, 0, 0);
+    for (int i = 0; i < 6; i++) out[i] = steps ? sign * xi[i][0] : xi[i][0]; /* of the rate as it was played */
 }
 
 static void put_on(struct chain *c) {
@@ -249,7 +249,8 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
     double *const spread = room + 94 * n, begun[16], once[16], there[16], ad[36], back[36], sum[36], made[36];
     const int columns = control ? 1 : 6, slopes = derivative != 0;
     const enum wanted most = c.moves ? PER_RATE : CHANGE;
-    double at_end[6][6];
+    double standing[LANES][6][6];
+    SIZE later = -1; /* the primitive from which the second of them counts */
     SIZE r = 0;
     purcell_wide_identity(&c.here);
     c.plain = k == 0 && stages <= ROUGH_STAGES;
@@ -271,19 +272,28 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
                                         !slopes ? DISPLACEMENT : c.based >= 0 ? PER_RATE : most, &c.known,
                                         slopes ? link : pass, &c);
         if (steps < 0) return p + 1;
-        if (slopes && control && c.s->tables == 0.0 && ((p + 1 < n && amount[p + 1] == 0.0) || amount[p] == 0.0)) {
-            /* Primitives that turn by nothing, offered in case that they may, all end at one shape. */
-            double *const end = room + 88 * n + 6 * p;
+        const double sign = control && amount[p] < 0.0 ? -1.0 : 1.0;
+        double *const end = room + 88 * n + 6 * p;
+        if (slopes && control && c.s->tables > 0.0) {
+            ending(&c, shapes + 18 * p, control[p], sign, steps, end);
+        } else if (slopes && control && steps) {
+            for (int i = 0; i < 6; i++) end[i] = sign * c.solved.ending[i];
+        } else if (slopes && control) {
+            /* Primitives that turn by nothing, offered in case that they may, all stand at one shape. */
             const int limb = LIMB_OF(control[p]), axis = (int)(control[p] % 3);
-            if (!p || amount[p] != 0.0) all_rates(&c, shapes + 18 * (p + 1), at_end);
+            if ((!p || amount[p - 1] != 0.0) && p != later) {
+                later = p + 1; /* where such primitives begin next */
+                while (later < n && (amount[later] != 0.0 || amount[later - 1] == 0.0)) later++;
+                if (later == n) later = p;
+                all_rates(&c, shapes + 18 * p, shapes + 18 * later, standing);
+            }
+            const int second = p >= later;
             for (int i = 0; i < 6; i++) {
                 end[i] = 0.0;
                 for (int j = 0; j < 3; j++)
-                    end[i] += at_end[3 * limb + j][i] *
+                    end[i] += standing[second][3 * limb + j][i] *
                               (control[p] >= BASE_YAW ? j == 2 : shapes[18 * p + 9 * limb + 3 * j + axis]);
             }
-        } else if (slopes && control) {
-            ending(&c, shapes + 18 * p, control[p], amount[p] < 0.0 ? -1.0 : 1.0, steps, room + 88 * n + 6 * p);
         }
         if (c.plain) {
             for (int i = 0; i < 16; i++) c.total[72 + i] = c.at[i];

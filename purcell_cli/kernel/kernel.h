@@ -233,6 +233,13 @@ void purcell_at_shape(const struct swimmer *s, double axes[2][3], double rates[2
  */
 void purcell_connection(const struct swimmer *s, lane axes[2][3], lane rates[2][3], const lane *given,
                         lane xi[6], lane change[6][6], lane per_rate[6][6], lane *power);
+/* The limbs' axes and rates at two nodes of a step. */
+struct step;
+void purcell_node_states(const struct step *step, lane time, lane axes[2][3], lane rates[2][3]);
+/* The connection at so many times of a step, of links that do not feel each other: the twists, and of the first m times
+ * their weights the other two, or null. */
+void purcell_at_nodes(const struct swimmer *s, const struct step *step, int many, const double *times, int m,
+                      const double *weights, double (*twists)[6], double (*changes)[6][6], double (*per_rates)[6][6]);
 /* How far a shape is from a straight line, as a bend of one limb [rad]. */
 double purcell_distance(const struct swimmer *s, double axes[2][3]);
 
@@ -274,6 +281,7 @@ struct solved {
     double position[MOST_STAGES][3];
     double change[MOST_STAGES][6][6];       /* derivatives of the twist at the nodes, times the nodes' weights */
     double per_rate[MOST_STAGES][6][6];
+    double ending[6];                       /* the twist where the step ends, of links that do not feel each other */
 };
 enum wanted { POWER, DISPLACEMENT, CHANGE, PER_RATE };
 void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const struct step *step, enum wanted wanted,
