@@ -56,7 +56,7 @@ static double *taken(double **room, SIZE count) {
 API SIZE purcell_descent_room(SIZE n, SIZE free, SIZE equations, SIZE k, SIZE most) {
     const SIZE r = equations + most, tall = r > n ? r : n;
     const SIZE point = free + n + 18 * (n + 1) + equations + equations * free + most + most * free;
-    return 3 * point + 94 * n + 36 * k + tall * n + 6 * n + 4 * free + 2 * r * free + r + 7 * r + 10 * free +
+    return 3 * point + 94 * n + 36 * k + tall * n + 6 * n + 4 * free + 2 * r * free + r + 8 * r + 10 * free +
            2 * free + 3 * r * free + 4 * r * r + 8 * r + 8;
 }
 
@@ -258,7 +258,7 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
     d->table = taken(&room, r * m->free);
     d->kept = taken(&room, r * m->free);
     d->right = taken(&room, r);
-    d->room = taken(&room, 7 * r + 10 * m->free);
+    d->room = taken(&room, 8 * r + 10 * m->free);
     d->work = room;
     d->whole = whole;
 }

@@ -28,6 +28,7 @@ struct program {
     double *value;          /* of all variables, in that order */
     double *gains, *pivot;  /* of the columns, and of the last exchange: (columns,) */
     double *idle;           /* a row of none: (columns,) */
+    double *speed;          /* of the rows as a column moves: (rows,) */
     int64_t *piece, *basic, *resting;
 };
 
@@ -109,11 +110,12 @@ static void move(struct program *p, SIZE column, int direction, double gain) {
     double way = 0.0;
     SIZE stopped = -1;
     p->piece[mover] = piece_towards(p->costs + mover, p->value[mover], direction);
+    for (SIZE i = 0; i < p->rows; i++) p->speed[i] = direction * p->table[i * n + column];
     for (;;) {
         double least = way_left(p->costs + mover, p->value[mover], p->piece[mover], direction);
         SIZE first = -1;
         for (SIZE i = 0; i < p->rows; i++) {
-            const double speed = direction * p->table[i * n + column];
+            const double speed = p->speed[i];
             const SIZE variable = p->basic[i];
             if (!(fabs(speed) * p->costs[mover].scale > TINY * p->costs[variable].scale)) continue;
             const double found = way_left(p->costs + variable, p->value[variable], p->piece[variable], speed);
@@ -124,7 +126,7 @@ static void move(struct program *p, SIZE column, int direction, double gain) {
         }
         way = least > way ? least : way;
         const SIZE variable = first < 0 ? mover : p->basic[first];
-        const double speed = first < 0 ? direction : direction * p->table[first * n + column];
+        const double speed = first < 0 ? direction : p->speed[first];
         const int64_t next = p->piece[variable] + (speed > 0.0 ? 1 : -1);
         stopped = first;
         if (next < 0 || next > 1) break; /* a wall */
@@ -132,10 +134,10 @@ static void move(struct program *p, SIZE column, int direction, double gain) {
         if (!(gain > 0.0)) break;
         p->piece[variable] = next;
     }
-    for (SIZE i = 0; i < p->rows; i++) p->value[p->basic[i]] += direction * p->table[i * n + column] * way;
+    for (SIZE i = 0; i < p->rows; i++) p->value[p->basic[i]] += p->speed[i] * way;
     p->value[mover] += direction * way;
     const SIZE variable = stopped < 0 ? mover : p->basic[stopped];
-    const double speed = stopped < 0 ? direction : direction * p->table[stopped * n + column];
+    const double speed = stopped < 0 ? direction : p->speed[stopped];
     p->value[variable] = p->costs[variable].edge[p->piece[variable] + (speed > 0.0 ? 1 : 0)];
     renew(p, stopped, column);
 }
@@ -157,7 +159,7 @@ static void join(struct program *p, SIZE row, const double *from) {
  * matrix x - wanted misses: equations first, then inequalities. Of these those join the table that are nearly broken, and
  * what is broken then, until nothing is.
  *
- * matrix: (rows, columns). x: where to begin, becomes the solution, (columns,). table: (rows, columns), room: 7 rows +
+ * matrix: (rows, columns). x: where to begin, becomes the solution, (columns,). table: (rows, columns), room: 8 rows +
  * 10 columns and whole: 3 rows + 2 columns numbers to work in. Returns how many steps were taken, or -1 if too many. */
 API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, const double *matrix, const double *wanted,
                          const double *cost, const double *low, const double *high, double *x, double *table,
@@ -169,6 +171,7 @@ API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, cons
     p.gains = p.value + all;
     p.pivot = p.gains + columns;
     p.idle = p.pivot + columns;
+    p.speed = p.idle + columns;
     p.piece = whole;
     p.basic = whole + all;
     p.resting = p.basic + rows;

@@ -17,7 +17,7 @@ from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.refine.minimum_travel import tightened
 from purcell_cli.planner.refine.segments import segments_of
 from purcell_cli.planner.refine.shooting import Equations
-from purcell_cli.planner.refinement import Refinement, cycles_apart
+from purcell_cli.planner.refinement import Near, Refinement, cycles_apart
 from purcell_cli.planner.structures import StructureRecord
 
 _RANDOM_PLAN_RAD = 25.0
@@ -80,10 +80,11 @@ class Exploration:
             blocks = self._new(candidate, known)
             if not blocks:
                 continue
-            near = self.refinement.near(self.query.of(segments_of(blocks))).motion
+            known_near = self.refinement.near(self.query.of(segments_of(blocks)))
+            near = known_near.motion
             done += 1
             if stage.interrupt_keeps_best:
-                self.consider(near, candidate.words)
+                self._contend(known_near, candidate.words)
             self._tell(stage, done)
             if (pace := stage.pace_of(near.joint_travel_rad)) is not None:
                 apart, words = (
@@ -92,7 +93,7 @@ class Exploration:
                 )
                 shorter.append((self.consider(self.refinement.shorter(apart, pace), words), words))
             if not stage.interrupt_keeps_best:
-                self.consider(near, candidate.words)
+                self._contend(known_near, candidate.words)
         for count, pace in stage.rungs:
             shorter.sort(key=lambda one: round(one[0].joint_travel_rad, 9))
             further = shorter[:count]
@@ -134,7 +135,10 @@ class Exploration:
             motion: The motion.
             words: What it is made of.
         """
-        near = self.refinement.near(motion)
+        return self._contend(self.refinement.near(motion), words)
+
+    def _contend(self, near: Near, words: str) -> Equations:
+        """Bring a motion that is near the goal there, let it contend for the plan, and return it nearly there."""
         if near.close:
             fault = ""
             if not (self.incumbent.good and self.incumbent.beats(self.refinement.cost(near.motion))):

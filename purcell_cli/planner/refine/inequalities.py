@@ -240,8 +240,8 @@ def least_distances(equations: Equations, clearance: float) -> Array:
     """
     out = np.full(len(equations.phase), -np.inf)
     for own, shape in ((1, equations.start), (3, equations.goal)):
-        known = float(limb_distance(equations.swimmer, shape[..., 0]))
-        out[equations.phase == own] = min(clearance + _MARGIN_L, known)
+        if np.any(mine := equations.phase == own):
+            out[mine] = min(clearance + _MARGIN_L, float(limb_distance(equations.swimmer, shape[..., 0])))
     return out
 
 
