@@ -181,9 +181,9 @@ static void damped_gram(SIZE r, SIZE n, const double *rows, double damping, doub
  * J. Optim. 13, 865). An angle that moves the base by much counts for more.
  *
  * arrival: derivative of what is missing, that of the base's pose first, (m, n). missing: (m,). room, slope: of the
- * inequalities, (k,) and (k, n). reach: of the step's largest component. fine: whether it is made by an orthogonal
- * factorisation once it is known which bind; its equations' Gram matrix, with which that is looked for, knows it to half
- * the digits, enough where more steps follow. work: 2 n + 3 r n + 4 r r + 8 r + 8 numbers, r being m + k. out: (n,). */
+ * inequalities, (k,) and (k, n). reach: of the step's largest component. fine: whether it is refined once it
+ * is known which bind; the Gram matrix, with which that is looked for, knows it to half the digits, enough where more
+ * steps follow. work: 2 n + 3 r n + 4 r r + 8 r + 8 numbers, r being m + k. out: (n,). */
 API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, const double *missing, const double *room,
                               const double *slope, double reach, SIZE fine, double *work, double *out) {
     const SIZE r = m + k, most = r < n ? r : n;
