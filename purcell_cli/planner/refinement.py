@@ -19,10 +19,11 @@ from purcell_cli.motion.limits import Limits, LimitsReport
 from purcell_cli.motion.limits_check import check
 from purcell_cli.planner.incumbent import Contender
 from purcell_cli.planner.objectives import cost
-from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach, arrive, within_bends
+from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach, arrive
 from purcell_cli.planner.refine.minimum_travel import Pace, minimise_travel, offering
 from purcell_cli.planner.refine.segments import free_primitives
 from purcell_cli.planner.refine.shooting import Equations, Values
+from purcell_cli.planner.refine.slight_bends import within_bends
 
 _MENDED, _FEW = 0.02, 100
 """Motions that miss by less than this [L, rad], of no more free primitives than so many, are offered idle controls."""

@@ -16,7 +16,8 @@ from purcell_cli.mechanics.lift import SEARCHING, flow
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
 from purcell_cli.motion.clock import clock_step, rounded
 from purcell_cli.planner.limbs.limb_rotations import rotations_to
-from purcell_cli.planner.refine.exact_arrival import CLOSE, _one_by_one, approach, arrive
+from purcell_cli.planner.refine.clock_rounding import one_by_one
+from purcell_cli.planner.refine.exact_arrival import CLOSE, approach, arrive
 from purcell_cli.planner.refine.segments import Segment
 from purcell_cli.planner.refine.shooting import Equations
 
@@ -167,7 +168,7 @@ def test_an_angle_that_moves_nothing_is_left_where_angles_are_rounded_one_by_one
     derivative = values.derivative.copy()
     derivative[:, 3] = 1e-30
     step = functools.partial(rounded, rate_rad_s=1.0, step=TICK)
-    angle, left = _one_by_one(almost, step(almost.angles), almost.residual(step(almost.angles)), derivative, step)
+    angle, left = one_by_one(almost, step(almost.angles), almost.residual(step(almost.angles)), derivative, step)
     assert angle[3] == step(almost.angles)[3]
     assert np.max(np.abs(angle - almost.angles)) < 1e-5
     assert np.max(np.abs(left)) < 1e-3 * np.max(np.abs(values.residual))

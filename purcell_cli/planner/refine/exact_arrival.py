@@ -14,13 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from purcell_cli.geometry.linear_systems import solve
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import EXACT, SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence
-from purcell_cli.motion.limits import LimitsReport
 from purcell_cli.planner.refine.active_set import bounded_step
+from purcell_cli.planner.refine.clock_rounding import one_by_one
 from purcell_cli.planner.refine.inequalities import (
     ACTIVE,
     Linearised,
@@ -51,15 +50,6 @@ _MARGINS_RAD = (3e-6, 1e-6)
 room with the first [rad]."""
 _PATIENCE = 2
 """Rounds without a halved residual before the best is taken; rounding to the clock differs in each."""
-_DAMPING = 1e-12
-"""Damping of the Gram matrix where angles are rounded one by one, as a part of its trace."""
-_IDLE = 1e-6
-"""Angles that move the goal by less than this part of the one that moves it most are not rounded one by one: such steps
-would be too large to be told by a derivative."""
-_INSIDE = 1e-10
-"""How far inside its limit a bend is brought that was a little beyond, in its cosine."""
-_LEAST_SINE = 1e-3
-"""Bends whose sine is below this count as if it were this, where rows are put in terms of bends."""
 _REACH_RAD = 0.25
 """The largest change of an angle in one Newton step [rad]."""
 _TELLING_RAD = 1e-8
@@ -68,9 +58,6 @@ _PLAIN = 2e-6
 """Above this, residuals at the rough accuracy are right to a few per cent and need no exact flow [L, rad]."""
 _NEAR_LIMIT = 3e-3
 """Limits with less slack than this bound a Newton step from the first, as a part of the most there is."""
-_SLIGHT, _SHARPLY = 1e-4, (False, False, True, True)
-"""Bends beyond their limit by less than this [rad] are mended by one more step at a time; the last of them count by the
-angle, the first by its cosine."""
 _SPOILT = 30.0
 """Residual at which the last rotations take over, in units of what rounding to the clock adds to the residual."""
 _NEVER = 1000
@@ -189,7 +176,7 @@ def arrive(
     every = np.arange(len(begun))
     angle, missing = _rounds(equations, begun, missing, rough, max_bend_rad - _MARGINS_RAD[0], rounded, every, enough)
     if rounded is not None and np.any(np.abs(missing) > _ENOUGH_LAST):
-        angle, missing = _one_by_one(equations, angle, missing, rough.derivative, rounded)
+        angle, missing = one_by_one(equations, angle, missing, rough.derivative, rounded)
     best = float(np.max(np.abs(missing)))
     here = equations.of(equations.with_angles(angle))
     first = 1 + max((k for k, s in enumerate(here.segments) if not s.once), default=-1)
@@ -208,7 +195,7 @@ def arrive(
     enough = np.full(len(missing), _ENOUGH_LAST)
     angle, left = _rounds(last, last.angles, missing, rough, bend, rounded, few, enough)
     if rounded is not None and np.any(np.abs(left) > enough):
-        angle, left = _one_by_one(last, angle, left, rough.derivative, rounded)
+        angle, left = one_by_one(last, angle, left, rough.derivative, rounded)
     closer = float(np.max(np.abs(np.append(left, missing[6:known]))))
     if closer >= best:
         return here, best
@@ -257,107 +244,6 @@ def _rounds(
         if size < best[0]:
             best, kept = (size, missing), angle
     return kept, best[1]
-
-
-def _one_by_one(
-    equations: Equations, angle: Array, missing: Array, derivative: Array, rounded: Callable[[Array], Array]
-) -> tuple[Array, Array]:
-    """Return angles on the clock that come nearer than those which are rounded all at once.
-
-    The angle that counts most is rounded first, and those after it take up what that leaves (Babai's nearest plane:
-    Combinatorica 6, 1986, 1), until what is left is a rounding error of the angles that count least.
-
-    Args:
-        equations: The equations.
-        angle: Angles on the clock, almost there [rad]. Shape (n,).
-        missing: What is missing there [L, rad]. Shape (m,).
-        derivative: Its derivative, roughly. Shape (m, n).
-        rounded: Rounds angles to what the clock can tell [rad].
-    """
-    best, kept = missing, angle
-    size = np.sqrt(np.add.reduce(derivative * derivative, axis=0))
-    order = np.argsort(-size, kind="stable")
-    order = order[size[order] > _IDLE * np.max(size, initial=0.0)]
-    columns = derivative.T[order]
-    # Of each angle and all after it, summed from the last on.
-    gram = np.add.accumulate((columns[:, :, None] * columns[:, None, :])[::-1])[::-1]
-    trace = np.add.reduce(np.diagonal(gram, axis1=1, axis2=2), axis=1)
-    gram = gram + (_DAMPING * trace + 1e-300)[:, None, None] * np.eye(len(derivative))
-    lead = solve(gram, columns[:, :, None])[..., 0]
-    for _ in range(_PATIENCE):
-        left, there = best.copy(), kept.copy()
-        for k, j in enumerate(order.tolist()):
-            step = -float(np.add.reduce(lead[k] * left))
-            there[j] = rounded(there[j : j + 1] + step)[0]
-            left = left + columns[k] * (there[j] - kept[j])
-        found = equations.residual(there)
-        if np.max(np.abs(found)) >= np.max(np.abs(best)):
-            break
-        best, kept = found, there
-    return kept, best
-
-
-def within_bends(
-    motion: Equations,
-    off: float,
-    judged: Callable[[Equations], LimitsReport],
-    max_bend_rad: float,
-    rounded: Callable[[Array], Array] | None = None,
-) -> tuple[Equations, float, LimitsReport]:
-    """Return a motion that arrives, changed to bend no limb too far if it does so by little and breaks no other limit.
-
-    Args:
-        motion: The motion.
-        off: The largest residual left [L, rad].
-        judged: Judges a motion.
-        max_bend_rad: How far a limb may bend in phase 2 [rad].
-        rounded: Rounds angles to what the clock can tell [rad]; None where they need no rounding.
-
-    Returns:
-        The motion, the largest residual left [L, rad], and how near it comes to its limits.
-    """
-    report = judged(motion)
-    for sharply in _SHARPLY:
-        slight = (
-            all(v.limit == "bend" for v in report.violations) and sum(v.excess for v in report.violations) < _SLIGHT
-        )
-        if report.kept or not slight:
-            break
-        motion, off = bent_less(motion, max_bend_rad, rounded, sharply)
-        report = judged(motion)
-    return motion, off, report
-
-
-def bent_less(
-    equations: Equations, max_bend_rad: float, rounded: Callable[[Array], Array] | None = None, sharply: bool = False
-) -> tuple[Equations, float]:
-    """Return a motion that arrives, but bends a limb a little too far, with its angles changed to do neither.
-
-    Args:
-        equations: The equations of the motion, its angles on the clock.
-        max_bend_rad: How far a limb may bend in phase 2 [rad].
-        rounded: Rounds angles to what the clock can tell [rad]; None where they need no rounding.
-        sharply: Whether an excess counts by its angle. Its cosine hardly tells one of a limb that is almost straight or
-            folded.
-
-    Returns:
-        The motion, and the largest residual left [L, rad].
-    """
-    values = equations.at(equations.angles)
-    least = least_cosines(
-        equations.phase, equations.start, equations.goal, max_bend_rad - _MARGINS_RAD[1], equations.home
-    )
-    slack, slope = limit_rows(equations, values, least + _INSIDE)
-    if sharply:
-        sine = np.sqrt(np.maximum(1.0 - least * least, 0.0))
-        per_bend = 1.0 / float(np.min(sine[sine > _LEAST_SINE], initial=1.0))
-        slack, slope = per_bend * slack, per_bend * slope
-    step = bounded_step(values.derivative, values.residual, slack, slope, _REACH_RAD)
-    angle = equations.angles + step if rounded is None else rounded(equations.angles + step)
-    missing = equations.residual(angle)
-    if rounded is not None and np.any(np.abs(missing) > _ENOUGH_LAST):
-        angle, missing = _one_by_one(equations, angle, missing, values.derivative, rounded)
-    return equations.of(equations.with_angles(angle)), float(np.max(np.abs(missing)))
 
 
 def _independent(columns: Array) -> NDArray[np.int64]:

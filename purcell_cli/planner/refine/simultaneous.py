@@ -43,7 +43,7 @@ from purcell_cli.motion.pace import paced as played_at_pace
 from purcell_cli.motion.plan import Plan
 from purcell_cli.planner.objectives import cost
 from purcell_cli.planner.refine.coarser_moves import coarser
-from purcell_cli.planner.refine.exact_arrival import settled, within_bends
+from purcell_cli.planner.refine.exact_arrival import settled
 from purcell_cli.planner.refine.minimum_energy import EnergyProgram, paced
 from purcell_cli.planner.refine.minimum_time import QUICKEST, SHORTEST, Found, Program, minimised
 from purcell_cli.planner.refine.move_program import MoveProgram, Weights
@@ -57,6 +57,7 @@ from purcell_cli.planner.refine.move_segments import (
 )
 from purcell_cli.planner.refine.random_starts import random_starts
 from purcell_cli.planner.refine.shooting import Equations
+from purcell_cli.planner.refine.slight_bends import within_bends
 from purcell_cli.planner.refine.trust_region import FIRST_REACH
 
 _ACROSS_RAD = 0.25 * math.pi
