@@ -1,6 +1,6 @@
 """How quick the planner is, in one table: the flow, plans of seven classes, the shell, far ways, batches, and efforts.
 
-    python -m benchmarks.planner --write
+    python -m benchmarks.planner --count 300 --write
     python -m benchmarks.planner --beside OTHER/bin/python
 
 Processor times in one thread with all tables warm, but for commands and batches, which the clock times. `--beside`
@@ -175,7 +175,8 @@ def row(part: str, count: int, rounds: int, pythons: list[str]) -> str:
 def main() -> None:
     """Measure, print and perhaps write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", type=int, default=20, help="queries of each class; a tenth of them thorough")
+    counts = "queries of each class; a tenth of them all joints at once, a hundredth thorough"
+    parser.add_argument("--count", type=int, default=20, help=counts)
     parser.add_argument("--rounds", type=int, default=1, help="how often each is measured")
     parser.add_argument("--beside", metavar="PYTHON", help="the Python of another version's environment")
     parser.add_argument("--only", nargs="*", default=list(PARTS), choices=list(PARTS), metavar="PART")
@@ -187,8 +188,8 @@ def main() -> None:
     lines = [f"| {' | '.join(heads)} |", "| --- " * len(heads) + "|"]
     few = {part: 10 if part == "shell" else DIRECTIONS if part == "far ways" else asked.count for part in PARTS}
     for part in asked.only:
-        slow = part.startswith(("thorough", "simultaneous"))
-        lines.append(row(part, max(few[part] // 10, 1) if slow else few[part], asked.rounds, pythons))
+        share = 100 if part.startswith("thorough") else 10 if part.startswith("simultaneous") else 1
+        lines.append(row(part, few[part] if share == 1 else max(few[part] // share, 2), asked.rounds, pythons))
         print(lines[-1], flush=True)
     if asked.write:
         from benchmarks import pages
