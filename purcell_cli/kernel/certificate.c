@@ -1,9 +1,9 @@
-/* The certificate's integrator, for doubles and in extended precision: it shares no formula with the planner's connection
+/* The certificate's integrator, in doubles and with twice their digits: it shares no formula with the planner's connection
  * and collocation.
  *
  * g' = g hat(xi) on pieces by the modified midpoint rule with several numbers of steps, extrapolated to no step. The
- * twist is -P^-1 q of the plain equation, set up link by link; of doubles several pieces at once, each as it would be
- * alone. What is extended has the digits that the machine's `long double` has. */
+ * twist is -P^-1 q of the plain equation, set up link by link; several pieces at once, each as it would be alone. Pieces
+ * are strung in the machine's `long double`. */
 #include <math.h>
 #include <string.h>
 
