@@ -28,7 +28,7 @@ def rounded(angle: Array, rate_rad_s: float, step: float) -> Array:
         rate_rad_s: The joints' rate [rad/s].
         step: The clock step [s].
     """
-    return np.asarray(np.round(angle / rate_rad_s / step) * step * rate_rad_s)
+    return np.asarray(np.rint(angle / rate_rad_s / step) * step * rate_rad_s)
 
 
 def on_the_clock(sequence: ControlSequence, swimmer: Swimmer, step: float) -> ControlSequence:
