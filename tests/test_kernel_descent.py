@@ -92,6 +92,24 @@ def test_motions_become_as_short_in_the_same_steps(seed: int, meeting: bool) -> 
     assert np.max(np.abs(kept - begun.angle)) < 1e-9
 
 
+@pytest.mark.parametrize("seed", [0, 2])
+def test_later_programs_leave_idle_angles_alone_and_end_when_little_is_promised(seed: int) -> None:
+    """Where all may enter, the foil, some angle that the first program left idle is used later."""
+    equations = motion(seed, False)
+    given = equations.angles, equations.weight, 300.0
+    rest = (FIRST_REACH, LARGEST_REACH, LEAST_REACH), np.inf, np.inf
+    search = descent(equations, 0.0)
+    first, _, _ = search.shortened(*given, 1, *rest)
+    few, every = (search.shortened(*given, 8, *rest, 0.0, entering)[0] for entering in (1, None))
+    idle = first == 0.0
+    assert np.any(idle)
+    assert np.all(few[idle] == 0.0)
+    assert np.any(every[idle] != 0.0)
+    assert np.any(few != first)
+    last, _, _ = search.shortened(*given, 8, *rest, 1.0)
+    assert np.array_equal(last, first)
+
+
 def small(more=None, most: int = 0, watched: bool = True, **other: object) -> Descent:
     """Return a search for the angles of two primitives, some of what it is given exchanged."""
     given: dict[str, object] = {

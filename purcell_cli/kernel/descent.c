@@ -177,52 +177,59 @@ static SIZE restore(struct descent *d, double reach, double enough, const double
     return 0;
 }
 
-/* The angles that minimise the linearised merit within reach: d->x. Returns whether there are any, and that merit. */
-static int propose(struct descent *d, double reach, double *merit) {
+/* The angles that minimise the linearised merit within reach: d->x; every angle may change, or those that are not zero.
+ * Returns whether there are any, and that merit. */
+static int propose(struct descent *d, double reach, int every, double *merit) {
     const struct motion *m = &d->m;
     const struct point *p = d->here;
     const SIZE rows = m->equations + p->rooms;
+    SIZE *const use = d->whole + 3 * (m->equations + m->most) + 2 * m->free, many = 0;
+    double *const weight = d->step;
     for (SIZE j = 0; j < m->free; j++) {
+        if (!every && p->angle[j] == 0.0) continue;
         double square = p->derivative[j] * p->derivative[j];
         for (int i = 1; i < 6; i++) square += p->derivative[i * m->free + j] * p->derivative[i * m->free + j];
         const double within = reach / sqrt(1.0 + sqrt(square));
-        d->low[j] = p->angle[j] - within;
-        d->high[j] = p->angle[j] + within;
-        d->x[j] = p->angle[j];
+        d->low[many] = p->angle[j] - within;
+        d->high[many] = p->angle[j] + within;
+        d->x[many] = p->angle[j];
+        weight[many] = m->weight[j];
+        use[many++] = j;
     }
     for (SIZE i = 0; i < rows; i++) {
         const int equal = i < m->equations;
         const double *from = equal ? p->derivative + i * m->free : p->slope + (i - m->equations) * m->free;
-        double *to = d->kept + i * m->free, sum = 0.0;
-        for (SIZE j = 0; j < m->free; j++) {
-            to[j] = equal ? from[j] : -from[j];
-            sum += to[j] * p->angle[j];
+        double *to = d->kept + i * many, sum = 0.0;
+        for (SIZE u = 0; u < many; u++) {
+            to[u] = equal ? from[use[u]] : -from[use[u]];
+            sum += to[u] * d->x[u];
         }
         d->right[i] = sum - (equal ? p->residual[i] : -p->room[i - m->equations]);
         if (!(fabs(d->right[i]) <= DBL_MAX)) return 0;
     }
-    if (purcell_program(rows, m->free, m->equations, m->price, d->kept, d->right, m->weight, d->low, d->high, d->x,
-                        d->table, d->room, d->whole) < 0)
+    if (purcell_program(rows, many, m->equations, m->price, d->kept, d->right, weight, d->low, d->high, d->x, d->table,
+                        d->room, d->whole) < 0)
         return 0;
     double travel = 0.0, missed = 0.0;
-    for (SIZE j = 0; j < m->free; j++) travel += m->weight[j] * fabs(d->x[j]);
+    for (SIZE u = 0; u < many; u++) travel += weight[u] * fabs(d->x[u]);
     for (SIZE i = 0; i < rows; i++) {
         double miss = -d->right[i];
-        for (SIZE j = 0; j < m->free; j++) miss += d->kept[i * m->free + j] * d->x[j];
+        for (SIZE u = 0; u < many; u++) miss += d->kept[i * many + u] * d->x[u];
         missed += i < m->equations ? fabs(miss) : miss > 0.0 ? miss : 0.0;
     }
     *merit = travel + m->price * missed;
+    for (SIZE j = m->free - 1; j >= 0; j--) d->x[j] = many && use[many - 1] == j ? d->x[--many] : 0.0;
     return 1;
 }
 
 /* Linear programs within a trust region (Fletcher and de la Maza 1989). reaches: the first, the largest, the least. */
-static SIZE descend(struct descent *d, SIZE steps, double worth, const double reaches[3]) {
+static SIZE descend(struct descent *d, SIZE steps, SIZE entering, double worth, const double reaches[3]) {
     double reach = reaches[0];
     for (SIZE k = 0; k < steps; k++) {
         double merit;
         SIZE fault = d->here->sloped ? 0 : equations(&d->m, d->here, 1);
         if (fault) return fault;
-        if (!propose(d, reach, &merit)) break;
+        if (!propose(d, reach, k < entering, &merit)) break;
         const double promised = d->here->merit - merit;
         for (SIZE j = 0; j < d->m.free; j++) d->there->angle[j] = d->x[j];
         if ((fault = evaluate(&d->m, d->there))) return fault;
@@ -287,11 +294,11 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
  * `purcell_descent_room` and 3 (6 + 6 t + most + free) numbers.
  * weight: joint travel per free angle. A beginning that misses by `close` or more is moved back first, and given up
  * where it then misses by `astray` or more. worth: a program that promises less than this part of the merit is the last.
- * reaches: see `descend`. angle: the free angles, changed.
+ * entering: programs after so many leave alone the angles that are zero by then. reaches: see `descend`. angle: the free angles, changed.
  * missed: the violations where the programs begin, infinite where it is given up, and where they end.
  * Returns 0, -1 where the watcher stopped it, or the number of a piece that is too long, counted from 1. */
 API SIZE purcell_descend(MOTION, const double *weight, double price, double close, double astray, double worth, SIZE steps,
-                         const double *reaches, double *angle, double *missed) {
+                         SIZE entering, const double *reaches, double *angle, double *missed) {
     struct descent d = {.m = THE_MOTION};
     d.m.weight = weight;
     d.m.price = price;
@@ -305,7 +312,7 @@ API SIZE purcell_descend(MOTION, const double *weight, double price, double clos
     }
     exchange(&d.here, &d.there);
     missed[0] = given_up ? INFINITY : d.here->violation;
-    if (!fault && !given_up) fault = descend(&d, steps, worth, reaches);
+    if (!fault && !given_up) fault = descend(&d, steps, entering, worth, reaches);
     missed[1] = d.here->violation;
     for (SIZE j = 0; j < free; j++) angle[j] = d.here->angle[j];
     return fault;

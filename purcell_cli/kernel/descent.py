@@ -108,6 +108,7 @@ class Descent:
         close: float,
         astray: float,
         worth: float = 0.0,
+        entering: int | None = None,
     ) -> tuple[Array, float, float]:
         """Return free angles of less joint travel, by sequential linear programs.
 
@@ -120,6 +121,7 @@ class Descent:
             close: A beginning whose violations sum to this or more is moved back first [L, rad].
             astray: It is given up where they then sum to this or more [L, rad].
             worth: A program that promises to save less than this part of the joint travel is the last.
+            entering: Programs after so many leave alone the angles that are zero by then, if any do.
 
         Returns:
             Angles, shape (u,), and the sums of the violations where the programs began, infinite where it was given
@@ -132,7 +134,8 @@ class Descent:
         if np.any(each < 0.0) or not price > 0.0 or not np.all(np.isfinite(angle)):
             raise ValueError("weight, price and angles: numbers that are not negative, positive and finite are wanted")
         radius, missed = doubles(reaches, "reaches", (3,)), np.empty(2)
-        limits = float(price), float(close), float(astray), float(worth), int(steps)
+        programs = int(steps), int(steps if entering is None else entering)
+        limits = float(price), float(close), float(astray), float(worth), *programs
         self._done(
             KERNEL.purcell_descend(
                 *self._motion, address(each), *limits, address(radius), address(angle), address(missed)

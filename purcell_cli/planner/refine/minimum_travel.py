@@ -58,6 +58,8 @@ class Pace:
         price: Cost of a violation [rad per L or rad].
         longest: Motions of more free primitives than this are offered no more controls.
         work: The most linear programs in a round times free primitives: long motions take fewer and dearer ones.
+        entering: Programs of a round in which controls that are offered may enter; later ones leave alone what is idle
+            by then. None for all.
         worth: A program that promises to save less than this part of the joint travel is the last of its round.
     """
 
@@ -67,6 +69,7 @@ class Pace:
     price: float = 500.0
     longest: int = 100
     work: float = math.inf
+    entering: int | None = None
     worth: float = 0.0
 
 
@@ -80,7 +83,8 @@ def _searched(
     def shortened(
         angle: Array, steps: int, close: float = math.inf, astray: float = math.inf
     ) -> tuple[Array, float, float]:
-        return search.shortened(angle, equations.weight, pace.price, steps, _REACHES, close, astray, pace.worth)
+        until = close, astray, pace.worth, pace.entering
+        return search.shortened(angle, equations.weight, pace.price, steps, _REACHES, *until)
 
     return shortened
 
