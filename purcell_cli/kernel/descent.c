@@ -15,6 +15,11 @@
 #define IN_USE 1e-9      /* only angles larger than this move a point back [rad] */
 #define HELPS 0.9        /* a Newton step that leaves more than this part of the violation is the last */
 #define SWIFT 0.25       /* one that leaves more than this is the last by a derivative from elsewhere */
+/* A radius of the trust region for each angle: where its change turns back its share shrinks, where it goes on it grows. */
+#define BACK 0.7
+#define ON 1.2
+#define LEAST_SHARE 0.1
+#define LARGEST_SHARE 4.0
 #define WORTH 1e-5       /* a linear program that promises to save less joint travel than this is the last [rad] */
 #define STRICT 100.0     /* weight of a broken limit beside a missed goal on the approach: the last steps change bends too */
 #define APPROACHING 20   /* the most Newton steps of an approach */
@@ -56,7 +61,7 @@ static double *taken(double **room, SIZE count) {
 API SIZE purcell_descent_room(SIZE n, SIZE free, SIZE equations, SIZE k, SIZE most) {
     const SIZE r = equations + most, tall = r > n ? r : n;
     const SIZE point = free + n + 18 * (n + 1) + equations + equations * free + most + most * free;
-    return 3 * point + 94 * n + 36 * k + tall * n + 6 * n + 4 * free + 2 * r * free + r + 8 * r + 10 * free +
+    return 3 * point + 94 * n + 36 * k + tall * n + 6 * n + 6 * free + 2 * r * free + r + 8 * r + 10 * free +
            2 * free + 3 * r * free + 4 * r * r + 8 * r + 8;
 }
 
@@ -135,7 +140,7 @@ static SIZE evaluate(const struct motion *m, struct point *p) {
 struct descent {
     struct motion m;
     struct point points[3], *here, *there, *next;
-    double *low, *high, *x, *step, *table, *kept, *right, *room, *work;
+    double *share, *change, *low, *high, *x, *step, *table, *kept, *right, *room, *work;
     SIZE *whole;
 };
 
@@ -189,7 +194,7 @@ static int propose(struct descent *d, double reach, int every, double *merit) {
         if (!every && p->angle[j] == 0.0) continue;
         double square = p->derivative[j] * p->derivative[j];
         for (int i = 1; i < 6; i++) square += p->derivative[i * m->free + j] * p->derivative[i * m->free + j];
-        const double within = reach / sqrt(1.0 + sqrt(square));
+        const double within = d->share[j] * reach / sqrt(1.0 + sqrt(square));
         d->low[many] = p->angle[j] - within;
         d->high[many] = p->angle[j] + within;
         d->x[many] = p->angle[j];
@@ -222,9 +227,24 @@ static int propose(struct descent *d, double reach, int every, double *merit) {
     return 1;
 }
 
+/* The shares of the reach after a step, from here to there: programs alone go to and fro where the arrival is curved, and
+ * would go slowly where it is straight, with one radius for all (Svanberg 1987, Int. J. Numer. Methods Eng. 24, 359). */
+static void share_out(struct descent *d) {
+    for (SIZE j = 0; j < d->m.free; j++) {
+        const double change = d->there->angle[j] - d->here->angle[j], along = change * d->change[j];
+        if (along < 0.0) d->share[j] *= d->share[j] > LEAST_SHARE / BACK ? BACK : 1.0;
+        if (along > 0.0) d->share[j] *= d->share[j] < LARGEST_SHARE / ON ? ON : 1.0;
+        if (change != 0.0) d->change[j] = change;
+    }
+}
+
 /* Linear programs within a trust region (Fletcher and de la Maza 1989). reaches: the first, the largest, the least. */
 static SIZE descend(struct descent *d, SIZE steps, SIZE entering, double worth, const double reaches[3]) {
     double reach = reaches[0];
+    for (SIZE j = 0; j < d->m.free; j++) {
+        d->share[j] = 1.0;
+        d->change[j] = 0.0;
+    }
     for (SIZE k = 0; k < steps; k++) {
         double merit;
         SIZE fault = d->here->sloped ? 0 : equations(&d->m, d->here, 1);
@@ -239,8 +259,10 @@ static SIZE descend(struct descent *d, SIZE steps, SIZE entering, double worth, 
                             d->here->derivative);
             if (fault) return fault;
         }
-        if (purcell_step_taken(promised, d->here->merit - d->there->merit, reaches[1], &reach))
+        if (purcell_step_taken(promised, d->here->merit - d->there->merit, reaches[1], &reach)) {
+            share_out(d);
             exchange(&d->here, &d->there);
+        }
         if (reach < reaches[2] || promised < WORTH || promised < worth * d->here->merit) break;
     }
     return 0;
@@ -258,6 +280,8 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
     m->flow = taken(&room, 94 * m->n + 36 * m->k);
     m->columns = taken(&room, (r > m->n ? r : m->n) * m->n);
     m->places = taken(&room, 6 * m->n);
+    d->share = taken(&room, m->free);
+    d->change = taken(&room, m->free);
     d->low = taken(&room, m->free);
     d->high = taken(&room, m->free);
     d->x = taken(&room, m->free);
@@ -331,8 +355,8 @@ static int nearer(struct descent *d, double reach) {
 /* Free angles at which little is missing and no limit is broken, by Newton steps; see `purcell_descend`.
  *
  * enough: what may be missing. reach: the largest change of an angle in a step. patience: rounds without a halved
- * residual, and stuck: steps in a row of which the smallest part or none helps, before it is given up. hopeless: a
- * beginning that misses by more is given up, and so is what still does after `trials` evaluations. nearly:
+ * residual, stuck: steps in a row of which the smallest part or none helps, and trials: parts of steps that were tried
+ * and did not help, before it is given up. hopeless: a beginning that misses by more is given up. nearly:
  * where less is missing a step is judged by the next one, too.
  * angle: changed. residual, derivative, shapes: there. off: what is missing there. Returns as above. */
 API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SIZE stuck,
@@ -341,7 +365,7 @@ API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SI
     struct descent d = {.m = THE_MOTION};
     const struct motion *m = &d.m;
     double best = INFINITY, halved = INFINITY;
-    SIZE idle = 0, poor = 0, tried = 1;
+    SIZE idle = 0, poor = 0, tried = 0;
     begin(&d, room, whole);
     for (SIZE j = 0; j < free; j++) d.here->angle[j] = angle[j];
     SIZE fault = equations(m, d.here, 1);
@@ -362,7 +386,7 @@ API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SI
         idle = best < 0.5 * halved ? 0 : idle + 1;
         halved = idle ? halved : best;
         if (best < enough || idle > patience || poor > stuck || !free) break;
-        if (left > hopeless && (!round || tried >= trials)) break;
+        if ((!round && left > hopeless) || tried > trials) break;
         purcell_bounded_step(m->equations, p->rooms, free, p->derivative, p->residual, p->room, p->slope, reach, 1, d.work, d.step);
         const int whole_before = !part; /* then this one may be, too */
         for (part = 0; part < PARTS; part++, tried++) {

@@ -150,7 +150,7 @@ class Descent:
         reach: float,
         patience: int,
         stuck: int,
-        trials: int = 0,
+        trials: int = 1000,
         hopeless: float = math.inf,
         nearly: float = 0.0,
     ) -> tuple[Array, Array, Array, Array, float]:
@@ -162,7 +162,7 @@ class Descent:
             reach: The largest change of an angle in a step [rad].
             patience: Rounds in which what is missing does not even halve before it is given up.
             stuck: Steps in a row of which the smallest part or none helps before it is given up.
-            trials: After so many evaluations it is given up if more than `hopeless` is still missing.
+            trials: Parts of steps that are tried and do not help before it is given up.
             hopeless: A beginning that misses by more is given up at once [L, rad].
             nearly: Where less is missing, a step is taken too if the next one would be half as long: where links are
                 nearly straight, what is missing may grow although the arrival is nearer [L, rad].

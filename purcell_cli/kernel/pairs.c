@@ -107,7 +107,7 @@ static double tips_apart(const double *a, const double *b) {
  * backwards, whichever is less.
  * a, b: position and heading, (n, 6) and (6, m). before: (n,). after: (m,), ascending. most, within: ways that cost
  * as much, or so many times the least by then, are none, missing: nor those on which the costs but that of the length
- * are more than so many times what is spent besides. cost: (n,), infinite where there is none. index: (n,). */
+ * are more. cost: (n,), infinite where there is none. index: (n,). */
 EITHER_WIDTH meetings(SIZE n, SIZE m, const double *a, const double *b, const double *before, const double *after,
                       const double *prices, double most, double within, double missing, double *cost, SIZE *index) {
     const struct meeting *p = (const struct meeting *)prices;
@@ -123,7 +123,7 @@ EITHER_WIDTH meetings(SIZE n, SIZE m, const double *a, const double *b, const do
             double square[BLOCK], worth[BLOCK];
             for (int l = 0; l < some; l++) { /* side by side */
                 const double *h = b + low + l, x = h[0] - g[0], y = h[m] - g[1], z = h[2 * m] - g[2];
-                const double begun = before[i] + after[low + l], left = best - begun, enough = missing * begun;
+                const double begun = before[i] + after[low + l], left = best - begun, enough = missing;
                 square[l] = x * x + y * y + z * z;
                 const double turn = heading[0] * h[3 * m] + heading[1] * h[4 * m] + heading[2] * h[5 * m];
                 /* Two directions are apart by no more than both are from a third. The last digits may be rounding's. */
@@ -144,7 +144,7 @@ EITHER_WIDTH meetings(SIZE n, SIZE m, const double *a, const double *b, const do
                     const double far = p->far * (tips_apart(heading, u) + tips_apart(h + 3, u));
                     spent = far < spent ? far : spent;
                 }
-                if (spent > missing * (before[i] + after[j])) continue;
+                if (spent > missing) continue;
                 spent += before[i] + after[j] + p->along * length;
                 if (spent < best) {
                     cost[i] = best = spent;

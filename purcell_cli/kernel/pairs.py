@@ -96,7 +96,7 @@ def meetings(
         prices: What counts of a way, and how much.
         most: Ways that cost as much are none.
         within: Nor are ways that cost so many times the least that is known by then.
-        missing: Nor are those on which more than so many times what is spent besides is missing, their length left out.
+        missing: Nor are those that cost more than this, their length left out.
 
     Returns:
         Costs, infinite where there is no way, and numbers of the second, -1 where there is none. Shapes (n,), (n,).

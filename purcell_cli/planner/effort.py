@@ -29,7 +29,8 @@ class Breadth:
         longer: Parts by which the cycles of every chain grow, one after the other, while none is settled.
         library_plans: How many of the library's plans are tried.
         pace: How long library plans that arrive are shortened.
-        drawn: How many ways in and out are drawn with each number of shape loops before them.
+        drawn: How many ways in and out with shape loops before them are drawn, and in each generation after that.
+        generations: How often the ways of the best pairs are varied.
         meetings: How many pairs of these, between which little is missing, are brought to the goal.
         met: Of so many that arrive, no more are.
         bent_pace: How long they are shortened.
@@ -46,10 +47,11 @@ class Breadth:
     longer: tuple[float, ...] = ()
     library_plans: int = 4
     pace: Pace = Pace(rounds=2, steps=20, longest=40, entering=2, worth=1e-3)
-    drawn: int = 200
-    meetings: int = 1
+    drawn: int = 100
+    generations: int = 6
+    meetings: int = 5
     met: int = 1
-    bent_pace: Pace = Pace(rounds=1, steps=5, longest=0)
+    bent_pace: Pace = Pace(rounds=1, steps=6, longest=0)
 
 
 @frozen_dataclass
@@ -119,8 +121,9 @@ _THOROUGH = Stage(
         shorter=8,
         library_plans=24,
         pace=Pace(3, 30),
-        drawn=2000,
-        meetings=16,
+        drawn=600,
+        generations=10,
+        meetings=48,
         met=6,
     ),
     candidates=8,
@@ -156,7 +159,14 @@ LEG = "leg"
 
 _AGAIN = Stage(
     dataclasses.replace(
-        _THOROUGH.breadth, arcs_from=0.7, library_plans=4, pace=Pace(2, 10, longest=40), drawn=200, meetings=1, met=1
+        _THOROUGH.breadth,
+        arcs_from=0.7,
+        library_plans=4,
+        pace=Pace(2, 10, longest=40),
+        drawn=100,
+        generations=6,
+        meetings=5,
+        met=1,
     ),
     pace=Pace(rounds=2, steps=30, price=300.0, work=600),
     most_apart=60,

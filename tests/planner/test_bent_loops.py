@@ -14,7 +14,10 @@ from purcell_cli.mechanics.configuration import displacement_between
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
 from purcell_cli.planner.effort import Breadth
-from purcell_cli.planner.limbs.bent_loops import BENT_LOOPS, bent_loops
+from purcell_cli.planner.limbs.bent_loops import BENT_LOOPS, bent_loops, met
+from purcell_cli.planner.limbs.bent_loops import PRICES as MISSING
+from purcell_cli.planner.limbs.drawn_ways import DrawnWays
+from purcell_cli.planner.limbs.pairs import OuterPhases
 from purcell_cli.planner.problem import Problem
 
 BODY = Swimmer().scaled()
@@ -50,7 +53,7 @@ def spent_on(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def test_ways_that_meet_are_those_of_the_formula() -> None:
-    """What is missing is bounded by what is spent; with a lower bound (the foil) other pairs are found."""
+    """What is missing is bounded; with a lower bound (the foil) other pairs are found."""
     rng = np.random.default_rng(1)
     first, second = rng.normal(size=(2, 40, 6))
     for poses in (first, second):
@@ -60,13 +63,13 @@ def test_ways_that_meet_are_those_of_the_formula() -> None:
     length = np.linalg.norm(second[None, :, :3] - first[:, None, :3], axis=-1)
     own = before[:, None] + after
     found = {}
-    for missing in (np.inf, 0.6):
-        cost = np.where(lacking <= missing * own, own + lacking + PRICES.along * length, np.inf)
+    for missing in (np.inf, 4.0):
+        cost = np.where(lacking <= missing, own + lacking + PRICES.along * length, np.inf)
         found[missing], index = meetings(first, second, before, after, PRICES, 1e9, 1e6, missing)
         some = np.isfinite(cost.min(axis=1))
         assert_close(found[missing][some], cost.min(axis=1)[some], 1e-12)
         assert np.all(index == np.where(some, cost.argmin(axis=1), -1))
-    assert np.sum(found[0.6] > found[np.inf] + 0.1) > 5
+    assert np.sum(found[4.0] > found[np.inf] + 0.1) > 5
     least = found[np.inf].min()
     few, index = meetings(first, second, before, after, PRICES, 1.5 * least, 1.5, np.inf)
     assert few.min() == least
@@ -78,10 +81,12 @@ def test_what_is_drawn_moves_the_base_by_what_it_says() -> None:
     """On the exact flow; without its loops, the foil, it does something else."""
     query = problem()
     ways = query.ways(4).first
-    drawn = query.shape_loops[0].drawn(ways, 5)
-    assert len(drawn) == len(ways) + 15
-    assert sorted(np.sum(drawn.loop[len(ways) :] > 0, axis=1)) == [1] * 5 + [2] * 5 + [3] * 5
-    for k in range(len(ways), len(drawn), 4):
+    begun = DrawnWays.drawn(ways, query.shape_loops[0], 15, np.random.default_rng(0))
+    some, drawn = begun.varied(np.arange(len(begun.way)), 15, np.random.default_rng(1)).ascending()
+    assert len(drawn) == len(ways) + 30
+    assert np.all(np.diff(drawn.joint_travel_rad) > -1e-9)
+    assert np.array_equal(drawn.loop, some.loop)
+    for k in np.flatnonzero(np.any(drawn.loop, axis=1))[::4].tolist():
         sequence = drawn.sequence(k)
         assert sequence.joint_travel_rad == pytest.approx(drawn.joint_travel_rad[k], abs=1e-12)
         assert_close(sequence.shapes(query.start)[-1], COLLINEAR, 1e-12)
@@ -91,6 +96,38 @@ def test_what_is_drawn_moves_the_base_by_what_it_says() -> None:
             missed(drawn.displacement[k], flow(BODY, sequence[len(sequence) - 6 :], sequence.shapes(query.start)[-7]))
             > 0.05
         )
+
+
+def test_varied_ways_differ_from_a_parent_in_one_place_and_those_of_more_generations_lack_less() -> None:
+    """Without generations, the foil, the best pair spends and lacks more."""
+    query, rng = problem(), np.random.default_rng(2)
+    begun = DrawnWays.drawn(query.ways(4).first, query.shape_loops[0], 60, rng)
+    loops = np.sum(begun.loop > 0, axis=1)
+    assert np.bincount(loops).tolist() == [len(query.ways(4).first), 20, 20, 20]
+    few = np.arange(len(begun.way))[-9:]
+    varied = begun.varied(few, 50, rng)
+    assert len(varied.way) == 59
+    parts, parents = (np.column_stack([some.loop, some.way]) for some in (varied, begun))
+    assert np.array_equal(parts[:9], parents[few])
+    differ = np.sum(parts[9:, None] != parents[few], axis=-1).min(axis=1)
+    assert differ.max() == 1
+    best = []
+    for generations in (0, 6):
+        drawn, pairs = met(query, Breadth(generations=generations))
+        best.append(drawn.joint_travel_rad(*pairs[0]) + missing(query, drawn, *pairs[0]))
+    assert best[1] < 0.97 * best[0]
+
+
+def missing(query: Problem, drawn: OuterPhases, i: int, j: int) -> float:
+    """Return what the planner's prices say is missing between two ways, along the way too."""
+    first, second = drawn.first.displacement[i], query.wanted @ drawn.last.displacement[j]
+    way = second[:3, 3] - first[:3, 3]
+    heading, other, length = first[:3, 0], second[:3, 0], float(np.linalg.norm(way))
+    on = way @ heading
+    toward = np.copysign(1.0, on) * way / length
+    swing = MISSING.swing * np.linalg.norm(heading - other) + MISSING.aside * np.sqrt(length**2 - on**2)
+    far = MISSING.far * (np.linalg.norm(heading - toward) + np.linalg.norm(other - toward))
+    return float(min(swing, far) + MISSING.along * length)
 
 
 def test_phases_1_and_3_bring_bent_limbs_to_the_goal_at_less_than_half_the_cost() -> None:

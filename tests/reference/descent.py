@@ -34,6 +34,8 @@ class Search:
         self.equations, self.price = equations, price
         self.least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
         self.apart = least_distances(equations, clearance)
+        self.share, self.change = np.ones(len(equations.angles)), np.zeros(len(equations.angles))
+        self.before: Point | None = None
 
     def point(self, angle: Array) -> Point:
         values = self.equations.at(angle)
@@ -46,7 +48,14 @@ class Search:
         )
 
     def step(self, here: Point, reach: float) -> tuple[Array, float] | None:
-        within = reach * loose(here.values.derivative)
+        if self.before is not None and here is not self.before:
+            change = here.angle - self.before.angle
+            along = change * self.change
+            self.share[(along < 0.0) & (self.share > 0.1 / 0.7)] *= 0.7
+            self.share[(along > 0.0) & (self.share < 4.0 / 1.2)] *= 1.2
+            self.change = np.where(change != 0.0, change, self.change)
+        self.before = here
+        within = self.share * reach * loose(here.values.derivative)
         slope = np.concatenate([here.values.derivative, -here.slope])
         wanted = slope @ here.angle - np.concatenate([here.values.residual, -here.slack])
         bounds = here.angle - within, here.angle + within

@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from typing import cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.errors import GaitError
 from purcell_cli.gaits.gait import Gait, Stroke
@@ -29,6 +30,7 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.candidate import Candidate
 from purcell_cli.planner.effort import Breadth
 from purcell_cli.planner.gait_sequence import blocks_of, largest_stroke
+from purcell_cli.planner.limbs.drawn_ways import DrawnWays
 from purcell_cli.planner.limbs.pairs import OuterPhases
 from purcell_cli.planner.limbs.straightening import Straightenings
 from purcell_cli.planner.problem import Problem
@@ -41,20 +43,26 @@ BENT_LOOPS = "loops of bent limbs"
 """What such candidates are made of."""
 _WAYS = 60
 """To so many of the shortest ways loops are added."""
-_PRICES = MeetingPrices(swing=45.0, far=45.0, aside=150.0, along=24.0)
+_PARENTS = 24
+"""The ways of so many of the best pairs are varied."""
+_ALIKE = 0
+"""Pairs that spend the same, or spend and lack the same, to so many digits after the point [rad] are alike."""
+PRICES = MeetingPrices(swing=80.0, far=80.0, aside=265.0, along=24.0)
 """What is missing between a way in and a way out: of a rotation [rad per rad], aside, and along a straight way [rad per
-L]; some twice what the shortened motions of twenty queries took for it, since what misses much does not arrive."""
-_WITHIN = 1.7
-"""Pairs between which more than so many times their own joint travel is missing, the straight way left out, are not
-tried: of 24 queries' two in three with less arrived, and one in six with more."""
-_WORTH = 1.25
+L]; three to four times what the shortened motions of twenty queries took, as what misses much does not arrive."""
+_MISSING = 120.0
+"""Pairs between which more than this is missing, the straight way left out, are not tried [rad]: of 940 pairs of 36
+queries all arrived with less than 18, six in ten with less than 60, one in five with up to 120, and none with more."""
+_WORTH = 2.2
 """Pairs of which more than so many times what arcs promise is missing and spent are none."""
-_DEARER = 1.3
+_DEARER = 1.2
 """Pairs of which more is missing and spent than so many times the least are none."""
-_APART = 2
-"""Every control is offered after so many rotations."""
+_PLACES = 6
+"""At so many switches, about evenly apart, every control is offered."""
 _SHORTENED = 0.75
 """Factor by which shortening is estimated to shorten such motions, the straight way left out."""
+_FAR_LESS, _MORE = 0.5, 2
+"""Where a pair and the way between spend less than this part of what arcs promise, so many times as many are tried."""
 _SHORT_WAY = 0.1
 """Straight ways below this are left to Newton's method [L]."""
 
@@ -70,9 +78,14 @@ def bent_loops(problem: Problem, breadth: Breadth, known: Sequence[Candidate] = 
     del known
     if not breadth.meetings or problem.objective != "travel" or not any(len(s.sequence) for s in problem.shape_loops):
         return []
-    drawn = OuterPhases(*_drawn(problem, breadth))
     out: list[Candidate] = []
-    for i, j, way in _met(drawn, problem.wanted, _WORTH * problem.promised(breadth), breadth.meetings):
+    promised = problem.promised(breadth)
+    drawn, pairs = met(problem, breadth)
+    for k, (i, j) in enumerate(_unlike(drawn, pairs)):
+        way = _between(drawn, problem.wanted, i, j)
+        spent = drawn.joint_travel_rad(i, j) + PRICES.along * abs(way)
+        if k >= breadth.meetings * (_MORE if spent < _FAR_LESS * promised else 1):
+            break
         near = _arrived(problem, drawn.around(i, _straight(problem, way), j))
         if near is not None:
             make = functools.cache(functools.partial(_shortened, near, problem.clearance, breadth.bent_pace))
@@ -84,43 +97,68 @@ def bent_loops(problem: Problem, breadth: Breadth, known: Sequence[Candidate] = 
     return out
 
 
-def _drawn(problem: Problem, breadth: Breadth) -> list[Straightenings]:
-    """Return ways in and out with loops before them, of either the least joint travel first."""
-    ways, out = problem.ways(breadth.orders), []
-    for some, loops in zip((ways.first, ways.last), problem.shape_loops, strict=True):
-        few = some[np.argsort(np.round(some.joint_travel_rad, 9), kind="stable")[:_WAYS]]
-        more = loops.drawn(few, breadth.drawn)
-        out.append(more[np.argsort(np.round(more.joint_travel_rad, 9), kind="stable")])
-    return out
+def _unlike(drawn: OuterPhases, pairs: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return the pairs, in order, of those that spend about the same one: the others are hardly different."""
+    out: dict[float, tuple[int, int]] = {}
+    for pair in pairs:
+        out.setdefault(round(drawn.joint_travel_rad(*pair), _ALIKE), pair)
+    return list(out.values())
 
 
-def _met(drawn: OuterPhases, wanted: Array, most_rad: float, most: int) -> list[tuple[int, int, float]]:
-    """Return pairs of a way in and a way out between which little is missing, and the straight way between [L].
+def met(problem: Problem, breadth: Breadth) -> tuple[OuterPhases, list[tuple[int, int]]]:
+    """Return ways in and out with loops before them, and pairs of these that all but meet, the best first.
+
+    The ways of the best pairs are varied, a generation after the other.
+    """
+    ways, rng = problem.ways(breadth.orders), np.random.default_rng(0)
+    most_rad = _WORTH * problem.promised(breadth)
+    both = [
+        DrawnWays.drawn(some[_shortest(some)], loops, breadth.drawn, rng)
+        for some, loops in zip((ways.first, ways.last), problem.shape_loops, strict=True)
+    ]
+    for generation in range(breadth.generations + 1):
+        both, made = map(list, zip(*(some.ascending() for some in both), strict=True))
+        drawn = OuterPhases(*made)
+        last = generation == breadth.generations
+        pairs = _meeting(drawn, problem.wanted, most_rad, _MISSING if last else math.inf)
+        if last or not pairs:
+            break
+        best = np.array(pairs[:_PARENTS])
+        both = [some.varied(few, breadth.drawn, rng) for some, few in zip(both, best.T, strict=True)]
+    return drawn, pairs
+
+
+def _shortest(ways: Straightenings) -> NDArray[np.int64]:
+    """Return the numbers of the ways of least joint travel, to which loops are added."""
+    return np.argsort(np.round(ways.joint_travel_rad, 9), kind="stable")[:_WAYS]
+
+
+def _meeting(drawn: OuterPhases, wanted: Array, most_rad: float, missing_rad: float) -> list[tuple[int, int]]:
+    """Return pairs of a way in and a way out between which little is missing, the best first, of those alike one.
 
     Args:
-        drawn: The ways.
+        drawn: The ways, those out of the least joint travel first.
         wanted: Body displacement of the whole. Shape (4, 4).
         most_rad: What pairs may spend and lack at the most [rad].
-        most: How many pairs.
+        missing_rad: What they may lack at the most, the straight way left out [rad].
     """
     first, last = drawn.first.displacement, matmul(wanted, drawn.last.displacement)
     begin, end = (np.concatenate([g[:, :3, 3], g[:, :3, 0]], axis=1) for g in (first, last))
     spent = drawn.first.joint_travel_rad, drawn.last.joint_travel_rad
-    cost, index = meetings(begin, end, *spent, _PRICES, most_rad, _DEARER, _WITHIN)
-    out: list[tuple[int, int, float]] = []
-    told: set[float] = set()
+    cost, index = meetings(begin, end, *spent, PRICES, most_rad, _DEARER, missing_rad)
+    out: dict[float, tuple[int, int]] = {}
     for i in np.argsort(np.round(cost, 9), kind="stable").tolist():
-        j, alike = int(index[i]), round(float(cost[i]), 1)
-        if j < 0 or alike in told:
-            continue  # the same but for how a limb rolls
-        told.add(alike)
-        between = end[j, :3] - begin[i, :3]
-        ahead = float(matmul(between, begin[i, 3:]))
-        length = math.copysign(math.sqrt(float(matmul(between, between))), ahead)
-        out.append((i, j, length))
-        if len(out) == most:
+        if index[i] < 0:
             break
-    return out
+        out.setdefault(round(float(cost[i]), _ALIKE), (i, int(index[i])))  # the others differ by how a limb rolls
+    return list(out.values())
+
+
+def _between(drawn: OuterPhases, wanted: Array, i: int, j: int) -> float:
+    """Return how long the straight way between way in i and way out j is, negative where it goes backwards [L]."""
+    begin, end = drawn.first.displacement[i], matmul(wanted, drawn.last.displacement[j])
+    between = end[:3, 3] - begin[:3, 3]
+    return math.copysign(math.sqrt(float(matmul(between, between))), float(matmul(between, begin[:3, 0])))
 
 
 def _straight(problem: Problem, way: float) -> list[Block]:
@@ -155,7 +193,7 @@ def _arrived(problem: Problem, blocks: Sequence[Block]) -> Equations | None:
     """Return a motion brought to the goal with every control offered at its switches, or None where it is not."""
     query = Equations(problem.swimmer, (), problem.start, problem.goal, problem.wanted, ROUGH)
     segments = [
-        s if s.phase == 2 else s.renamed(NAME, offered_at(s.sequence, max(len(s.sequence) // _APART, 1)))
+        s if s.phase == 2 else s.renamed(NAME, offered_at(s.sequence, min(len(s.sequence), _PLACES)))
         for s in segments_of(blocks)
     ]
     begun = query.of(segments)

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
@@ -61,30 +62,20 @@ class ShapeLoops:
         )
         return ways.and_(more)
 
-    def drawn(self, ways: Straightenings, most: int, seed: int = 0) -> Straightenings:
-        """Return straightenings, and as many of them as asked with one, two or three loops before, drawn at random.
+    def before_each(self, ways: Straightenings, way: NDArray[np.int64], loop: NDArray[np.int64]) -> Straightenings:
+        """Return numbered straightenings with numbered shape loops before them.
 
         Args:
-            ways: The straightenings.
-            most: How many with each number of loops.
-            seed: Seed of what is drawn.
+            ways: The straightenings that there are, without loops.
+            way: Which straightening. Shape (n,).
+            loop: Which shape loops, one after the other; 0 is none. Shape (n, 3).
         """
-        n = len(self.sequence)
-        if not n:
-            return ways
-        rng, place = np.random.default_rng(seed), np.arange(MOST_LOOPS)
-        way, loop = (
-            rng.integers(len(ways), size=MOST_LOOPS * most),
-            rng.integers(1, n + 1, (MOST_LOOPS * most, MOST_LOOPS)),
-        )
-        loop[place > np.repeat(place, most)[:, None]] = 0
-        moves = np.concatenate([np.eye(4)[None], self.displacement])
-        moved = ways.displacement[way]
+        moves, moved = np.concatenate([np.eye(4)[None], self.displacement]), ways.displacement[way]
         for k in range(MOST_LOOPS)[::-1]:
             moved = matmul(moves[loop[:, k]], moved)
         travel = np.append(0.0, self.joint_travel_rad)[loop].sum(axis=1) + ways.joint_travel_rad[way]
-        more = Straightenings(ways.limbs, ways.order[way], ways.way[way], loop, travel, moved, (EMPTY, *self.sequence))
-        return ways.and_(more)
+        every = EMPTY, *self.sequence
+        return Straightenings(ways.limbs, ways.order[way], ways.way[way], loop, travel, moved, every)
 
 
 def shape_loops(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0) -> list[ShapeLoops]:

@@ -61,7 +61,7 @@ _NEAR_LIMIT = 3e-3
 _SPOILT = 30.0
 """Residual at which the last rotations take over, in units of what rounding to the clock adds to the residual."""
 _NEVER = 1000
-"""More steps than `approach` takes."""
+"""More steps, and parts of steps, than `approach` takes."""
 
 
 class Patience(NamedTuple):
@@ -71,7 +71,7 @@ class Patience(NamedTuple):
         reach_rad: The largest change of an angle in a step [rad].
         rounds: Rounds in which the residual does not even halve before it is given up.
         stuck: Steps in a row of which the smallest part or none helps before it is given up.
-        trials: Evaluations after which it is given up if more than `hopeless` is still missing.
+        trials: Parts of steps that are tried and do not help before it is given up.
         hopeless: What may be missing at the beginning, or it is given up [L, rad].
         nearly: Where less is missing, a step is taken too if the next one would be half as long [L, rad].
     """
@@ -79,15 +79,15 @@ class Patience(NamedTuple):
     reach_rad: float = _REACH_RAD
     rounds: int = 2
     stuck: int = _NEVER
-    trials: int = 0
+    trials: int = _NEVER
     hopeless: float = math.inf
     nearly: float = 5e-2
 
 
 NEAR = Patience()
 """For motions that nearly arrive."""
-FROM_FAR = Patience(0.6, rounds=14, stuck=2, trials=10, hopeless=5.0)
-"""For motions that begin far from their goal: those that arrive do so soon."""
+FROM_FAR = Patience(0.3, rounds=8, stuck=2, trials=2, hopeless=5.0, nearly=5.0)
+"""For motions that begin far from their goal: those that arrive do so soon, most by whole steps."""
 
 
 def approach(
