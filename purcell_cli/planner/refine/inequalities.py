@@ -88,7 +88,8 @@ def least_cosines(
     """
     out = np.full((len(phase), 2), np.minimum(cos(max_bend_rad), home[:, 0, 0]))
     for own, shape in ((1, start), (3, goal)):
-        out[phase == own] = np.minimum(out[phase == own], shape[:, 0, 0])
+        if np.any(mine := phase == own):
+            out[mine] = np.minimum(out[mine], shape[:, 0, 0])
     return out
 
 
