@@ -69,19 +69,20 @@ def test_motions_come_as_near_in_the_same_steps(seed: int, meeting: bool) -> Non
     assert np.max(np.abs(angle - approached(equations, BEND, 0.02, 2)[0])) > 1e-6
 
 
+@pytest.mark.parametrize("own", [False, True])
 @pytest.mark.parametrize("meeting", [False, True])
 @pytest.mark.parametrize("seed", range(3))
-def test_motions_become_as_short_in_the_same_steps(seed: int, meeting: bool) -> None:
+def test_motions_become_as_short_in_the_same_steps(seed: int, meeting: bool, own: bool) -> None:
     """Limbs that can meet give inequalities of their own; at another price, the foil, a motion ends elsewhere."""
     equations = motion(seed, meeting)
     # Without ties, which rounding would decide.
     equations.weight = equations.weight * np.random.default_rng(seed).uniform(0.9, 1.1, len(equations.weight))
-    search = Search(equations, BEND, 0.0, 300.0)
+    search = Search(equations, BEND, 0.0, 300.0, own)
     begun = search.restored(search.point(equations.angles), 0.25)
     ended = search.run(begun, 3)
     given, reaches = (equations.angles, equations.weight), (FIRST_REACH, LARGEST_REACH, LEAST_REACH)
     rest = 3, reaches, 0.0
-    angle, first, last = descent(equations, 0.0).shortened(*given, 300.0, *rest, np.inf)
+    angle, first, last = descent(equations, 0.0).shortened(*given, 300.0, *rest, np.inf, own)
     assert [first, last] == pytest.approx([begun.violation, ended.violation], rel=1e-5, abs=1e-8)
     assert np.max(np.abs(angle - ended.angle)) < 1e-7
     assert ended.merit < begun.merit - 0.01 or seed == 1  # which finds nothing in three steps
@@ -108,6 +109,23 @@ def test_later_programs_leave_idle_angles_alone_and_end_when_little_is_promised(
     assert np.any(few != first)
     last, _, _ = search.shortened(*given, 8, *rest, 1.0)
     assert np.array_equal(last, first)
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_angles_with_radii_of_their_own_go_as_step_by_step(seed: int) -> None:
+    """With one radius for all, the foil, a motion ends elsewhere."""
+    equations = motion(seed, False)
+    equations.weight = equations.weight * np.random.default_rng(seed).uniform(0.9, 1.1, len(equations.weight))
+    search = Search(equations, BEND, 0.0, 300.0, True)
+    ended = search.run(search.restored(search.point(equations.angles), 0.25), 7)
+    found = [
+        descent(equations, 0.0).shortened(
+            equations.angles, equations.weight, 300.0, 7, (FIRST_REACH, LARGEST_REACH, LEAST_REACH), 0.0, np.inf, own=own
+        )[0]
+        for own in (True, False)
+    ]
+    assert np.max(np.abs(found[0] - ended.angle)) < 1e-6
+    assert np.max(np.abs(found[1] - ended.angle)) > 1e-4
 
 
 def small(more=None, most: int = 0, watched: bool = True, **other: object) -> Descent:

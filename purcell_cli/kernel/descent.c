@@ -15,7 +15,7 @@
 #define IN_USE 1e-9      /* only angles larger than this move a point back [rad] */
 #define HELPS 0.9        /* a Newton step that leaves more than this part of the violation is the last */
 #define SWIFT 0.25       /* one that leaves more than this is the last by a derivative from elsewhere */
-/* A radius of the trust region for each angle: where its change turns back its share shrinks, where it goes on it grows. */
+/* Of an angle with a radius of its own: where its change turns back its share shrinks, where it goes on it grows. */
 #define BACK 0.7
 #define ON 1.2
 #define LEAST_SHARE 0.1
@@ -238,8 +238,9 @@ static void share_out(struct descent *d) {
     }
 }
 
-/* Linear programs within a trust region (Fletcher and de la Maza 1989). reaches: the first, the largest, the least. */
-static SIZE descend(struct descent *d, SIZE steps, SIZE entering, double worth, const double reaches[3]) {
+/* Linear programs within a trust region (Fletcher and de la Maza 1989). reaches: the first, the largest, the least. own:
+ * whether each angle has a share of it. entering, worth: see `purcell_descend`. */
+static SIZE descend(struct descent *d, SIZE steps, SIZE entering, int own, double worth, const double reaches[3]) {
     double reach = reaches[0];
     for (SIZE j = 0; j < d->m.free; j++) {
         d->share[j] = 1.0;
@@ -260,7 +261,7 @@ static SIZE descend(struct descent *d, SIZE steps, SIZE entering, double worth, 
             if (fault) return fault;
         }
         if (purcell_step_taken(promised, d->here->merit - d->there->merit, reaches[1], &reach)) {
-            share_out(d);
+            if (own) share_out(d);
             exchange(&d->here, &d->there);
         }
         if (reach < reaches[2] || promised < WORTH || promised < worth * d->here->merit) break;
@@ -318,11 +319,11 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
  * `purcell_descent_room` and 3 (6 + 6 t + most + free) numbers.
  * weight: joint travel per free angle. A beginning that misses by `close` or more is moved back first, and given up
  * where it then misses by `astray` or more. worth: a program that promises less than this part of the merit is the last.
- * entering: programs after so many leave alone the angles that are zero by then. reaches: see `descend`. angle: the free angles, changed.
+ * entering: programs after so many leave alone the angles that are zero by then. own, reaches: see `descend`. angle: the free angles, changed.
  * missed: the violations where the programs begin, infinite where it is given up, and where they end.
  * Returns 0, -1 where the watcher stopped it, or the number of a piece that is too long, counted from 1. */
 API SIZE purcell_descend(MOTION, const double *weight, double price, double close, double astray, double worth, SIZE steps,
-                         SIZE entering, const double *reaches, double *angle, double *missed) {
+                         SIZE entering, SIZE own, const double *reaches, double *angle, double *missed) {
     struct descent d = {.m = THE_MOTION};
     d.m.weight = weight;
     d.m.price = price;
@@ -336,7 +337,7 @@ API SIZE purcell_descend(MOTION, const double *weight, double price, double clos
     }
     exchange(&d.here, &d.there);
     missed[0] = given_up ? INFINITY : d.here->violation;
-    if (!fault && !given_up) fault = descend(&d, steps, entering, worth, reaches);
+    if (!fault && !given_up) fault = descend(&d, steps, entering, own != 0, worth, reaches);
     missed[1] = d.here->violation;
     for (SIZE j = 0; j < free; j++) angle[j] = d.here->angle[j];
     return fault;

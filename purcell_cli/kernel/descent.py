@@ -109,6 +109,7 @@ class Descent:
         astray: float,
         worth: float = 0.0,
         entering: int | None = None,
+        own: bool = False,
     ) -> tuple[Array, float, float]:
         """Return free angles of less joint travel, by sequential linear programs.
 
@@ -122,6 +123,8 @@ class Descent:
             astray: It is given up where they then sum to this or more [L, rad].
             worth: A program that promises to save less than this part of the joint travel is the last.
             entering: Programs after so many leave alone the angles that are zero by then, if any do.
+            own: Whether each angle has a radius of its own, which shrinks where its change turns back and grows where
+                it goes on (move limits: Svanberg 1987, Int. J. Numer. Methods Eng. 24, 359).
 
         Returns:
             Angles, shape (u,), and the sums of the violations where the programs began, infinite where it was given
@@ -134,7 +137,7 @@ class Descent:
         if np.any(each < 0.0) or not price > 0.0 or not np.all(np.isfinite(angle)):
             raise ValueError("weight, price and angles: numbers that are not negative, positive and finite are wanted")
         radius, missed = doubles(reaches, "reaches", (3,)), np.empty(2)
-        programs = int(steps), int(steps if entering is None else entering)
+        programs = int(steps), int(steps if entering is None else entering), int(own)
         limits = float(price), float(close), float(astray), float(worth), *programs
         self._done(
             KERNEL.purcell_descend(

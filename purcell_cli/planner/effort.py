@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.planner.refine.minimum_travel import Pace
 
-LAST = Pace(rounds=12, steps=60, price=300.0)
+LAST = Pace(rounds=12, steps=60, price=300.0, own=True)
 """How long the best motions of a thorough search are optimised in the end."""
 
 
@@ -51,7 +51,7 @@ class Breadth:
     generations: int = 6
     meetings: int = 5
     met: int = 1
-    bent_pace: Pace = Pace(rounds=1, steps=6, longest=0)
+    bent_pace: Pace = Pace(rounds=1, steps=6, longest=0, own=True)
 
 
 @frozen_dataclass
@@ -123,14 +123,14 @@ _THOROUGH = Stage(
         pace=Pace(3, 30),
         drawn=600,
         generations=10,
-        meetings=48,
+        meetings=30,
         met=6,
     ),
-    candidates=8,
-    pace=Pace(rounds=2, steps=30, price=300.0, work=1500),
-    rungs=((3, Pace(rounds=3, steps=40, price=300.0, work=3000)), (1, LAST)),
+    candidates=6,
+    pace=Pace(rounds=2, steps=30, price=300.0, work=1500, own=True),
+    rungs=((3, Pace(rounds=3, steps=40, price=300.0, work=3000, own=True)), (1, LAST)),
     most_apart=60,
-    random_plans=16,
+    random_plans=20,
     interrupt_keeps_best=True,
 )
 """The second stage of a thorough search: more candidates of each kind, the shorter ones optimised for longer."""
@@ -168,7 +168,7 @@ _AGAIN = Stage(
         meetings=5,
         met=1,
     ),
-    pace=Pace(rounds=2, steps=30, price=300.0, work=600),
+    pace=Pace(rounds=2, steps=30, price=300.0, work=600, own=True),
     most_apart=60,
 )
 """The second stage of the search for the rest of a way on which the swimmer is measured: as wide as a thorough one, but

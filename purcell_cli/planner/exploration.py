@@ -32,8 +32,12 @@ _ARRIVED = 1e-3
 """Random plans that miss the goal by less than this are optimised [L, rad]."""
 _REFINED = 4
 """So many of the shortest random plans are refined further."""
-_PROMISING = 1.2
+_PROMISING = 1.06
 """Random plans of less than so many times the joint travel of the best plan are refined further."""
+_WITHIN_REACH = 1.08
+"""Optimised motions are optimised further if they take less than so many times the best plan's joint travel."""
+_FAR_MORE = 1.55
+"""Motions of more than so many times the joint travel of the best plan are not optimised: it does not become less."""
 
 
 def _any_size(_primitives: int, _travel_rad: float) -> None:
@@ -86,7 +90,8 @@ class Exploration:
             if stage.interrupt_keeps_best:
                 self._contend(known_near, candidate.words)
             self._tell(stage, done)
-            if (pace := stage.pace_of(near.joint_travel_rad)) is not None:
+            hopeless = bool(shorter) and near.joint_travel_rad > _FAR_MORE * self.incumbent.joint_travel_rad
+            if (pace := stage.pace_of(near.joint_travel_rad)) is not None and not hopeless:
                 apart, words = (
                     near.of(segments_of(cycles_apart(near, stage.most_apart))),
                     f"{candidate.words}, refined",
@@ -99,8 +104,10 @@ class Exploration:
             further = shorter[:count]
             shorter = []
             for motion, words in further:
-                shorter.append((self.consider(self.refinement.shorter(motion, pace), words), words))
                 done += 1
+                if shorter and motion.joint_travel_rad > _WITHIN_REACH * self.incumbent.joint_travel_rad:
+                    continue
+                shorter.append((self.consider(self.refinement.shorter(motion, pace), words), words))
                 self._tell(stage, done)
         self._random_plans(stage)
 

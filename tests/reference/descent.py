@@ -30,11 +30,14 @@ class Point:
 class Search:
     """A search for angles of less joint travel; see `Descent.shortened`."""
 
-    def __init__(self, equations: Equations, max_bend_rad: float, clearance: float, price: float) -> None:
+    def __init__(
+        self, equations: Equations, max_bend_rad: float, clearance: float, price: float, own: bool = False
+    ) -> None:
         self.equations, self.price = equations, price
         self.least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
         self.apart = least_distances(equations, clearance)
         self.share, self.change = np.ones(len(equations.angles)), np.zeros(len(equations.angles))
+        self.own = own
         self.before: Point | None = None
 
     def point(self, angle: Array) -> Point:
@@ -48,7 +51,7 @@ class Search:
         )
 
     def step(self, here: Point, reach: float) -> tuple[Array, float] | None:
-        if self.before is not None and here is not self.before:
+        if self.own and self.before is not None and here is not self.before:
             change = here.angle - self.before.angle
             along = change * self.change
             self.share[(along < 0.0) & (self.share > 0.1 / 0.7)] *= 0.7

@@ -61,6 +61,7 @@ class Pace:
         entering: Programs of a round in which controls that are offered may enter; later ones leave alone what is idle
             by then. None for all.
         worth: A program that promises to save less than this part of the joint travel is the last of its round.
+        own: Whether each angle has a radius of the trust region of its own; see `Descent.shortened`.
     """
 
     rounds: int
@@ -71,19 +72,20 @@ class Pace:
     work: float = math.inf
     entering: int | None = None
     worth: float = 0.0
+    own: bool = False
 
 
 def _searched(
     equations: Equations, max_bend_rad: float, clearance: float, pace: Pace
 ) -> Callable[..., tuple[Array, float, float]]:
-    """Return what searches for angles of less joint travel; see `Descent.shortened`, after the price."""
+    """Return what searches for angles of less joint travel; see `Descent.shortened`."""
     least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
     search = equations.descent(least, ACTIVE, *rows_besides(equations, clearance))
 
     def shortened(
         angle: Array, steps: int, close: float = math.inf, astray: float = math.inf
     ) -> tuple[Array, float, float]:
-        until = close, astray, pace.worth, pace.entering
+        until = close, astray, pace.worth, pace.entering, pace.own
         return search.shortened(angle, equations.weight, pace.price, steps, _REACHES, *until)
 
     return shortened
