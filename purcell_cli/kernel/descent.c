@@ -356,17 +356,18 @@ static int nearer(struct descent *d, double reach) {
 /* Free angles at which little is missing and no limit is broken, by Newton steps; see `purcell_descend`.
  *
  * enough: what may be missing. reach: the largest change of an angle in a step. patience: rounds without a halved
- * residual, stuck: steps in a row of which the smallest part or none helps, and trials: parts of steps that were tried
- * and did not help, before it is given up. hopeless: a beginning that misses by more is given up. nearly:
+ * residual, and stuck: steps in a row of which the smallest part or none helps, before it is given up. hopeless: a
+ * beginning that misses by more is given up, and so is what still does after `trials` evaluations. most_tried: after
+ * so many evaluations of parts of steps whatever is missing is given up. nearly:
  * where less is missing a step is judged by the next one, too.
  * angle: changed. residual, derivative, shapes: there. off: what is missing there. Returns as above. */
 API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SIZE stuck,
-                          SIZE trials, double hopeless, double nearly, double *angle, double *residual, double *derivative,
+                          SIZE trials, double hopeless, SIZE most_tried, double nearly, double *angle, double *residual, double *derivative,
                           double *shapes, double *off) {
     struct descent d = {.m = THE_MOTION};
     const struct motion *m = &d.m;
     double best = INFINITY, halved = INFINITY;
-    SIZE idle = 0, poor = 0, tried = 0;
+    SIZE idle = 0, poor = 0, tried = 1;
     begin(&d, room, whole);
     for (SIZE j = 0; j < free; j++) d.here->angle[j] = angle[j];
     SIZE fault = equations(m, d.here, 1);
@@ -387,7 +388,7 @@ API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SI
         idle = best < 0.5 * halved ? 0 : idle + 1;
         halved = idle ? halved : best;
         if (best < enough || idle > patience || poor > stuck || !free) break;
-        if ((!round && left > hopeless) || tried > trials) break;
+        if ((left > hopeless && (!round || tried >= trials)) || tried > most_tried) break;
         purcell_bounded_step(m->equations, p->rooms, free, p->derivative, p->residual, p->room, p->slope, reach, 1, d.work, d.step);
         const int whole_before = !part; /* then this one may be, too */
         for (part = 0; part < PARTS; part++, tried++) {

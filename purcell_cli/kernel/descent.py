@@ -153,8 +153,9 @@ class Descent:
         reach: float,
         patience: int,
         stuck: int,
-        trials: int = 1000,
+        trials: int = 0,
         hopeless: float = math.inf,
+        most_tried: int = 1000,
         nearly: float = 0.0,
     ) -> tuple[Array, Array, Array, Array, float]:
         """Return free angles at which little is missing and no limit is broken, by Newton steps.
@@ -165,8 +166,9 @@ class Descent:
             reach: The largest change of an angle in a step [rad].
             patience: Rounds in which what is missing does not even halve before it is given up.
             stuck: Steps in a row of which the smallest part or none helps before it is given up.
-            trials: Parts of steps that are tried and do not help before it is given up.
+            trials: After so many evaluations it is given up if more than `hopeless` is still missing.
             hopeless: A beginning that misses by more is given up at once [L, rad].
+            most_tried: After so many evaluations it is given up whatever is missing.
             nearly: Where less is missing, a step is taken too if the next one would be half as long: where links are
                 nearly straight, what is missing may grow although the arrival is nearer [L, rad].
 
@@ -181,7 +183,7 @@ class Descent:
         residual, derivative = np.empty(self.equations), np.empty((self.equations, self.free))
         shapes, off = np.empty((self.n + 1, 2, 3, 3)), np.empty(1)
         places = (address(part) for part in (angle, residual, derivative, shapes, off))
-        given_up = int(patience), int(stuck), int(trials), float(hopeless), float(nearly)
+        given_up = int(patience), int(stuck), int(trials), float(hopeless), int(most_tried), float(nearly)
         self._done(KERNEL.purcell_approach(*self._motion, float(enough), float(reach), *given_up, *places))
         return angle, residual, derivative, shapes, float(off[0])
 

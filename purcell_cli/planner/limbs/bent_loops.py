@@ -34,7 +34,7 @@ from purcell_cli.planner.limbs.drawn_ways import DrawnWays
 from purcell_cli.planner.limbs.pairs import OuterPhases
 from purcell_cli.planner.limbs.straightening import Straightenings
 from purcell_cli.planner.problem import Problem
-from purcell_cli.planner.refine.exact_arrival import CLOSE, FROM_FAR, MARGIN_RAD, approach
+from purcell_cli.planner.refine.exact_arrival import BY_WHOLE_STEPS, CLOSE, MARGIN_RAD, approach
 from purcell_cli.planner.refine.minimum_travel import NAME, Pace, minimise_travel, offered_at
 from purcell_cli.planner.refine.segments import segments_of
 from purcell_cli.planner.refine.shooting import Equations
@@ -197,7 +197,7 @@ def _arrived(problem: Problem, blocks: Sequence[Block]) -> Equations | None:
         for s in segments_of(blocks)
     ]
     begun = query.of(segments)
-    near, _, off = approach(begun, problem.swimmer.max_bend_rad - MARGIN_RAD, FROM_FAR)
+    near, _, off = approach(begun, problem.swimmer.max_bend_rad - MARGIN_RAD, BY_WHOLE_STEPS)
     return near if off < CLOSE else None
 
 

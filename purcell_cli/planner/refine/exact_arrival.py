@@ -71,23 +71,27 @@ class Patience(NamedTuple):
         reach_rad: The largest change of an angle in a step [rad].
         rounds: Rounds in which the residual does not even halve before it is given up.
         stuck: Steps in a row of which the smallest part or none helps before it is given up.
-        trials: Parts of steps that are tried and do not help before it is given up.
+        trials: Evaluations after which it is given up if more than `hopeless` is still missing.
         hopeless: What may be missing at the beginning, or it is given up [L, rad].
+        most_tried: Evaluations, whole steps but the first left out, after which it is given up.
         nearly: Where less is missing, a step is taken too if the next one would be half as long [L, rad].
     """
 
     reach_rad: float = _REACH_RAD
     rounds: int = 2
     stuck: int = _NEVER
-    trials: int = _NEVER
+    trials: int = 0
     hopeless: float = math.inf
+    most_tried: int = _NEVER
     nearly: float = 5e-2
 
 
 NEAR = Patience()
 """For motions that nearly arrive."""
-FROM_FAR = Patience(0.3, rounds=8, stuck=2, trials=2, hopeless=5.0, nearly=5.0)
-"""For motions that begin far from their goal: those that arrive do so soon, most by whole steps."""
+FROM_FAR = Patience(0.6, rounds=14, stuck=2, trials=10, hopeless=5.0)
+"""For motions that begin far from their goal: those that arrive do so soon."""
+BY_WHOLE_STEPS = Patience(0.3, rounds=8, stuck=2, trials=10, hopeless=5.0, most_tried=3, nearly=5.0)
+"""For motions of many angles that begin far from their goal: those that arrive do so by whole steps, but for a few."""
 
 
 def approach(
