@@ -82,7 +82,7 @@ def test_motions_become_as_short_in_the_same_steps(seed: int, meeting: bool, own
     ended = search.run(begun, 3)
     given, reaches = (equations.angles, equations.weight), (FIRST_REACH, LARGEST_REACH, LEAST_REACH)
     rest = 3, reaches, 0.0
-    angle, first, last = descent(equations, 0.0).shortened(*given, 300.0, *rest, np.inf, own)
+    angle, first, last = descent(equations, 0.0).shortened(*given, 300.0, *rest, np.inf, own=own)
     assert [first, last] == pytest.approx([begun.violation, ended.violation], rel=1e-5, abs=1e-8)
     assert np.max(np.abs(angle - ended.angle)) < 1e-7
     assert ended.merit < begun.merit - 0.01 or seed == 1  # which finds nothing in three steps
@@ -118,12 +118,8 @@ def test_angles_with_radii_of_their_own_go_as_step_by_step(seed: int) -> None:
     equations.weight = equations.weight * np.random.default_rng(seed).uniform(0.9, 1.1, len(equations.weight))
     search = Search(equations, BEND, 0.0, 300.0, True)
     ended = search.run(search.restored(search.point(equations.angles), 0.25), 7)
-    found = [
-        descent(equations, 0.0).shortened(
-            equations.angles, equations.weight, 300.0, 7, (FIRST_REACH, LARGEST_REACH, LEAST_REACH), 0.0, np.inf, own=own
-        )[0]
-        for own in (True, False)
-    ]
+    given = equations.angles, equations.weight, 300.0, 7, (FIRST_REACH, LARGEST_REACH, LEAST_REACH), 0.0, np.inf
+    found = [descent(equations, 0.0).shortened(*given, own=own)[0] for own in (True, False)]
     assert np.max(np.abs(found[0] - ended.angle)) < 1e-6
     assert np.max(np.abs(found[1] - ended.angle)) > 1e-4
 

@@ -214,7 +214,7 @@ def test_a_motion_that_the_joints_cannot_make_is_refused_with_the_line(run: Run)
     simulate(rows, Swimmer())  # a ball joint turns about any axis
     narrow = Joint("universal", psi_deg=(-1.0, 1.0), theta_deg=(-1.0, 1.0))
     for joints, message in (
-        ((Joint("hinge", "yaw"), Joint("universal")), r"found line \d+ .*limb 1 turns at .* its yaw hinge has not"),
+        ((Joint("hinge", "pitch"), Joint("universal")), r"found line \d+ .*limb 1 turns at .* its pitch hinge has not"),
         ((narrow, narrow), r"found line \d+ .*limb [12]'s (psi|theta) is .* degrees, out of -1 to 1"),
     ):
         with pytest.raises(ParameterError, match=message):

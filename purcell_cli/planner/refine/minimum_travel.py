@@ -163,7 +163,8 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
             break
         shorter = [s.renamed(NAME, merged(s.sequence)) if s.free else s for s in tried.with_angles(angle)]
         before, there = found.joint_travel_rad, found.of(shorter)
-        found = min(found, there, key=lambda one: one.joint_travel_rad)
+        # What is begun with may miss, and then is shorter; what a later round begins with arrives.
+        found = min(found, there, key=lambda one: one.joint_travel_rad) if k else there
         if there.joint_travel_rad > _LITTLE * before:
             break
     return _arriving(found.at_accuracy(SEARCHING), max_bend_rad, pace, clearance).at_accuracy(equations.accuracy)
