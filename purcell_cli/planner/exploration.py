@@ -90,7 +90,8 @@ class Exploration:
             if stage.interrupt_keeps_best:
                 self._contend(known_near, candidate.words)
             self._tell(stage, done)
-            hopeless = bool(stage.rungs and shorter) and near.joint_travel_rad > _FAR_MORE * self.incumbent.joint_travel_rad
+            far_more = near.joint_travel_rad > _FAR_MORE * self.incumbent.joint_travel_rad
+            hopeless = bool(stage.rungs and shorter) and far_more
             if (pace := stage.pace_of(near.joint_travel_rad)) is not None and not hopeless:
                 apart, words = (
                     near.of(segments_of(cycles_apart(near, stage.most_apart))),
