@@ -367,7 +367,7 @@ def test_misuse_is_refused_and_nothing_written(command: Run, tmp_path: Path, tab
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals")
 def test_a_killed_fit_leaves_what_was_written(tmp_path: Path) -> None:
-    write_csv(as_trajectory(swum(truth_of(What.LINKS), 2000)), tmp_path / "m.csv")
+    write_csv(as_trajectory(swum(truth_of(What.LINKS), 12000)), tmp_path / "m.csv")
     out = tmp_path / "fitted.yaml"
     out.write_text("drag_ratio: 1.9\n")
     program = [sys.executable, "-m", "purcell_cli", "fit", "m.csv", "--out", "fitted.yaml", "--what", "links"]

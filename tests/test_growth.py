@@ -56,7 +56,7 @@ def test_joint_travel_grows_steadily(direction: tuple[float, ...], first: float,
     growth = [b / a for a, b in itertools.pairwise(travels(direction, first, 3 if first > 1.0 else 5, turning))]
     assert min(growth) >= MOST_FALL
     assert max(growth) <= MOST_GROWTH
-    assert np.prod(growth) > 1.1  # all in all farther costs more
+    assert np.prod(growth) > 1.05  # all in all farther costs more
 
 
 @pytest.mark.slow

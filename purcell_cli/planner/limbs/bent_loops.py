@@ -34,7 +34,8 @@ from purcell_cli.planner.limbs.drawn_ways import DrawnWays
 from purcell_cli.planner.limbs.pairs import OuterPhases
 from purcell_cli.planner.limbs.straightening import Straightenings
 from purcell_cli.planner.problem import Problem
-from purcell_cli.planner.refine.exact_arrival import BY_WHOLE_STEPS, CLOSE, MARGIN_RAD, approach
+from purcell_cli.planner.refine.exact_arrival import BY_WHOLE_STEPS, CLOSE, FROM_FAR, MARGIN_RAD, Patience, approach
+from purcell_cli.planner.refine.inequalities import clearance_rows, least_distances
 from purcell_cli.planner.refine.minimum_travel import NAME, Pace, minimise_travel, offered_at
 from purcell_cli.planner.refine.segments import segments_of
 from purcell_cli.planner.refine.shooting import Equations
@@ -57,12 +58,16 @@ _WORTH = 2.2
 """Pairs of which more than so many times what arcs promise is missing and spent are none."""
 _DEARER = 1.2
 """Pairs of which more is missing and spent than so many times the least are none."""
-_PLACES = 6
-"""At so many switches, about evenly apart, every control is offered."""
+_BOLD = FROM_FAR._replace(nearly=0.0)
+_TRIES = (None, 6, BY_WHOLE_STEPS), (1, 20, _BOLD), (1, 6, FROM_FAR._replace(nearly=5.0))
+"""How many pairs are tried, at how many switches, about evenly apart, every control is offered, and how Newton's method
+then goes; the later ones only where none arrives and arcs promise far more."""
 _SHORTENED = 0.75
 """Factor by which shortening is estimated to shorten such motions, the straight way left out."""
-_FAR_LESS, _MORE = 0.5, 2
+_FAR_LESS, _MORE = 0.65, 2
 """Where a pair and the way between spend less than this part of what arcs promise, so many times as many are tried."""
+_TOUCHING_L = 0.01
+"""What lacks more than this of the clearance is none: shortening keeps limbs apart, but does not uncross them [L]."""
 _SHORT_WAY = 0.1
 """Straight ways below this are left to Newton's method [L]."""
 
@@ -78,22 +83,23 @@ def bent_loops(problem: Problem, breadth: Breadth, known: Sequence[Candidate] = 
     del known
     if not breadth.meetings or problem.objective != "travel" or not any(len(s.sequence) for s in problem.shape_loops):
         return []
-    out: list[Candidate] = []
     promised = problem.promised(breadth)
     drawn, pairs = met(problem, breadth)
-    for k, (i, j) in enumerate(_unlike(drawn, pairs)):
-        way = _between(drawn, problem.wanted, i, j)
-        spent = drawn.joint_travel_rad(i, j) + PRICES.along * abs(way)
-        if k >= breadth.meetings * (_MORE if spent < _FAR_LESS * promised else 1):
-            break
-        near = _arrived(problem, drawn.around(i, _straight(problem, way), j))
-        if near is not None:
-            make = functools.cache(functools.partial(_shortened, near, problem.clearance, breadth.bent_pace))
-            straight = sum(s.joint_travel_rad for s in near.segments if s.phase == 2)
-            rest = near.joint_travel_rad - straight
-            out.append(Candidate(BENT_LOOPS, straight + _SHORTENED * rest, make))
-            if len(out) == breadth.met:
+    unlike, out = _unlike(drawn, pairs), list[Candidate]()
+    for most, places, patience in _TRIES:
+        for k, (i, j) in enumerate(unlike[:most]):
+            way = _between(drawn, problem.wanted, i, j)
+            far_less = drawn.joint_travel_rad(i, j) + PRICES.along * abs(way) < _FAR_LESS * promised
+            if k >= breadth.meetings * (_MORE if far_less else 1) or len(out) == breadth.met:
                 break
+            near = _arrived(problem, drawn.around(i, _straight(problem, way), j), places, patience)
+            if near is not None:
+                make = functools.cache(functools.partial(_shortened, near, problem.clearance, breadth.bent_pace))
+                straight = sum(s.joint_travel_rad for s in near.segments if s.phase == 2)
+                rest = near.joint_travel_rad - straight
+                out.append(Candidate(BENT_LOOPS, straight + _SHORTENED * rest, make))
+        if out or not unlike or not far_less:
+            break
     return out
 
 
@@ -189,16 +195,19 @@ def _cruise(gaits: tuple[Gait, ...], swimmer: Swimmer) -> tuple[Stroke, float] |
     return None
 
 
-def _arrived(problem: Problem, blocks: Sequence[Block]) -> Equations | None:
-    """Return a motion brought to the goal with every control offered at its switches, or None where it is not."""
+def _arrived(problem: Problem, blocks: Sequence[Block], places: int, patience: Patience) -> Equations | None:
+    """Return a motion brought to the goal with every control offered at some switches, or None where it is not."""
     query = Equations(problem.swimmer, (), problem.start, problem.goal, problem.wanted, ROUGH)
     segments = [
-        s if s.phase == 2 else s.renamed(NAME, offered_at(s.sequence, min(len(s.sequence), _PLACES)))
+        s if s.phase == 2 else s.renamed(NAME, offered_at(s.sequence, min(len(s.sequence), places)))
         for s in segments_of(blocks)
     ]
     begun = query.of(segments)
-    near, _, off = approach(begun, problem.swimmer.max_bend_rad - MARGIN_RAD, BY_WHOLE_STEPS)
-    return near if off < CLOSE else None
+    near, values, off = approach(begun, problem.swimmer.max_bend_rad - MARGIN_RAD, patience)
+    if off >= CLOSE:
+        return None
+    room, _ = clearance_rows(near, values.sequence, values.shapes, least_distances(near, problem.clearance))
+    return near if np.min(room, initial=0.0) > -_TOUCHING_L else None
 
 
 def _shortened(near: Equations, clearance: float, pace: Pace) -> tuple[Block, ...]:
