@@ -58,8 +58,7 @@ _WORTH = 2.2
 """Pairs of which more than so many times what arcs promise is missing and spent are none."""
 _DEARER = 1.2
 """Pairs of which more is missing and spent than so many times the least are none."""
-_BOLD = FROM_FAR._replace(nearly=0.0)
-_TRIES = (None, 6, BY_WHOLE_STEPS), (1, 20, _BOLD), (1, 6, FROM_FAR._replace(nearly=5.0))
+_TRIES = (None, 6, BY_WHOLE_STEPS), (1, 20, FROM_FAR._replace(nearly=0.0)), (1, 6, FROM_FAR._replace(nearly=5.0))
 """How many pairs are tried, at how many switches, about evenly apart, every control is offered, and how Newton's method
 then goes; the later ones only where none arrives and arcs promise far more."""
 _SHORTENED = 0.75
