@@ -23,7 +23,7 @@ from purcell_cli.planner.refine.clock_rounding import one_by_one
 from purcell_cli.planner.refine.inequalities import (
     ACTIVE,
     Linearised,
-    least_cosines,
+    bend_limits,
     limit_rows,
     linearised,
     rows_besides,
@@ -39,18 +39,19 @@ _ENOUGH = 2e-11
 """Newton's method ends when no residual is larger than this [L, rad]."""
 _ENOUGH_UNROUNDED = 4e-12
 """The same where angles are not rounded [L, rad]."""
-_ENOUGH_LAST = 5e-11
+ENOUGH_LAST = 5e-11
 """The same after the last rotations, in which roll strokes multiply rounding errors [L, rad]."""
 _DEPENDENT = 1e-9
 """Columns whose independent part is below this part of the largest column are dependent on the others."""
 _TIGHT = 1e-3
 """Bend limits with less slack than this, in the cosine of the bend, have a say in which last angles may change."""
-_MARGINS_RAD = (3e-6, 1e-6)
-"""Margins below the bend limit for second-order errors: of all angles, and of the last rotations, which would have no
-room with the first [rad]."""
+_MARGIN_RAD = 3e-6
+"""Margin below the bend limit for second-order errors [rad]."""
+LAST_MARGIN_RAD = 1e-6
+"""The same of the last rotations, which would have no room with the first [rad]."""
 _PATIENCE = 2
 """Rounds without a halved residual before the best is taken; rounding to the clock differs in each."""
-_REACH_RAD = 0.25
+REACH_RAD = 0.25
 """The largest change of an angle in one Newton step [rad]."""
 _TELLING_RAD = 1e-8
 """Steps shorter than this do not update the derivative: their changes are rounding errors [rad]."""
@@ -77,7 +78,7 @@ class Patience(NamedTuple):
         nearly: Where less is missing, a step is taken too if the next one would be half as long [L, rad].
     """
 
-    reach_rad: float = _REACH_RAD
+    reach_rad: float = REACH_RAD
     rounds: int = 2
     stuck: int = _NEVER
     trials: int = 0
@@ -111,13 +112,13 @@ def approach(
     Returns:
         The motion, its equations' values, and the largest residual left [L, rad].
     """
-    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
+    least = bend_limits(equations, max_bend_rad)
     search = equations.descent(least, ACTIVE, *rows_besides(equations, None))
     angle, *known, off = search.approached(equations.angles, enough, *patience)
     return equations.of(equations.with_angles(angle)), equations.values(angle, *known), off
 
 
-def newton_step(here: Linearised, reach: float = _REACH_RAD) -> Array:
+def newton_step(here: Linearised, reach: float = REACH_RAD) -> Array:
     """Return the least step to the arrival that breaks no limit, as far as is linear. Shape (n,).
 
     Args:
@@ -178,13 +179,13 @@ def arrive(
     if equations.repeats:  # rounding to the clock leaves a residual of this size
         enough[:6] += _SPOILT * np.max(np.abs(matmul(rough.derivative[:6], begun - equations.angles)))
     every = np.arange(len(begun))
-    angle, missing = _rounds(equations, begun, missing, rough, max_bend_rad - _MARGINS_RAD[0], rounded, every, enough)
-    if rounded is not None and np.any(np.abs(missing) > _ENOUGH_LAST):
+    angle, missing = _rounds(equations, begun, missing, rough, max_bend_rad - _MARGIN_RAD, rounded, every, enough)
+    if rounded is not None and np.any(np.abs(missing) > ENOUGH_LAST):
         angle, missing = one_by_one(equations, angle, missing, rough.derivative, rounded)
     best = float(np.max(np.abs(missing)))
     here = equations.of(equations.with_angles(angle))
     first = 1 + max((k for k, s in enumerate(here.segments) if not s.once), default=-1)
-    if best <= _ENOUGH_LAST or first in (0, len(here.segments)):
+    if best <= ENOUGH_LAST or first in (0, len(here.segments)):
         return here, best
     last = here.after(first, missing[:6])
     if not here.by_moves:
@@ -192,11 +193,11 @@ def arrive(
     known = len(missing) - 6 * len(last.targets)  # of limbs where an earlier phase ends
     missing = np.concatenate([missing[:6], missing[known:]])
     rough = last.at_accuracy(SEARCHING).at(last.angles)
-    bend = max_bend_rad - _MARGINS_RAD[1]
-    least = least_cosines(last.phase, last.start, last.goal, bend, last.home)
+    bend = max_bend_rad - LAST_MARGIN_RAD
+    least = bend_limits(last, bend)
     slack, slope = limit_rows(last, rough, least)
     few = _independent(np.concatenate([rough.derivative, slope[slack < _TIGHT]]))
-    enough = np.full(len(missing), _ENOUGH_LAST)
+    enough = np.full(len(missing), ENOUGH_LAST)
     angle, left = _rounds(last, last.angles, missing, rough, bend, rounded, few, enough)
     if rounded is not None and np.any(np.abs(left) > enough):
         angle, left = one_by_one(last, angle, left, rough.derivative, rounded)
@@ -230,14 +231,14 @@ def _rounds(
         may: Which angles may change.
         enough: What may be missing [L, rad]. Shape (m,).
     """
-    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
+    least = bend_limits(equations, max_bend_rad)
     slack, slope = limit_rows(equations, rough, least)
     begun, derivative = angle, rough.derivative[:, may]
     best, kept, idle = (float(np.max(np.abs(missing))), missing), angle, 0
     while idle < _PATIENCE and np.any(np.abs(missing) > enough):
         left = slack + matmul(slope, angle - begun)
         step = np.zeros(len(angle))
-        step[may] = bounded_step(derivative, missing, left, slope[:, may], _REACH_RAD)
+        step[may] = bounded_step(derivative, missing, left, slope[:, may], REACH_RAD)
         angle, before = angle + step if rounded is None else rounded(angle + step), missing
         missing = equations.residual(angle)
         if (length := float(matmul(step, step))) > _TELLING_RAD**2:

@@ -135,10 +135,10 @@ class FreeAngles:
         """Return a motion's angles at some free ones, given where those have no part [rad]. Shape (n,) to (k,)."""
         if self.all:
             return free
-        out = np.where(self.index < 0, given, self.sign * free[self.index]) if len(free) else given.copy()
+        held = self.index < 0
         for part in self.mixed:
-            out[part.angles] = matmul(free[part.free].reshape(-1, part.tie.shape[1]), part.tie.T).ravel()
-        return out
+            held[part.angles] = False
+        return np.where(held, given, self.made(free))
 
     def by_free(self, columns: Array) -> Array:
         """Return derivatives by the free angles, of those by every angle. Shape (m, k) to (m, n)."""

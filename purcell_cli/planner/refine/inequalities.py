@@ -67,8 +67,13 @@ def linearised(equations: Equations, values: Values, max_bend_rad: float) -> Lin
         values: Its equations at some free angles.
         max_bend_rad: How far a limb may bend in phase 2 [rad].
     """
-    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
+    least = bend_limits(equations, max_bend_rad)
     return Linearised(values, *limit_rows(equations, values, least))
+
+
+def bend_limits(equations: Equations, max_bend_rad: float) -> Array:
+    """Return the least cosine of the bend that each limb may have on each piece; see `least_cosines`. Shape (k, 2)."""
+    return least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
 
 
 def least_cosines(

@@ -23,7 +23,7 @@ from purcell_cli.geometry.reproducible import normal_numbers
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import ROUGH, SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
-from purcell_cli.planner.refine.inequalities import ACTIVE, least_cosines, rows_besides
+from purcell_cli.planner.refine.inequalities import ACTIVE, bend_limits, rows_besides
 from purcell_cli.planner.refine.segments import Segment, free_primitives
 from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refine.trust_region import FIRST_REACH, LARGEST_REACH, LEAST_REACH
@@ -79,7 +79,7 @@ def _searched(
     equations: Equations, max_bend_rad: float, clearance: float, pace: Pace
 ) -> Callable[..., tuple[Array, float, float]]:
     """Return what searches for angles of less joint travel; see `Descent.shortened`."""
-    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad, equations.home)
+    least = bend_limits(equations, max_bend_rad)
     search = equations.descent(least, ACTIVE, *rows_besides(equations, clearance))
 
     def shortened(

@@ -10,15 +10,10 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.limits import LimitsReport
 from purcell_cli.planner.refine.active_set import bounded_step
 from purcell_cli.planner.refine.clock_rounding import one_by_one
-from purcell_cli.planner.refine.inequalities import least_cosines, limit_rows
+from purcell_cli.planner.refine.exact_arrival import ENOUGH_LAST, LAST_MARGIN_RAD, REACH_RAD
+from purcell_cli.planner.refine.inequalities import bend_limits, limit_rows
 from purcell_cli.planner.refine.shooting import Equations
 
-_ENOUGH = 5e-11
-"""Angles are rounded one by one where a residual is larger than this [L, rad]."""
-_MARGIN_RAD = 1e-6
-"""Margin below the bend limit for second-order errors [rad]."""
-_REACH_RAD = 0.25
-"""The largest change of an angle [rad]."""
 _INSIDE = 1e-10
 """How far inside its limit a bend is brought that was a little beyond, in its cosine."""
 _LEAST_SINE = 1e-3
@@ -75,15 +70,15 @@ def bent_less(
         The motion, and the largest residual left [L, rad].
     """
     values = equations.at(equations.angles)
-    least = least_cosines(equations.phase, equations.start, equations.goal, max_bend_rad - _MARGIN_RAD, equations.home)
+    least = bend_limits(equations, max_bend_rad - LAST_MARGIN_RAD)
     slack, slope = limit_rows(equations, values, least + _INSIDE)
     if sharply:
         sine = np.sqrt(np.maximum(1.0 - least * least, 0.0))
         per_bend = 1.0 / float(np.min(sine[sine > _LEAST_SINE], initial=1.0))
         slack, slope = per_bend * slack, per_bend * slope
-    step = bounded_step(values.derivative, values.residual, slack, slope, _REACH_RAD)
+    step = bounded_step(values.derivative, values.residual, slack, slope, REACH_RAD)
     angle = equations.angles + step if rounded is None else rounded(equations.angles + step)
     missing = equations.residual(angle)
-    if rounded is not None and np.any(np.abs(missing) > _ENOUGH):
+    if rounded is not None and np.any(np.abs(missing) > ENOUGH_LAST):
         angle, missing = one_by_one(equations, angle, missing, values.derivative, rounded)
     return equations.of(equations.with_angles(angle)), float(np.max(np.abs(missing)))
