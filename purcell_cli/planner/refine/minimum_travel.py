@@ -70,7 +70,7 @@ class Pace:
     price: float = 500.0
     longest: int = 100
     work: float = math.inf
-    entering: int | None = None
+    entering: int = 1
     worth: float = 0.0
     own: bool = False
 
@@ -85,7 +85,7 @@ def _searched(
     def shortened(
         angle: Array, steps: int, close: float = math.inf, astray: float = math.inf
     ) -> tuple[Array, float, float]:
-        until = close, astray, pace.worth, pace.entering, pace.own
+        until = close, astray, pace.worth, None, pace.own
         return search.shortened(angle, equations.weight, pace.price, steps, _REACHES, *until)
 
     return shortened
@@ -145,24 +145,26 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
     """
     found, rng = equations.at_accuracy(ROUGH), np.random.default_rng(0)
     for k in range(pace.rounds):
-        parts = found.segments
-        many = free_primitives(parts)
-        steps = int(min(pace.steps, max(pace.work // max(many, 1), _FEWEST)))
-        if many <= pace.longest:
-            parts = tuple(
-                s.renamed(NAME, offered(s.sequence, pace.split, found.controls)) if s.free else s for s in parts
+        before, there = found.joint_travel_rad, found
+        if free_primitives(found.segments) <= pace.longest:
+            there = found.of(
+                s.renamed(NAME, offered(s.sequence, pace.split, found.controls)) if s.free else s for s in found.segments
             )
-        tried = found.of(parts)
-        search = _searched(tried, max_bend_rad, clearance, pace)
-        for uneven in _UNEVEN if k == 0 else (0.0,):
-            astray = _ASTRAY if uneven else math.inf
-            angle, begun, violation = search(_uneven(tried.angles, uneven, rng), steps, _NEAR, astray)
-            if begun < math.inf:
+        for stage, steps in enumerate((pace.entering, pace.steps)):
+            many = free_primitives(there.segments)
+            steps = int(min(steps, max(pace.work // max(many, 1), _FEWEST)))
+            search = _searched(there, max_bend_rad, clearance, pace)
+            for uneven in _UNEVEN if k + stage == 0 else (0.0,):
+                astray = _ASTRAY if uneven else math.inf
+                close = math.inf if stage else _NEAR
+                angle, begun, violation = search(_uneven(there.angles, uneven, rng), steps, close, astray)
+                if begun < math.inf:
+                    break
+            if violation > _ASTRAY:
                 break
+            there = there.of([s.renamed(NAME, merged(s.sequence)) if s.free else s for s in there.with_angles(angle)])
         if violation > _ASTRAY:
             break
-        shorter = [s.renamed(NAME, merged(s.sequence)) if s.free else s for s in tried.with_angles(angle)]
-        before, there = found.joint_travel_rad, found.of(shorter)
         # What is begun with may miss, and then is shorter; what a later round begins with arrives.
         found = min(found, there, key=lambda one: one.joint_travel_rad) if k else there
         if there.joint_travel_rad > _LITTLE * before:
