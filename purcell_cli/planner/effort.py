@@ -46,7 +46,7 @@ class Breadth:
     library_below: float = 1.25
     longer: tuple[float, ...] = ()
     library_plans: int = 4
-    pace: Pace = Pace(rounds=2, steps=20, longest=40, entering=3, worth=1e-3)
+    pace: Pace = Pace(rounds=2, steps=20, longest=40, entering=2, worth=1e-3)
     drawn: int = 100
     generations: int = 6
     meetings: int = 5
@@ -102,10 +102,10 @@ _QUICK = Stage(Breadth(chains=1, rounds=4, shorter=0, pace=Pace(1, 6), meetings=
 """A quick search: one chain of loops, and nothing is optimised together."""
 _STANDARD = Stage(
     rivals=2,
-    pace=Pace(rounds=3, steps=30, longest=40, entering=3, worth=1e-3),
+    pace=Pace(rounds=3, steps=30, longest=40, entering=2, worth=1e-3),
     longest_rad=20.0,
-    brief=Pace(rounds=1, steps=30, longest=0, entering=3, worth=1e-3),
-    brief_rad=60.0,
+    brief=Pace(rounds=2, steps=15, longest=300, worth=1e-3, own=True),
+    brief_rad=math.inf,
     most_apart=24,
 )
 """A standard search: the best candidate, or up to three, optimised if their joint travel is below 20 rad, and briefly
