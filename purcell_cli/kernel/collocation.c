@@ -176,21 +176,30 @@ struct cutting {
     SIZE steps;
 };
 
+/* Where the limbs' axes are at a time. */
+static void axes_at(const struct cutting *c, double time, double axes[2][3]) {
+    for (int limb = 0; limb < 2; limb++) {
+        const double *rate = c->step.rates[limb], *begun = c->begun[limb], turned[3] = {rate[0] * time, rate[1] * time, rate[2] * time};
+        if (turned[0] != 0.0 || turned[1] != 0.0 || turned[2] != 0.0)
+            purcell_rotate(turned, begun, axes[limb]);
+        else
+            for (int i = 0; i < 3; i++) axes[limb][i] = begun[i];
+    }
+}
+
 /* The step from start, or its parts where it is long against the distance from a straight line.
  *
  * The distance changes at most `steepness` times as fast as the limbs turn, so a step that is short enough at its
  * middle is everywhere. */
 static void cut(struct cutting *c, double start, double length, int depth) {
-    double axes[2][3], middle[3];
+    double axes[2][3];
     if (depth > MOST_DEPTH || c->steps >= MOST_STEPS) {
         c->steps = -1;
         return;
     }
-    for (int limb = 0; limb < 2; limb++) {
-        for (int i = 0; i < 3; i++) middle[i] = c->step.rates[limb][i] * (start + 0.5 * length);
-        purcell_rotate(middle, c->begun[limb], axes[limb]);
-    }
-    const double arc = c->sweep * length, near = purcell_distance(c->s, axes);
+    axes_at(c, start + 0.5 * length, axes);
+    const double arc = c->sweep * length;
+    const double near = purcell_distance(c->s, axes, arc / c->finest);
     if (arc > c->finest * near) {
         const double low = near - 0.5 * c->s->steepness * arc;
         const double ratio = arc / (c->finest * (low > c->s->sharpness ? low : c->s->sharpness));
@@ -200,10 +209,7 @@ static void cut(struct cutting *c, double start, double length, int depth) {
         for (int k = 0; k < parts && c->steps >= 0; k++) cut(c, start + k * part, part, depth + 1);
         return;
     }
-    for (int limb = 0; limb < 2; limb++) {
-        for (int i = 0; i < 3; i++) middle[i] = c->step.rates[limb][i] * start;
-        purcell_rotate(middle, c->begun[limb], c->step.axes[limb]);
-    }
+    axes_at(c, start, c->step.axes);
     c->step.start = start;
     c->step.duration = length;
     c->visit(&c->step, c->state);

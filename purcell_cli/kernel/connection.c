@@ -105,11 +105,13 @@ static double spread(double m[3][3]) {
     return trace - (mean + 2.0 * size * cosine);
 }
 
+#define ROUNDED 1e-12 /* more than rounding errors, as a part */
 #define FARTHEST 1.0 /* distances count up to here [rad]: A(r) varies with the bends themselves */
 
 /* The spread of the links about the line that fits them best resists roll about that line; spin drag does where there
- * is no spread. */
-double purcell_distance(const struct swimmer *s, double axes[2][3]) {
+ * is no spread. The largest eigenvalue is no larger than the matrix itself (Frobenius): that mostly tells that the distance
+ * is enough. */
+double purcell_distance(const struct swimmer *s, double axes[2][3], double enough) {
     double first[3] = {0.0, 0.0, 0.0}, second[3][3] = {{0.0}}, total = 2.0 * s->half;
     for (int limb = 0; limb < 2; limb++) {
         const struct limb *l = s->limbs + limb;
@@ -125,6 +127,13 @@ double purcell_distance(const struct swimmer *s, double axes[2][3]) {
     second[0][0] += 2.0 / 3.0 * s->half * s->half * s->half;
     for (int i = 0; i < 3; i++)
         for (int j = i; j < 3; j++) second[i][j] -= first[i] * first[j] / total;
+    double trace = 0.0, square = 0.0;
+    for (int i = 0; i < 3; i++) {
+        trace += second[i][i];
+        for (int j = i; j < 3; j++) square += (i == j ? 1.0 : 2.0) * (second[i][j] * second[i][j]);
+    }
+    const double at_least = s->sharpness * s->sharpness + (trace * (1.0 - ROUNDED) - sqrt(square)) / s->straight_spread;
+    if (enough <= FARTHEST && at_least > enough * enough) return FARTHEST;
     const double found = spread(second), positive = found > 0.0 ? found : 0.0;
     const double distance = sqrt(s->sharpness * s->sharpness + positive / s->straight_spread);
     return distance < FARTHEST ? distance : FARTHEST;

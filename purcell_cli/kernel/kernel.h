@@ -240,8 +240,8 @@ void purcell_node_states(const struct step *step, lane time, lane axes[2][3], la
  * their weights the other two, or null. */
 void purcell_at_nodes(const struct swimmer *s, const struct step *step, int many, const double *times, int m,
                       const double *weights, double (*twists)[6], double (*changes)[6][6], double (*per_rates)[6][6]);
-/* How far a shape is from a straight line, as a bend of one limb [rad]. */
-double purcell_distance(const struct swimmer *s, double axes[2][3]);
+/* How far a shape is from a straight line, as a bend of one limb [rad]; farther than enough may be told as 1. */
+double purcell_distance(const struct swimmer *s, double axes[2][3], double enough);
 
 /* extended.c: displacements with twice the digits, as sums of two doubles. */
 typedef struct {
