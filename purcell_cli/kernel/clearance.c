@@ -6,6 +6,7 @@
 
 #define HALF_TURN 3.14159265358979323846
 #define TURN (2.0 * HALF_TURN)
+#define CLEARLY 1e-9 /* more than rounding errors */
 #define PARTS 4 /* into how many a stretch is cut where a smaller distance may be: 2 to 8 find the same one; the more, the
                  * fewer rounds */
 
@@ -68,6 +69,14 @@ static double largest_bend(const struct circle *c, double duration, double *time
         *time = angles[i] / (c->turn > 0.0 ? c->turn : 1.0);
     }
     return most;
+}
+
+/* Whether a limb bends more than a right angle on a piece. Most do not on all of their circle. */
+static int folds(const struct circles *all, SIZE piece, int limb) {
+    const struct circle c = circle_of(all, piece, limb);
+    double time;
+    if (c.centre[0] - sqrt(c.cosine[0] * c.cosine[0] + c.sine[0] * c.sine[0]) > CLEARLY) return 0;
+    return largest_bend(&c, all->duration[piece], &time) > 0.5 * HALF_TURN;
 }
 
 #define CIRCLES const double *centre, const double *cosine, const double *sine, const double *turn, const double *duration
@@ -175,15 +184,16 @@ API SIZE purcell_clearance_begun(SIZE n, SEARCH, double *stretches) {
     for (SIZE k = 0; k < n; k++) stretches[5 * k + 3] = distance(&s, k, 0.0);
     for (SIZE k = 0; k < n; k++) stretches[5 * k + 4] = distance(&s, k, duration[k]);
     for (SIZE k = 0; k < n; k++) {
-        double speed = 0.0, time;
+        double speed = 0.0;
         int folded[2];
         for (int i = 0; i < 2; i++) {
             const struct circle c = circle_of(&s.all, k, i);
-            folded[i] = largest_bend(&c, duration[k], &time) > 0.5 * HALF_TURN;
             speed += tip_speed(&s, &c, i);
         }
+        if (!(speed * duration[k] > 0.0)) continue;
+        for (int i = 0; i < 2; i++) folded[i] = folds(&s.all, k, i);
         /* While no limb bends more than a right angle the joints are nearest to each other. */
-        if (!(folded[0] || folded[1]) || !(speed * duration[k] > 0.0) || constant(&s, k, folded)) continue;
+        if (!(folded[0] || folded[1]) || constant(&s, k, folded)) continue;
         const double one[5] = {(double)k, 0.0, duration[k], stretches[5 * k + 3], stretches[5 * k + 4]};
         for (int i = 0; i < 5; i++) stretches[5 * count + i] = one[i];
         count++;

@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 from purcell_cli.kernel.arrays import Array, Whole, address, doubles
 from purcell_cli.kernel.library import KERNEL
 from purcell_cli.kernel.shapes import control_numbers
+from purcell_cli.kernel.shooting import Rooms
 
-_MOST_CUT = 1024
-"""Stretches of one primitive that the kernel looks at at once; see `clearance_rows.c`."""
+_ROOM = 2 * 1024 * 5
+"""How many numbers the kernel works in at one primitive; see `kernel.h`."""
 
 
 class Circles(NamedTuple):
@@ -34,6 +35,28 @@ class Nearest(NamedTuple):
     piece: Whole
     time: Array
     error: float
+
+
+class Apart(NamedTuple):
+    """How far limbs must be apart on n primitives.
+
+    Attributes:
+        least: The least distance of the limbs' surfaces on each; -infinity where it does not matter. Shape (n,).
+        links: As of `nearest`.
+        small: How exactly distances are found.
+        straight: The distance of straight limbs: if it exceeds the least ones by `near`, limbs matter where one folds.
+        near: Distances that exceed the least by more than this do not matter.
+    """
+
+    least: Array
+    links: tuple[float, float, float, float]
+    small: float
+    straight: float
+    near: float
+
+    def numbers(self) -> Array:
+        """Return the links and what is small, as the kernel takes them. Shape (5,)."""
+        return doubles((*self.links, self.small), "links", (5,))
 
 
 def circles(shapes: ArrayLike, rates: ArrayLike) -> Circles:
@@ -98,27 +121,14 @@ def nearest(
     return Nearest(best, piece, time, float(error[0]) if count < 0 else small)
 
 
-def rows(
-    controls: ArrayLike,
-    angles: ArrayLike,
-    shapes: ArrayLike,
-    least: ArrayLike,
-    links: tuple[float, float, float, float],
-    small: float,
-    straight: float,
-    near: float,
-) -> tuple[Array, Array]:
+def rows(controls: ArrayLike, angles: ArrayLike, shapes: ArrayLike, apart: Apart) -> tuple[Array, Array]:
     """Return what limbs are farther apart than they must be where that is little, and its derivative by the angles.
 
     Args:
         controls: The controls of primitives, 0 to 7. Shape (n,).
         angles: How far each turns [rad]. Shape (n,).
         shapes: Shapes before, between and after them. Shape (n + 1, 2, 3, 3).
-        least: The least distance of the limbs' surfaces on each; -infinity where it does not matter. Shape (n,).
-        links: As of `nearest`.
-        small: How exactly distances are found.
-        straight: The distance of straight limbs: if it exceeds the least ones by `near`, limbs matter where one folds.
-        near: Distances that exceed the least by more than this do not matter.
+        apart: How far they must be.
 
     Returns:
         The excess, shape (m,), and its derivative, shape (m, n), of m primitives.
@@ -128,13 +138,16 @@ def rows(
     control = control_numbers(controls, n)
     if control is None:
         raise ValueError("controls: numbers from 0 to 7 are wanted")
-    given = doubles(shapes, "shapes", (n + 1, 2, 3, 3)), doubles(least, "least", (n,))
-    numbers, cut = doubles((*links, small), "links", (5,)), np.empty((2, _MOST_CUT, 5))
-    room, slope = np.empty(n), np.empty((n, n))
-    places = [address(part) for part in (control, angle, *given, numbers)]
-    work = (address(part) for part in (cut, room, slope))
-    m = KERNEL.purcell_clearance_rows(n, *places, float(straight), float(near), *work)
-    return room[:m], slope[:m]
+    shape, least, work = (
+        doubles(shapes, "shapes", (n + 1, 2, 3, 3)),
+        doubles(apart.least, "least", (n,)),
+        np.empty(_ROOM),
+    )
+    rooms = Rooms(control, shape)
+    numbers = apart.numbers()
+    places = [address(part) for part in (control, angle, shape, least, numbers)]
+    limits = float(apart.straight), float(apart.near), address(work)
+    return rooms.sloped(KERNEL.purcell_clearance_rooms(n, *places, *limits, *rooms.places))
 
 
 def _checked(motion: Circles, durations: ArrayLike) -> tuple[list[Array], int]:

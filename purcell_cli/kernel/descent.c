@@ -32,21 +32,27 @@ typedef SIZE watcher(void);
 struct motion {
     const double *swimmer;
     struct rule rule;
-    SIZE n, free, equations, most; /* primitives, free angles, equations, and inequalities at most */
+    SIZE n, free, equations; /* primitives, free angles, equations */
+    SIZE most, added;        /* inequalities at most, and those of them that the watcher adds */
     const SIZE *control, *index, *fixed;
     SIZE k, t;
     const SIZE *repeats, *stops;
     const double *start, *given, *sign, *wanted, *ends, *least, *weight;
-    double near, price;
+    const double *apart, *links; /* see `purcell_clearance_rooms`: `least`, or null, and `numbers` */
+    double near, straight, near_apart, price;
     watcher *watch;
     double *told, *more_room, *more_slope; /* angles and shapes for the watcher, and what it adds */
-    double *flow, *columns, *places;       /* to work in */
+    double *flow, *columns, *axes, *cut;   /* to work in */
     int plain;                             /* whether every primitive has a free angle of its own */
 };
 
+/* What an inequality is of: a primitive that turns, or one at angle zero. Its limbs are where they were before, so that
+ * matters only where it may turn, and before others at angle zero only with those. */
+enum { TURNING, IDLE, PASSING };
+
 struct point {
-    double *angle, *all, *shapes, *residual, *derivative, *room, *slope;
-    SIZE rooms;
+    double *angle, *all, *shapes, *residual, *derivative, *room, *torque, *slope; /* slope: of what the watcher added */
+    SIZE *of, *stop, *kind, rooms, turning, known; /* torques tell the slope of the first `known` rooms */
     double size, violation, merit;
     int sloped; /* whether the equations' derivative is known */
 };
@@ -57,22 +63,33 @@ static double *taken(double **room, SIZE count) {
     return out;
 }
 
-/* How many numbers are worked in; see `purcell_descend`. */
-API SIZE purcell_descent_room(SIZE n, SIZE free, SIZE equations, SIZE k, SIZE most) {
-    const SIZE r = equations + most, tall = r > n ? r : n;
-    const SIZE point = free + n + 18 * (n + 1) + equations + equations * free + most + most * free;
-    return 3 * point + 94 * n + 36 * k + tall * n + 6 * n + 6 * free + 2 * r * free + r + 8 * r + 10 * free +
-           2 * free + 3 * r * free + 4 * r * r + 8 * r + 8;
+static SIZE *whole_taken(SIZE **room, SIZE count) {
+    SIZE *const out = *room;
+    *room += count;
+    return out;
 }
 
-static void point_of(const struct motion *m, double **room, struct point *p) {
+/* How many numbers are worked in, and whole ones; see `purcell_descend`. */
+API SIZE purcell_descent_room(SIZE n, SIZE free, SIZE equations, SIZE k, SIZE most, SIZE added, SIZE *whole) {
+    const SIZE r = equations + most;
+    const SIZE point = free + n + 18 * (n + 1) + equations + equations * free + 7 * most + added * free;
+    *whole = 9 * most + 3 * r + 3 * free;
+    return 3 * point + 94 * n + 36 * k + equations * n + 6 * n + CLEARANCE_ROOM + 6 * free + 2 * r * free + 2 * r + 8 * r +
+           10 * free + purcell_step_room(r, free);
+}
+
+static void point_of(const struct motion *m, double **room, SIZE **whole, struct point *p) {
     p->angle = taken(room, m->free);
     p->all = taken(room, m->n);
     p->shapes = taken(room, 18 * (m->n + 1));
     p->residual = taken(room, m->equations);
     p->derivative = taken(room, m->equations * m->free);
     p->room = taken(room, m->most);
-    p->slope = taken(room, m->most * m->free);
+    p->torque = taken(room, 6 * m->most);
+    p->slope = taken(room, m->added * m->free);
+    p->of = whole_taken(whole, m->most);
+    p->stop = whole_taken(whole, m->most);
+    p->kind = whole_taken(whole, m->most);
 }
 
 /* Derivatives by the free angles, of those by the angles of all primitives. */
@@ -107,20 +124,64 @@ static SIZE equations(const struct motion *m, struct point *p, int sloped) {
     return long_piece;
 }
 
+/* Which rooms are of primitives at angle zero; one kind of room after the other. */
+static void find_idle(struct point *p, SIZE first, const SIZE *control) {
+    SIZE later[2] = {-1, -1}; /* the next room that is the same while angles are zero, by the limb that it is of */
+    for (SIZE i = p->rooms - 1; i >= first; i--) {
+        const SIZE primitive = p->of[i];
+        const int limb = control ? LIMB_OF(control[primitive]) : 0, idle = p->all[primitive] == 0.0;
+        int passing = idle && later[limb] >= 0;
+        for (SIZE q = primitive + 1; passing && q <= later[limb]; q++) passing = p->all[q] == 0.0;
+        p->kind[i] = !idle ? TURNING : passing ? PASSING : IDLE;
+        later[limb] = primitive;
+    }
+}
+
 /* The room below the limits there. Returns 0, or -1 to stop. */
 static SIZE limits(const struct motion *m, struct point *p) {
-    p->rooms = purcell_bend_rows(m->n, m->control, p->all, p->shapes, m->least, m->fixed, m->near, m->places, p->room,
-                                 m->plain ? p->slope : m->columns);
-    if (!m->plain) by_free(m, m->columns, p->rooms, p->slope);
+    p->rooms = purcell_bend_rooms(m->n, m->control, p->all, p->shapes, m->least, m->fixed, m->near, p->room, p->of, p->stop,
+                                  p->torque);
+    find_idle(p, 0, m->control);
+    if (m->apart) {
+        const SIZE first = p->rooms;
+        p->rooms += purcell_clearance_rooms(m->n, m->control, p->all, p->shapes, m->apart, m->links, m->straight,
+                                            m->near_apart, m->cut, p->room + first, p->of + first, p->stop + first,
+                                            p->torque + 6 * first);
+        find_idle(p, first, 0);
+    }
+    p->known = p->rooms;
+    p->turning = 0;
+    for (SIZE i = 0; i < p->rooms; i++) p->turning += p->kind[i] == TURNING;
     if (!m->watch) return 0;
-    for (SIZE i = 0; i < m->n; i++) m->told[i] = p->all[i];
-    for (SIZE i = 0; i < 18 * (m->n + 1); i++) m->told[m->n + i] = p->shapes[i];
+    for (SIZE i = 0; m->added && i < m->n; i++) m->told[i] = p->all[i];
+    for (SIZE i = 0; m->added && i < 18 * (m->n + 1); i++) m->told[m->n + i] = p->shapes[i];
     const SIZE more = m->watch();
-    if (more < 0 || p->rooms + more > m->most) return -1;
-    for (SIZE i = 0; i < more; i++) p->room[p->rooms + i] = m->more_room[i];
-    for (SIZE i = 0; i < more * m->free; i++) p->slope[p->rooms * m->free + i] = m->more_slope[i];
-    p->rooms += more;
+    if (more < 0 || more > m->added) return -1;
+    for (SIZE i = 0; i < more; i++) {
+        p->room[p->rooms] = m->more_room[i];
+        p->kind[p->rooms++] = TURNING;
+        p->turning++;
+    }
+    for (SIZE i = 0; i < more * m->free; i++) p->slope[i] = m->more_slope[i];
     return 0;
+}
+
+/* How the rooms of the first kinds change with the free angles, kind after kind: (j, free). room: those, (j,). Returns j. */
+static SIZE slopes(const struct motion *m, const struct point *p, SIZE last_kind, double *room, double *slope) {
+    SIZE j = 0;
+    purcell_turning_axes(m->n, m->control, p->shapes, m->axes);
+    for (SIZE kind = TURNING; kind <= last_kind; kind++)
+        for (SIZE i = 0; i < p->rooms; i++) {
+            if (p->kind[i] != kind) continue;
+            double *const out = slope + j * m->free, *const columns = m->plain ? out : m->columns;
+            const SIZE added = i - p->known;
+            room[j++] = p->room[i];
+            for (SIZE u = 0; added >= 0 && u < m->free; u++) out[u] = p->slope[added * m->free + u];
+            if (added >= 0) continue;
+            purcell_room_slope(p->stop[i], p->torque + 6 * i, m->n, m->control, p->shapes, m->axes, columns);
+            if (!m->plain) by_free(m, columns, 1, out);
+        }
+    return j;
 }
 
 /* All of a point but the equations' derivative. Returns 0, -1 to stop, or the number of a piece that is too long. */
@@ -130,7 +191,7 @@ static SIZE evaluate(const struct motion *m, struct point *p) {
     if (limits(m, p) < 0) return -1;
     double missed = 0.0, broken = 0.0, travel = 0.0;
     for (SIZE i = 0; i < m->equations; i++) missed += fabs(p->residual[i]);
-    for (SIZE i = 0; i < p->rooms; i++) broken += p->room[i] < 0.0 ? p->room[i] : 0.0;
+    for (SIZE i = 0; i < p->rooms; i++) broken += p->kind[i] == TURNING && p->room[i] < 0.0 ? p->room[i] : 0.0;
     for (SIZE j = 0; j < m->free; j++) travel += m->weight[j] * fabs(p->angle[j]);
     p->violation = missed - broken;
     p->merit = travel + m->price * p->violation;
@@ -140,8 +201,8 @@ static SIZE evaluate(const struct motion *m, struct point *p) {
 struct descent {
     struct motion m;
     struct point points[3], *here, *there, *next;
-    double *share, *change, *low, *high, *x, *step, *table, *kept, *right, *room, *work;
-    SIZE *whole;
+    double *share, *change, *low, *high, *x, *step, *table, *kept, *right, *left, *room, *work;
+    SIZE *whole, *use;
 };
 
 static void exchange(struct point **a, struct point **b) {
@@ -160,18 +221,18 @@ static SIZE restore(struct descent *d, double reach, double enough, const double
         if (fault) return fault;
         if (own) derivative = d->there->derivative;
         const struct point *p = d->there;
-        const SIZE rows = m->equations + p->rooms;
         for (SIZE j = 0; j < m->free; j++)
-            if (fabs(p->angle[j]) > IN_USE) d->whole[used++] = j;
+            if (fabs(p->angle[j]) > IN_USE) d->use[used++] = j;
         if (!used) return 0;
-        for (SIZE i = 0; i < rows; i++) {
-            const double *from = i < m->equations ? derivative + i * m->free : p->slope + (i - m->equations) * m->free;
-            for (SIZE j = 0; j < used; j++) d->table[i * used + j] = from[d->whole[j]];
+        const SIZE rooms = slopes(m, p, TURNING, d->left, d->kept);
+        for (SIZE i = 0; i < m->equations + rooms; i++) {
+            const double *from = i < m->equations ? derivative + i * m->free : d->kept + (i - m->equations) * m->free;
+            for (SIZE j = 0; j < used; j++) d->table[i * used + j] = from[d->use[j]];
         }
-        purcell_bounded_step(m->equations, p->rooms, used, d->table, p->residual, p->room,
-                             d->table + m->equations * used, reach, 0, d->work, d->step);
+        purcell_bounded_step(m->equations, rooms, used, d->table, p->residual, d->left, d->table + m->equations * used,
+                             reach, 0, d->work, d->step);
         for (SIZE j = 0; j < m->free; j++) d->next->angle[j] = p->angle[j];
-        for (SIZE j = 0; j < used; j++) d->next->angle[d->whole[j]] += d->step[j];
+        for (SIZE j = 0; j < used; j++) d->next->angle[d->use[j]] += d->step[j];
         if ((fault = evaluate(m, d->next))) return fault;
         const double left = d->next->violation / d->there->violation;
         const int taken = left <= (own ? HELPS : SWIFT);
@@ -187,8 +248,8 @@ static SIZE restore(struct descent *d, double reach, double enough, const double
 static int propose(struct descent *d, double reach, int every, double *merit) {
     const struct motion *m = &d->m;
     const struct point *p = d->here;
-    const SIZE rows = m->equations + p->rooms;
-    SIZE *const use = d->whole + 3 * (m->equations + m->most) + 2 * m->free, many = 0;
+    const SIZE rooms = slopes(m, p, every ? IDLE : TURNING, d->left, d->table), rows = m->equations + rooms;
+    SIZE *const use = d->use, many = 0;
     double *const weight = d->step;
     for (SIZE j = 0; j < m->free; j++) {
         if (!every && p->angle[j] == 0.0) continue;
@@ -203,13 +264,13 @@ static int propose(struct descent *d, double reach, int every, double *merit) {
     }
     for (SIZE i = 0; i < rows; i++) {
         const int equal = i < m->equations;
-        const double *from = equal ? p->derivative + i * m->free : p->slope + (i - m->equations) * m->free;
+        const double *from = equal ? p->derivative + i * m->free : d->table + (i - m->equations) * m->free;
         double *to = d->kept + i * many, sum = 0.0;
         for (SIZE u = 0; u < many; u++) {
             to[u] = equal ? from[use[u]] : -from[use[u]];
             sum += to[u] * d->x[u];
         }
-        d->right[i] = sum - (equal ? p->residual[i] : -p->room[i - m->equations]);
+        d->right[i] = sum - (equal ? p->residual[i] : -d->left[i - m->equations]);
         if (!(fabs(d->right[i]) <= DBL_MAX)) return 0;
     }
     if (purcell_program(rows, many, m->equations, m->price, d->kept, d->right, weight, d->low, d->high, d->x, d->table,
@@ -217,7 +278,7 @@ static int propose(struct descent *d, double reach, int every, double *merit) {
         return 0;
     double travel = 0.0, missed = 0.0;
     for (SIZE u = 0; u < many; u++) travel += weight[u] * fabs(d->x[u]);
-    for (SIZE i = 0; i < rows; i++) {
+    for (SIZE i = 0; i < m->equations + p->turning; i++) { /* what the merit counts */
         double miss = -d->right[i];
         for (SIZE u = 0; u < many; u++) miss += d->kept[i * many + u] * d->x[u];
         missed += i < m->equations ? fabs(miss) : miss > 0.0 ? miss : 0.0;
@@ -274,13 +335,14 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
     const SIZE r = m->equations + m->most;
     m->plain = m->free == m->n;
     for (SIZE p = 0; p < m->n && m->plain; p++) m->plain = m->index[p] == p && m->sign[p] == 1.0;
-    for (int i = 0; i < 3; i++) point_of(m, &room, d->points + i);
+    for (int i = 0; i < 3; i++) point_of(m, &room, &whole, d->points + i);
     d->here = d->points;
     d->there = d->points + 1;
     d->next = d->points + 2;
     m->flow = taken(&room, 94 * m->n + 36 * m->k);
-    m->columns = taken(&room, (r > m->n ? r : m->n) * m->n);
-    m->places = taken(&room, 6 * m->n);
+    m->columns = taken(&room, m->equations * m->n);
+    m->axes = taken(&room, 6 * m->n);
+    m->cut = taken(&room, CLEARANCE_ROOM);
     d->share = taken(&room, m->free);
     d->change = taken(&room, m->free);
     d->low = taken(&room, m->free);
@@ -290,8 +352,10 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
     d->table = taken(&room, r * m->free);
     d->kept = taken(&room, r * m->free);
     d->right = taken(&room, r);
+    d->left = taken(&room, r);
     d->room = taken(&room, 8 * r + 10 * m->free);
     d->work = room;
+    d->use = whole_taken(&whole, m->free);
     d->whole = whole;
 }
 
@@ -299,24 +363,26 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
     const double *swimmer, SIZE stages, const double *nodes, const double *weights, const double *to_node, double step, \
         double settled, SIZE n, SIZE free, const SIZE *control, const SIZE *index, const SIZE *fixed, SIZE k,        \
         const SIZE *repeats, SIZE t, const SIZE *stops, const double *start, const double *given, const double *sign, \
-        const double *wanted, const double *ends, const double *least, SIZE most, double near, watcher *watch,        \
-        double *told, double *more_room, double *more_slope, double *room, SIZE *whole
+        const double *wanted, const double *ends, const double *least, double near, const double *apart,              \
+        const double *links, double straight, double near_apart, SIZE most, SIZE added, watcher *watch, double *told, \
+        double *more_room, double *more_slope, double *room, SIZE *whole
 #define THE_MOTION                                                                                                   \
     {                                                                                                                \
         .swimmer = swimmer, .rule = {stages, nodes, weights, to_node, step, settled}, .n = n, .free = free,          \
-        .equations = 6 + 6 * t, .most = most, .control = control, .index = index, .fixed = fixed, .k = k, .t = t,    \
+        .equations = 6 + 6 * t, .most = most, .added = added, .control = control, .index = index, .fixed = fixed, .k = k, .t = t,    \
         .repeats = repeats, .stops = stops, .start = start, .given = given, .sign = sign, .wanted = wanted,          \
-        .ends = ends, .least = least, .near = near, .watch = watch, .told = told, .more_room = more_room,            \
+        .ends = ends, .least = least, .near = near, .apart = apart, .links = links, .straight = straight,            \
+        .near_apart = near_apart, .watch = watch, .told = told, .more_room = more_room,            \
         .more_slope = more_slope                                                                                     \
     }
 
 /* Free angles of less joint travel, at which what is missing and limits broken, at a price, count as joint travel.
  *
- * control, fixed: see `purcell_bend_rows`. index, sign, given: of each of n primitives its free angle, -1 for none, its
+ * control, fixed: see `purcell_bend_rooms`. index, sign, given: of each of n primitives its free angle, -1 for none, its
  * sign, and its angle where it has none. repeats, stops, start, wanted, ends: see `purcell_equations`. least: see
- * `purcell_bend_rows`, as near. most: of inequalities. watch: null, or is told angles and shapes, (n,) and
- * (n + 1, 2, 3, 3), and gives more inequalities and their derivatives, by free angles. room, whole: to work in,
- * `purcell_descent_room` and 3 (6 + 6 t + most + free) numbers.
+ * `purcell_bend_rooms`, as near. apart: null, or `least` of `purcell_clearance_rooms`, and links `numbers`. most: of
+ * inequalities; added: of those that come from watch, which is null or is told angles and shapes, (n,) and (n + 1, 2, 3, 3),
+ * and gives them and their derivatives by free angles. room, whole: to work in, see `purcell_descent_room`.
  * weight: joint travel per free angle. A beginning that misses by `close` or more is moved back first, and given up
  * where it then misses by `astray` or more. worth: a program that promises less than this part of the merit is the last.
  * entering: programs after so many leave alone the angles that are zero by then. own, reaches: see `descend`. angle: the free angles, changed.
@@ -389,7 +455,8 @@ API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SI
         halved = idle ? halved : best;
         if (best < enough || idle > patience || poor > stuck || !free) break;
         if ((left > hopeless && (!round || tried >= trials)) || tried > most_tried) break;
-        purcell_bounded_step(m->equations, p->rooms, free, p->derivative, p->residual, p->room, p->slope, reach, 1, d.work, d.step);
+        const SIZE rooms = slopes(m, p, PASSING, d.left, d.kept);
+        purcell_bounded_step(m->equations, rooms, free, p->derivative, p->residual, d.left, d.kept, reach, 1, d.work, d.step);
         const int whole_before = !part; /* then this one may be, too */
         for (part = 0; part < PARTS; part++, tried++) {
             for (SIZE j = 0; j < free; j++) d.next->angle[j] = p->angle[j] + parts[part] * d.step[j];

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from purcell_cli.kernel.arrays import Array, address, doubles, wholes
+from purcell_cli.kernel.clearance import Apart
 from purcell_cli.kernel.flow import Flow, refuse, repeats_of
 from purcell_cli.kernel.library import KERNEL
 from purcell_cli.kernel.shapes import control_numbers
@@ -17,6 +18,10 @@ from purcell_cli.kernel.shapes import control_numbers
 More = Callable[[Array, Array], tuple[Array, Array]]
 """Gives more inequalities at the angles of all primitives, shape (n,), and shapes, shape (n + 1, 2, 3, 3): the room
 that is left, shape (j,), and its derivative by the free angles, shape (j, u). It may not keep what it is given."""
+_IDLE: list[Array] = []
+"""Memory that a search has worked in, for the next one: new memory costs as much as a short search."""
+_MOST_KEPT = 1 << 24
+"""More numbers than this are not kept."""
 _WATCHER = ctypes.CFUNCTYPE(ctypes.c_int64)
 
 
@@ -40,6 +45,7 @@ class Descent:
         least: The least cosine of each limb's bend on each primitive. Shape (n, 2).
         fixed: 1 for primitives whose bends do not matter, else 0. Shape (n,).
         near: More room below the bend limit than this does not matter, in the cosine of the bend.
+        apart: How far limbs must be apart, if that matters.
         more: More inequalities, if any.
         most: How many they are at most.
         watched: Whether Ctrl-C is heard between two points; more inequalities are asked for only then.
@@ -64,6 +70,7 @@ class Descent:
         least: ArrayLike,
         fixed: ArrayLike,
         near: float,
+        apart: Apart | None = None,
         more: More | None = None,
         most: int = 0,
         watched: bool = True,
@@ -79,24 +86,30 @@ class Descent:
         bending = int(np.count_nonzero(((control % 3 != 0) | (control >= 6)) & (still == 0)))
         self.n, self.free, self.equations, self._more = n, free, 6 + 6 * t, more
         self._most = most if more is not None else 0
-        rows = bending + self._most
+        rows = bending + (0 if apart is None else n) + self._most
         self._angles, self._shapes = (part := np.empty(n + 18 * (n + 1)))[:n], part[n:].reshape(n + 1, 2, 3, 3)
         self._room, self._slope = np.empty(self._most), np.empty((self._most, free))
-        size = KERNEL.purcell_descent_room(n, free, self.equations, len(parts), rows)
-        work, whole = np.empty(size), np.empty(3 * (self.equations + rows + free), dtype=np.int64)
+        whole = np.empty(1, dtype=np.int64)
+        self._numbers = KERNEL.purcell_descent_room(
+            n, free, self.equations, len(parts), rows, self._most, address(whole)
+        )
+        self._size = self._numbers + int(whole[0])
         self._stopped: BaseException | None = None
         self._watcher = _WATCHER(self._watch)
         arrays = [
             *(control, own, still, parts, stop, doubles(start, "start", (2, 3, 3)), known, doubles(sign, "sign", (n,))),
             doubles(wanted_inverse, "wanted_inverse", (4, 4)),
             *(doubles(ends, "ends", (t, 2, 3, 3)), doubles(least, "least", (n, 2))),
-            *(part, self._room, self._slope, work, whole),
+            *(part, self._room, self._slope),
         ]
+        distances = [] if apart is None else [doubles(apart.least, "apart", (n,)), apart.numbers()]
         at = [address(array) for array in arrays]
+        gaps: list[int | None] = [address(array) for array in distances] if distances else [None, None]
         watcher = ctypes.cast(self._watcher, ctypes.c_void_p).value if watched else None
-        middle = (rows, float(near), watcher)
+        limits = float(near), *gaps, *((0.0, 0.0) if apart is None else (float(apart.straight), float(apart.near)))
+        middle = (*limits, rows, self._most, watcher)
         self._motion = (*flow.head, n, free, *at[:3], len(parts), at[3], t, at[4], *at[5:11], *middle, *at[11:])
-        self._kept = arrays, flow
+        self._kept = arrays, distances, flow
 
     def shortened(
         self,
@@ -139,11 +152,8 @@ class Descent:
         radius, missed = doubles(reaches, "reaches", (3,)), np.empty(2)
         programs = int(steps), int(steps if entering is None else entering), int(own)
         limits = float(price), float(close), float(astray), float(worth), *programs
-        self._done(
-            KERNEL.purcell_descend(
-                *self._motion, address(each), *limits, address(radius), address(angle), address(missed)
-            )
-        )
+        places = address(radius), address(angle), address(missed)
+        self._searched(KERNEL.purcell_descend, address(each), *limits, *places)
         return angle, float(missed[0]), float(missed[1])
 
     def approached(
@@ -184,7 +194,7 @@ class Descent:
         shapes, off = np.empty((self.n + 1, 2, 3, 3)), np.empty(1)
         places = (address(part) for part in (angle, residual, derivative, shapes, off))
         given_up = int(patience), int(stuck), int(trials), float(hopeless), int(most_tried), float(nearly)
-        self._done(KERNEL.purcell_approach(*self._motion, float(enough), float(reach), *given_up, *places))
+        self._searched(KERNEL.purcell_approach, float(enough), float(reach), *given_up, *places)
         return angle, residual, derivative, shapes, float(off[0])
 
     def _watch(self) -> int:
@@ -201,7 +211,18 @@ class Descent:
             self._stopped = error
             return -1
 
-    def _done(self, fault: int) -> None:
+    def _searched(self, search: Callable[..., int], *rest: float | None) -> None:
+        """Make a search in memory of its own: what watches it may begin another one."""
+        try:
+            work = _IDLE.pop()
+        except IndexError:
+            work = np.empty(0)
+        if len(work) < self._size:
+            work = np.empty(self._size)
+        place = address(work)
+        fault = search(*self._motion, place, place + work.itemsize * self._numbers, *rest)
+        if len(work) <= _MOST_KEPT:
+            _IDLE.append(work)
         stopped, self._stopped = self._stopped, None
         if stopped is not None:
             raise stopped

@@ -117,15 +117,24 @@ API SIZE purcell_equations(const double *swimmer, SIZE stages, const double *nod
 void purcell_turning_axis(SIZE control, const double *shape, double out[3]);
 void purcell_turns_about_base(SIZE n, const SIZE *control, int out[2]);
 void purcell_gap_between(const double *found, const double *wanted, double out[6]);
-API SIZE purcell_bend_rows(SIZE n, const SIZE *control, const double *angle, const double *shapes, const double *least,
-                           const SIZE *fixed, double near, double *places, double *room, double *slope);
+API SIZE purcell_bend_rooms(SIZE n, const SIZE *control, const double *angle, const double *shapes, const double *least,
+                            const SIZE *fixed, double near, double *room, SIZE *of, SIZE *stop, double *torque);
+void purcell_turning_axes(SIZE n, const SIZE *control, const double *shapes, double *axes);
+void purcell_room_slope(SIZE stop, const double *torque, SIZE n, const SIZE *control, const double *shapes,
+                        const double *axes, double *slope);
+API SIZE purcell_step_room(SIZE r, SIZE n);
 API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, const double *missing, const double *room,
                               const double *slope, double reach, SIZE fine, double *work, double *out);
 API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, const double *matrix,
                          const double *wanted, const double *cost, const double *low, const double *high, double *x,
                          double *table, double *room, int64_t *whole);
 
-/* clearance.c: see there. */
+/* clearance.c, clearance_rooms.c: see there. */
+#define MOST_CUT 1024 /* stretches of one primitive that are looked at at once */
+#define CLEARANCE_ROOM (2 * MOST_CUT * 5)
+API SIZE purcell_clearance_rooms(SIZE n, const SIZE *control, const double *angle, const double *shapes,
+                                 const double *least, const double *numbers, double straight, double near, double *cut,
+                                 double *room, SIZE *of, SIZE *stop, double *torque);
 API void purcell_circles(SIZE n, const double *shapes, const double *rates, double *centre, double *cosine, double *sine,
                          double *turn);
 API SIZE purcell_clearance_begun(SIZE n, const double *numbers, const double *centre, const double *cosine,
@@ -200,10 +209,13 @@ void purcell_angle_series(double (*of)[WIDTH], int used, int entries, const doub
                           struct series *out);
 /* Rows of L with M = L L^T, in place of M's lower half, n being a multiple of three; or 0 in `positive`. */
 void purcell_cholesky(SIZE n, double *m, int *positive);
+#define TILE 3 /* rows of Cholesky's factor at once: those of a bead */
 #define TOGETHER 4 /* rows of a linear program that are renewed at once */
 /* To rows, so many times a pivot row, and to the gains so many times what the rows then are, one after the other. */
 void purcell_renewed(SIZE n, int changed, double *const *row, const double *factor, const double *slope,
                      const double *pivot, double *gains);
+/* Inner products of rows (count, n) with another vector, each in four sums side by side as `inner_product`. */
+void purcell_inner_products(SIZE n, SIZE count, const double *rows, const double *other, double *out);
 /* Of two times, sums over a field's nodes. */
 void purcell_interpolated(const struct field *f, double (*weight)[LANES], int first, int last, lane *out);
 

@@ -18,7 +18,8 @@ FILE = HERE / file_name(sys.platform)
 _SIZE, _ARRAY, _NUMBER = ctypes.c_int64, ctypes.c_void_p, ctypes.c_double
 _RULE = [_ARRAY, _SIZE, _ARRAY, _ARRAY, _ARRAY, _NUMBER, _NUMBER, _SIZE]
 """The swimmer, the collocation's rule, step and tolerance, and how many pieces there are."""
-_MOTION = [*_RULE, _SIZE, *[_ARRAY] * 3, _SIZE, _ARRAY, _SIZE, *[_ARRAY] * 7, _SIZE, _NUMBER, *[_ARRAY] * 6]
+_MOTION = [*_RULE, _SIZE, *[_ARRAY] * 3, _SIZE, _ARRAY, _SIZE, *[_ARRAY] * 7]
+_MOTION += [_NUMBER, *[_ARRAY] * 2, *[_NUMBER] * 2, *[_SIZE] * 2, *[_ARRAY] * 6]
 """Those, and a motion whose angles are looked for; see `descent.c`."""
 _APART = [*[_ARRAY] * 6, _SIZE, _NUMBER, *[_ARRAY] * 3]
 """A search for the least distance between limbs; see `clearance.c`."""
@@ -42,7 +43,7 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "largest_bends": (None, [_SIZE, *[_ARRAY] * 7]),
     "clearance_begun": (_SIZE, [_SIZE, *_APART, _ARRAY]),
     "clearance_cut": (_SIZE, [_SIZE, *_APART, _ARRAY, _SIZE, *[_ARRAY] * 2]),
-    "clearance_rows": (_SIZE, [_SIZE, *[_ARRAY] * 5, *[_NUMBER] * 2, *[_ARRAY] * 3]),
+    "clearance_rooms": (_SIZE, [_SIZE, *[_ARRAY] * 5, *[_NUMBER] * 2, *[_ARRAY] * 5]),
     "from_balls": (None, [_SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 4]),
     "from_boxes": (None, [_SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 2]),
     "from_triangles": (None, [_SIZE, *[_ARRAY] * 3, *[_SIZE] * 2, *[_ARRAY] * 3]),
@@ -77,9 +78,11 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "equations": (_SIZE, [*_RULE, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 6]),
     "move_equations": (_SIZE, [*_RULE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 7]),
     "move_bends": (_SIZE, [_SIZE, *[_ARRAY] * 3, _NUMBER, *[_ARRAY] * 2]),
-    "bend_rows": (_SIZE, [_SIZE, *[_ARRAY] * 5, _NUMBER, *[_ARRAY] * 3]),
+    "bend_rooms": (_SIZE, [_SIZE, *[_ARRAY] * 5, _NUMBER, *[_ARRAY] * 4]),
+    "room_slopes": (None, [_SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 4]),
+    "step_room": (_SIZE, [_SIZE] * 2),
     "bounded_step": (None, [*[_SIZE] * 3, *[_ARRAY] * 4, _NUMBER, _SIZE, *[_ARRAY] * 2]),
-    "descent_room": (_SIZE, [_SIZE] * 5),
+    "descent_room": (_SIZE, [*[_SIZE] * 6, _ARRAY]),
     "step_taken": (_SIZE, [*[_NUMBER] * 3, _ARRAY]),
     "descend": (_SIZE, [*_MOTION, _ARRAY, *[_NUMBER] * 4, *[_SIZE] * 3, *[_ARRAY] * 3]),
     "approach": (_SIZE, [*_MOTION, *[_NUMBER] * 2, *[_SIZE] * 3, _NUMBER, _SIZE, _NUMBER, *[_ARRAY] * 5]),

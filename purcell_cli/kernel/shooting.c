@@ -1,4 +1,4 @@
-/* The equations of an exact arrival, the bend limit as inequalities, and the least steps under both. */
+/* The equations of an exact arrival, the room below limits, and the least steps under both. */
 #include <math.h>
 
 #include "kernel.h"
@@ -6,6 +6,8 @@
 
 #define AXIS_OF(control) ((int)((control) < BASE_YAW ? (control) % 3 : 2))
 #define FULL_TURN 6.283185307179586
+#define LESS_THAN_HALF 3.0 /* an angle below half a turn [rad] */
+#define CLEARLY 1e-9       /* more than rounding errors */
 
 /* The axis that a primitive turns its limb about, where it begins. */
 void purcell_turning_axis(SIZE control, const double *shape, double out[3]) {
@@ -72,51 +74,84 @@ API SIZE purcell_equations(const double *swimmer, SIZE stages, const double *nod
     return 0;
 }
 
-/* The room left below the bend limit at the ends or far sides of primitives, and its derivative by all angles.
+/* Whether a limb passes the far side of its circle, where it bends most, on a primitive before that ends; about: the axis
+ * that it turns about, where it goes. far: at which angle, if it does. */
+static int passes(const double about[3], const double begin[3], const double end[3], double size, double *far) {
+    const double falls = about[1] * begin[2] - about[2] * begin[1], still = about[1] * end[2] - about[2] * end[1];
+    if (size == 0.0 || (size < LESS_THAN_HALF && (falls > 0.0 || still < -CLEARLY))) return 0;
+    *far = purcell_arctan2_of(-falls, -begin[0]);
+    if (*far < 0.0) *far += FULL_TURN;
+    return *far < size;
+}
+
+/* The room left below the bend limit at the ends or far sides of primitives, where it is small.
  *
  * shapes: (n + 1, 2, 3, 3). least: the least cosine of each limb's bend on each primitive, (n, 2). fixed: whether a
- * primitive's room does not matter, (n,). near: more room than this does not matter. place: to work in, (n, 6).
- * room, slope: (m,) and (m, n). Returns m, n at most. */
-API SIZE purcell_bend_rows(SIZE n, const SIZE *control, const double *angle, const double *shapes, const double *least,
-                           const SIZE *fixed, double near, double *places, double *room, double *slope) {
+ * primitive's room does not matter, (n,). near: more room than this does not matter.
+ * room: (m,). of: the primitives, (m,). stop, torque: what `purcell_room_slopes` takes, (m,) and (m, 2, 3). Returns m, n
+ * at most. */
+API SIZE purcell_bend_rooms(SIZE n, const SIZE *control, const double *angle, const double *shapes, const double *least,
+                            const SIZE *fixed, double near, double *room, SIZE *of, SIZE *stop, double *torque) {
     SIZE m = 0;
-    int universal[2];
-    purcell_turns_about_base(n, control, universal);
-    double *const abouts = places + 3 * n;
-    for (SIZE p = 0; p < n; p++) purcell_turning_axis(control[p], shapes + 18 * p, abouts + 3 * p);
     for (SIZE p = 0; p < n; p++) {
         const int limb = LIMB_OF(control[p]), axis = AXIS_OF(control[p]);
         if (axis == 0 || fixed[p]) continue;
-        const double *before = shapes + 18 * p + 9 * limb, *after = before + 18, *about = abouts + 3 * p;
+        const double *before = shapes + 18 * p + 9 * limb, *after = before + 18;
         const double begin[3] = {before[0], before[3], before[6]}, size = angle[p] < 0.0 ? -angle[p] : angle[p];
-        double place[3] = {after[0], after[3], after[6]}, across[3];
-        CROSS(across, about, begin);
-        for (int i = 0; i < 3; i++) across[i] *= angle[p] < 0.0 ? -1.0 : 1.0;
-        /* A primitive passes the circle's far side if its rotation reaches it before the end. */
-        double far = purcell_arctan2_of(-across[0], -begin[0]);
-        if (far < 0.0) far += FULL_TURN;
-        const int passed = far < size && control[p] < BASE_YAW;
+        double place[3] = {after[0], after[3], after[6]}, about[3], across[3], far;
+        purcell_turning_axis(control[p], shapes + 18 * p, about);
+        for (int i = 0; i < 3; i++) about[i] *= angle[p] < 0.0 ? -1.0 : 1.0;
+        const int passed = control[p] < BASE_YAW && passes(about, begin, place, size, &far);
         if (passed) {
             double sine, cosine;
             purcell_sin_cos_of(far, &sine, &cosine);
+            CROSS(across, about, begin);
             for (int i = 0; i < 3; i++) place[i] = cosine * begin[i] + sine * across[i];
         }
         const double left = place[0] - least[2 * p + limb];
         if (!(left < near)) continue;
         room[m] = left;
-        double *row = slope + m * n;
-        const double own_y[3] = {after[1], after[4], after[7]};
-        for (SIZE q = 0; q < n; q++) {
-            if (q > p - passed || LIMB_OF(control[q]) != limb) {
-                row[q] = 0.0;
-                continue;
-            }
-            const double *by = universal[limb] && control[q] < BASE_YAW ? own_y : abouts + 3 * q;
-            row[q] = by[1] * place[2] - by[2] * place[1];
-        }
+        of[m] = p;
+        stop[m] = p + 1 - passed;
+        for (int i = 0; i < 6; i++) torque[6 * m + i] = 0.0;
+        torque[6 * m + 3 * limb + 1] = place[2];
+        torque[6 * m + 3 * limb + 2] = -place[1];
         m++;
     }
     return m;
+}
+
+/* The axes that n primitives turn limb 1 and limb 2 about, zero for the other limb: (6, n). */
+void purcell_turning_axes(SIZE n, const SIZE *control, const double *shapes, double *axes) {
+    for (SIZE i = 0; i < 6 * n; i++) axes[i] = 0.0;
+    for (SIZE q = 0; q < n; q++) {
+        double about[3];
+        purcell_turning_axis(control[q], shapes + 18 * q, about);
+        for (int i = 0; i < 3; i++) axes[(3 * LIMB_OF(control[q]) + i) * n + q] = about[i];
+    }
+}
+
+/* How a room changes with the angles of the first `stop` of n primitives, by torques on both limbs after those: (n,). */
+void purcell_room_slope(SIZE stop, const double *torque, SIZE n, const SIZE *control, const double *shapes,
+                        const double *axes, double *slope) {
+    int universal[2];
+    for (SIZE q = 0; q < stop; q++)
+        slope[q] = (axes[q] * torque[0] + axes[n + q] * torque[1] + axes[2 * n + q] * torque[2]) +
+                   (axes[3 * n + q] * torque[3] + axes[4 * n + q] * torque[4] + axes[5 * n + q] * torque[5]);
+    for (SIZE q = stop; q < n; q++) slope[q] = 0.0;
+    purcell_turns_about_base(n, control, universal);
+    for (SIZE q = 0; (universal[0] || universal[1]) && q < stop; q++) { /* pitches turn such a limb about its own y */
+        const int limb = LIMB_OF(control[q]);
+        const double *there = shapes + 18 * stop + 9 * limb, own_y[3] = {there[1], there[4], there[7]};
+        if (universal[limb] && control[q] < BASE_YAW) slope[q] = DOT(own_y, torque + 3 * limb);
+    }
+}
+
+/* The same of m rooms. stop, torque: (m,) and (m, 2, 3). shapes: (n + 1, 2, 3, 3). axes: to work in, (6, n). slope: (m, n). */
+API void purcell_room_slopes(SIZE m, const SIZE *stop, const double *torque, SIZE n, const SIZE *control,
+                             const double *shapes, double *axes, double *slope) {
+    purcell_turning_axes(n, control, shapes, axes);
+    for (SIZE k = 0; k < m; k++) purcell_room_slope(stop[k], torque + 6 * k, n, control, shapes, axes, slope + k * n);
 }
 
 #define ACTIVE_ROUNDS 12  /* in which the active constraints are looked for; the set that breaks limits least is kept */
@@ -137,14 +172,69 @@ static void least_norm(SIZE r, SIZE n, double *rows, const double *wanted, doubl
     product(lead, basis, x, 1, rank, n);
 }
 
+/* Rows that were active once, next to one another, and their inner products, a little more on the diagonal. */
+struct system {
+    SIZE n, most, count;
+    double *rows, *gram;   /* (most, n), and (most, most), of which the lower half is known */
+    double *factor;        /* of those that are active now; TILE more rows and columns than those */
+    SIZE active, width;
+};
+
+static void include(struct system *k, const double *row, double damping) {
+    double *const own = k->rows + k->count * k->n, *const gram = k->gram + k->count * k->most;
+    for (SIZE j = 0; j < k->n; j++) own[j] = row[j];
+    purcell_inner_products(k->n, ++k->count, k->rows, own, gram);
+    gram[k->count - 1] += damping;
+}
+
+/* Cholesky's factor of the Gram matrix of some of them; whether there is one. */
+static int factorise(struct system *k, SIZE active, const SIZE *which) {
+    const SIZE width = (active + TILE - 1) / TILE * TILE;
+    int positive;
+    k->active = active;
+    k->width = width;
+    for (SIZE a = 0; a < width; a++) {
+        double *const row = k->factor + a * width;
+        for (SIZE b = 0; b < width; b++) row[b] = a == b && a >= active ? 1.0 : 0.0;
+        for (SIZE b = 0; b <= a && a < active; b++) {
+            const SIZE i = which[a], j = which[b];
+            row[b] = i > j ? k->gram[i * k->most + j] : k->gram[j * k->most + i];
+        }
+    }
+    purcell_cholesky(width, k->factor, &positive);
+    return positive;
+}
+
+/* The solution of the system of that Gram matrix, in place of its right side. */
+static void solve(const struct system *k, double *x) {
+    for (SIZE a = 0; a < k->active; a++) {
+        const double *row = k->factor + a * k->width;
+        x[a] = (x[a] - inner_product(a, row, x)) / row[a];
+    }
+    for (SIZE a = k->active - 1; a >= 0; a--) {
+        const double *row = k->factor + a * k->width;
+        x[a] /= row[a];
+        for (SIZE b = 0; b < a; b++) x[b] -= x[a] * row[b];
+    }
+}
+
+/* The sum of multiples of some of the rows: (n,). */
+static void combine(const struct system *k, SIZE count, const SIZE *which, const double *multiplier, double *x) {
+    for (SIZE j = 0; j < k->n; j++) x[j] = 0.0;
+    for (SIZE a = 0; a < count; a++) {
+        const double *row = k->rows + which[a] * k->n;
+        for (SIZE j = 0; j < k->n; j++) x[j] += multiplier[a] * row[j];
+    }
+}
+
 #define REFINED 3         /* the most solutions that refine one another */
 #define SOLVED 1e-11      /* what rows may miss then, as a part of the largest that is wanted */
 
-/* x of least norm for which rows x is a vector, by the damped Gram matrix of the rows, refined; whether that was found.
- * Rows that are all but dependent have none: `least_norm` then does. gram: (r, r). work: (r, r) and (3 r,). */
-static int least_by_gram(SIZE r, SIZE n, const double *rows, const double *gram, const double *wanted, double *work,
-                         double *x) {
-    double *system = work, *left = system + r * r, *multiplier = left + r, *step = multiplier + r, most = 0.0;
+/* x of least norm for which active rows x is a vector, by their damped Gram matrix's factor, refined; whether that was
+ * found. Rows that are all but dependent have none: `least_norm` then does. work: (3, active). */
+static int least_by_gram(const struct system *k, const SIZE *which, const double *wanted, double *work, double *x) {
+    const SIZE r = k->active;
+    double *left = work, *multiplier = left + r, *step = multiplier + r, most = 0.0;
     for (SIZE i = 0; i < r; i++) {
         const double size = fabs(wanted[i]);
         most = size > most ? size : most;
@@ -153,13 +243,12 @@ static int least_by_gram(SIZE r, SIZE n, const double *rows, const double *gram,
     }
     for (int round = 0; round < REFINED; round++) {
         double missed = 0.0;
-        for (SIZE i = 0; i < r * r; i++) system[i] = gram[i];
         for (SIZE i = 0; i < r; i++) step[i] = left[i];
-        purcell_solve(1, r, 1, system, step);
+        solve(k, step);
         for (SIZE i = 0; i < r; i++) multiplier[i] += step[i];
-        product(multiplier, rows, x, 1, r, n);
+        combine(k, r, which, multiplier, x);
         for (SIZE i = 0; i < r; i++) {
-            left[i] = wanted[i] - inner_product(n, rows + i * n, x);
+            left[i] = wanted[i] - inner_product(k->n, k->rows + which[i] * k->n, x);
             const double size = fabs(left[i]);
             missed = size <= missed ? missed : size; /* what is no number stays */
         }
@@ -169,12 +258,10 @@ static int least_by_gram(SIZE r, SIZE n, const double *rows, const double *gram,
     return 0;
 }
 
-/* The inner products of rows (r, n), and a little more on the diagonal. gram: (r, r). */
-static void damped_gram(SIZE r, SIZE n, const double *rows, double damping, double *gram) {
-    for (SIZE i = 0; i < r; i++) {
-        for (SIZE l = 0; l <= i; l++) gram[i * r + l] = gram[l * r + i] = inner_product(n, rows + i * n, rows + l * n);
-        gram[i * r + i] += damping;
-    }
+/* How many numbers `purcell_bounded_step` works in, of r equations and inequalities. */
+API SIZE purcell_step_room(SIZE r, SIZE n) {
+    const SIZE most = r < n ? r : n, width = r + TILE;
+    return 2 * n + 2 * r * n + 9 * r + r * r + width * width + most * n + 3 * most * r + 2 * most + 4;
 }
 
 /* The least step to the arrival under inequalities (primal-dual active sets: Hintermueller, Ito and Kunisch 2002, SIAM
@@ -183,16 +270,19 @@ static void damped_gram(SIZE r, SIZE n, const double *rows, double damping, doub
  * arrival: derivative of what is missing, that of the base's pose first, (m, n). missing: (m,). room, slope: of the
  * inequalities, (k,) and (k, n). reach: of the step's largest component. fine: whether it is refined once it
  * is known which bind; the Gram matrix, with which that is looked for, knows it to half the digits, enough where more
- * steps follow. work: 2 n + 3 r n + 4 r r + 8 r + 8 numbers, r being m + k. out: (n,). */
+ * steps follow. work: `purcell_step_room` numbers, r being m + k. out: (n,). */
 API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, const double *missing, const double *room,
                               const double *slope, double reach, SIZE fine, double *work, double *out) {
     const SIZE r = m + k, most = r < n ? r : n;
-    double *weight = work, *found = weight + n, *rows = found + n, *few = rows + r * n, *wanted = few + r * n;
-    double *multiplier = wanted + r, *basis = multiplier + r, *part = basis + most * n, *rest = part + 3 * most * r + 2 * most;
-    double *system = rest + r;
-    char *active = (char *)(system + r * r), *kept = active + r, *renewed = kept + r, *tried = renewed + r;
+    double *weight = work, *found = weight + n, *rows = found + n, *wanted = rows + r * n, *multiplier = wanted + r;
+    double *excess = multiplier + r, *few = excess + r, *gram = few + r * n, *factor = gram + r * r;
+    double *basis = factor + (r + TILE) * (r + TILE), *part = basis + most * n;
+    SIZE *which = (SIZE *)(part + 3 * most * r + 2 * most + 2 * r), *place = which + r;
+    char *active = (char *)(place + r), *kept = active + r, *renewed = kept + r, *tried = renewed + r;
+    struct system system = {.n = n, .most = r, .rows = few, .gram = gram, .factor = factor};
     for (SIZE j = 0; j < n; j++) {
         double square = arrival[j] * arrival[j];
+        out[j] = 0.0;
         for (int i = 1; i < 6; i++) square += arrival[i * n + j] * arrival[i * n + j];
         weight[j] = 1.0 / sqrt(1.0 + sqrt(square));
     }
@@ -203,29 +293,31 @@ API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, con
         for (SIZE j = 0; j < n; j++) rows[i * n + j] = from[j] * weight[j];
         trace += inner_product(n, rows + i * n, rows + i * n);
         active[i] = kept[i] = i < m;
+        place[i] = -1;
     }
     const double damping = DAMPING * trace + 1e-30;
     for (int round = 0; round < ACTIVE_ROUNDS; round++) {
-        SIZE count = 0, broken = 0, known = 0;
+        SIZE count = 0, broken = 0, again = 0;
         double worst = 0.0;
         for (SIZE i = 0; i < r; i++) {
             if (!active[i]) continue;
-            for (SIZE j = 0; j < n; j++) few[count * n + j] = rows[i * n + j];
+            if (place[i] < 0) {
+                place[i] = system.count;
+                include(&system, rows + i * n, damping);
+            }
+            which[count] = place[i];
             multiplier[count++] = wanted[i];
         }
-        damped_gram(count, n, few, damping, system);
-        purcell_solve(1, count, 1, system, multiplier);
-        for (SIZE j = 0; j < n; j++) found[j] = 0.0;
-        for (SIZE i = 0; i < count; i++)
-            for (SIZE j = 0; j < n; j++) found[j] += multiplier[i] * few[i * n + j];
-        for (SIZE i = r - 1; i >= 0; i--) rest[i] = active[i] ? multiplier[--count] : 0.0;
+        if (!factorise(&system, count, which)) break;
+        solve(&system, multiplier);
+        combine(&system, count, which, multiplier, found);
+        purcell_inner_products(n, r, rows, found, excess);
+        count = 0;
         for (SIZE i = 0; i < r; i++) {
-            const double excess = active[i] ? 0.0 : wanted[i] - inner_product(n, rows + i * n, found);
-            const int over = excess > SLACK;
-            worst = excess > worst ? excess : worst;
+            const int held = active[i] && multiplier[count++] > 0.0, over = !active[i] && wanted[i] - excess[i] > SLACK;
+            if (!active[i] && wanted[i] - excess[i] > worst) worst = wanted[i] - excess[i];
             broken += over;
-            renewed[i] = (char)(i < m || rest[i] > 0.0 || over);
-            multiplier[i] = over;
+            renewed[i] = (char)(i < m || held || over);
         }
         if (worst < least) {
             least = worst;
@@ -234,22 +326,22 @@ API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, con
         }
         if (!broken) break;
         for (SIZE i = 0; i < r; i++) tried[round * r + i] = active[i];
-        for (int s = 0; s <= round && !known; s++) {
-            known = 1;
-            for (SIZE i = 0; i < r && known; i++) known = tried[s * r + i] == renewed[i];
+        for (int s = 0; s <= round && !again; s++) {
+            again = 1;
+            for (SIZE i = 0; i < r && again; i++) again = tried[s * r + i] == renewed[i];
         }
-        for (SIZE i = 0; i < r; i++) active[i] = known ? (char)(active[i] || multiplier[i] > 0.0) : renewed[i];
+        for (SIZE i = 0; i < r; i++) active[i] = again ? (char)(active[i] || renewed[i]) : renewed[i];
     }
     SIZE count = 0;
     for (SIZE i = 0; i < r && fine; i++) {
         if (!kept[i]) continue;
-        for (SIZE j = 0; j < n; j++) few[count * n + j] = rows[i * n + j];
+        which[count] = place[i];
         multiplier[count++] = wanted[i];
     }
-    if (fine) {
-        damped_gram(count, n, few, damping, system);
-        if (count > n || !least_by_gram(count, n, few, system, multiplier, part, out))
-            least_norm(count, n, few, multiplier, basis, part, out);
+    if (fine && (count > n || !factorise(&system, count, which) || !least_by_gram(&system, which, multiplier, part, out))) {
+        for (SIZE a = 0; a < count; a++)
+            for (SIZE j = 0; j < n; j++) rows[a * n + j] = few[which[a] * n + j];
+        least_norm(count, n, rows, multiplier, basis, part, out);
     }
     double largest = 0.0;
     for (SIZE j = 0; j < n; j++) {

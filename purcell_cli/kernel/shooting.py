@@ -5,9 +5,37 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from purcell_cli.kernel.arrays import Array, address, doubles, wholes
+from purcell_cli.kernel.arrays import Array, Whole, address, doubles, wholes
 from purcell_cli.kernel.library import KERNEL
 from purcell_cli.kernel.shapes import control_numbers
+
+
+class Rooms:
+    """Memory for the rooms below limits on n primitives.
+
+    Args:
+        controls: The controls, as `control_numbers` gives them. Shape (n,).
+        shapes: Shapes before, between and after the primitives. Shape (n + 1, 2, 3, 3).
+    """
+
+    def __init__(self, controls: Whole, shapes: Array) -> None:
+        self._motion, n = (controls, shapes), len(shapes) - 1
+        self._room, self._of, self._stop = np.empty(n), np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+        self._torque = np.empty(6 * n)
+
+    @property
+    def places(self) -> list[int]:
+        """Where the rooms, their primitives, where they are looked at and the torques there go."""
+        return [address(part) for part in (self._room, self._of, self._stop, self._torque)]
+
+    def sloped(self, count: int) -> tuple[Array, Array]:
+        """Return the first rooms and their derivative by all angles. Shapes (count,) and (count, n)."""
+        control, shapes = self._motion
+        n = len(shapes) - 1
+        axes, slope = np.empty(6 * n), np.empty((count, n))
+        given = address(self._stop), address(self._torque), n, address(control), address(shapes)
+        KERNEL.purcell_room_slopes(count, *given, address(axes), address(slope))
+        return self._room[:count], slope
 
 
 def bend_rows(
@@ -30,10 +58,11 @@ def bend_rows(
     n = len(angle)
     control, shape = control_numbers(controls, n), doubles(shapes, "shapes", (n + 1, 2, 3, 3))
     limit, still = doubles(least, "least", (n, 2)), wholes(fixed, "fixed", (n,))
-    places, room, slope = np.empty(6 * n), np.empty(n), np.empty((n, n))
+    if control is None:
+        raise ValueError("controls: numbers from 0 to 7 are wanted")
+    rooms = Rooms(control, shape)
     given = (address(part) for part in (control, angle, shape, limit, still))
-    many = KERNEL.purcell_bend_rows(n, *given, float(near), *(address(part) for part in (places, room, slope)))
-    return room[:many], slope[:many]
+    return rooms.sloped(KERNEL.purcell_bend_rooms(n, *given, float(near), *rooms.places))
 
 
 def bounded_step(
@@ -55,8 +84,8 @@ def bounded_step(
         raise ValueError(f"arrival: six equations at least are wanted, found {m}")
     left, rest = doubles(missing, "missing", (m,)), doubles(room, "room", (-1,))
     k = len(rest)
-    rows, out, r = doubles(slope, "slope", (k, n)), np.empty(n), m + k
-    work = np.empty(2 * n + 3 * r * n + 4 * r * r + 8 * r + 8)
+    rows, out = doubles(slope, "slope", (k, n)), np.empty(n)
+    work = np.empty(KERNEL.purcell_step_room(m + k, n))
     if n:
         given = (address(part) for part in (equations, left, rest, rows))
         KERNEL.purcell_bounded_step(m, k, n, *given, float(reach), int(fine), address(work), address(out))

@@ -20,7 +20,12 @@ typedef struct {
 #define ZERO ((pair)NOTHING)
 #define AT(numbers) ((pair){*(const half *)(numbers), *(const half *)((numbers) + 2)})
 #define PUT(numbers, value) (*(half *)(numbers) = (value).low, *(half *)((numbers) + 2) = (value).high)
-#define ADD_EACH(sum, one, other) ((sum).low += (one).low * (other).low, (sum).high += (one).high * (other).high)
+#define ADD_EACH(sum, one, other)                 \
+    do {                                          \
+        const pair one_ = (one), other_ = (other); \
+        (sum).low += one_.low * other_.low;       \
+        (sum).high += one_.high * other_.high;    \
+    } while (0)
 #define ADD(sum, factor, numbers)                      \
     do {                                               \
         const double factor_ = (factor);               \
@@ -96,3 +101,5 @@ EITHER(renewed,
        (SIZE n, int changed, double *const *row, const double *factor, const double *slope, const double *pivot,
         double *gains),
        (n, changed, row, factor, slope, pivot, gains))
+EITHER(inner_products, (SIZE n, SIZE count, const double *rows, const double *other, double *out),
+       (n, count, rows, other, out))

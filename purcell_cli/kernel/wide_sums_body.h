@@ -1,7 +1,5 @@
 /* Sums of many numbers, four side by side (NUMBERS); `wide_sums.c` includes this for each kind of register. */
 
-#define TILE 3 /* rows of Cholesky's factor at once: those of a bead */
-
 VARIANT void NAMED(table_rows)(const double *rows, int count, int entries, const double *weight, const double *slope,
                                double *sum, double *sloped) {
     for (int e = 0; e < entries; e += 2 * QUAD) {
@@ -139,4 +137,27 @@ VARIANT void NAMED(renewed)(SIZE n, int changed, double *const *row, const doubl
             if (changed) row[k][j] += factor[k] * pivot[j];
             gains[j] += slope[k] * row[k][j];
         }
+}
+
+VARIANT void NAMED(inner_products)(SIZE n, SIZE count, const double *rows, const double *other, double *out) {
+    for (SIZE i = 0; i < count; i += QUAD) {
+        const SIZE many = count - i < QUAD ? count - i : QUAD;
+        const double *row[QUAD];
+        NUMBERS sums[QUAD];
+        SIZE k = 0;
+        for (int r = 0; r < QUAD; r++) {
+            row[r] = rows + (r < many ? i + r : i) * n;
+            sums[r] = ZERO;
+        }
+        for (; k + QUAD <= n; k += QUAD) {
+            const NUMBERS there = AT(other + k);
+            for (int r = 0; r < QUAD; r++) ADD_EACH(sums[r], AT(row[r] + k), there);
+        }
+        for (int r = 0; r < many; r++) {
+            double s[QUAD];
+            PUT(s, sums[r]);
+            for (int l = 0; k + l < n; l++) s[l] += row[r][k + l] * other[k + l];
+            out[i + r] = (s[0] + s[1]) + (s[2] + s[3]);
+        }
+    }
 }

@@ -202,8 +202,13 @@ def clearance_slack(
         What the least distance on m primitives exceeds the least allowed by [m], shape (m,), and its derivative by all
         angles, shape (m, n).
     """
-    small_m = TOLERANCE_L * swimmer.length_m
-    return kernel.rows(controls, angles, shapes, least_m, _links(swimmer), small_m, straight_distance(swimmer), near_m)
+    return kernel.rows(controls, angles, shapes, limits_apart(swimmer, least_m, near_m))
+
+
+def limits_apart(swimmer: Swimmer, least_m: ArrayLike, near_m: float) -> kernel.Apart:
+    """Return how far limbs must be apart as the kernel takes it; see `clearance_slack`."""
+    small_m, straight_m = TOLERANCE_L * swimmer.length_m, straight_distance(swimmer)
+    return kernel.Apart(np.asarray(least_m, dtype=np.float64), _links(swimmer), small_m, straight_m, near_m)
 
 
 @functools.lru_cache(maxsize=64)

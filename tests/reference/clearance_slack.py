@@ -1,4 +1,4 @@
-"""The reference of `purcell_clearance_rows`: the same in numpy, all primitives at once."""
+"""The reference of `purcell_clearance_rooms` and their slopes: the same in numpy, all primitives at once."""
 
 from __future__ import annotations
 
@@ -19,12 +19,19 @@ def clearance_slack(
     swimmer: Swimmer, sequence: PrimitiveSequence, shapes: Array, least: Array, near_m: float
 ) -> tuple[Array, Array]:
     """Return what the limbs' distance exceeds the least by where that is little, and its derivative by all angles."""
+    return numbered_clearance_slack(swimmer, sequence, shapes, least, near_m)[1:]
+
+
+def numbered_clearance_slack(
+    swimmer: Swimmer, sequence: PrimitiveSequence, shapes: Array, least: Array, near_m: float
+) -> tuple[NDArray[np.int64], Array, Array]:
+    """Return on which primitives that is little, it, and its derivative by all angles."""
     row, limb = np.arange(len(sequence)), sequence.limb
     active = np.flatnonzero(least > -np.inf)
     if len(active):
         active = active[~_far_apart(swimmer, sequence, shapes, active, float(np.max(least[active])), near_m)]
     if not len(active):
-        return np.zeros(0), np.zeros((0, len(sequence)))
+        return active, np.zeros(0), np.zeros((0, len(sequence)))
     pieces = Pieces.between(sequence, shapes)[active]
     apart, time = clearances(swimmer, pieces, float(np.max(least)) + near_m)
     near = np.flatnonzero(apart - least[active] < near_m)
@@ -38,7 +45,7 @@ def clearance_slack(
         own_y = shapes[active[near] + at_end][..., 1][:, limb[pitched]]
         lever[:, pitched] = inner(own_y, torque[:, limb[pitched]])
     acts = row[None, :] < (active[near] + at_end)[:, None]
-    return (apart - least[active])[near], np.where(acts, lever, 0.0)
+    return active[near], (apart - least[active])[near], np.where(acts, lever, 0.0)
 
 
 def _far_apart(

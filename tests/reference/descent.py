@@ -5,24 +5,43 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.shooting import bounded_step
+from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.planner.refine.active_set import loose
-from purcell_cli.planner.refine.inequalities import clearance_rows, least_cosines, least_distances, limit_rows
+from purcell_cli.planner.refine.inequalities import ACTIVE, least_cosines, least_distances, limit_rows
 from purcell_cli.planner.refine.shooting import Equations, Values
 from purcell_cli.planner.refine.trust_region import descended
+from reference.clearance_slack import numbered_clearance_slack
 from reference.program import penalised
+from reference.shooting import numbered_bend_rows
+
+TURNING, IDLE, PASSING = range(3)
+"""Kinds of rows: of a primitive that turns; of one at angle zero; of such a one before another of the same row."""
+
+
+def kinds(sequence: PrimitiveSequence, of: NDArray[np.int64], alike: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the kinds of rows of primitives; rows are the same while angles are zero where `alike` is."""
+    turns = sequence.angle != 0.0
+    runs, out = np.cumsum(turns), np.where(turns[of], TURNING, IDLE)
+    idle = [(run, same) if not turn else None for run, same, turn in zip(runs[of], alike, turns[of], strict=True)]
+    for k, here in enumerate(idle):
+        if here is not None and here in idle[k + 1 :]:
+            out[k] = PASSING
+    return out
 
 
 @dataclasses.dataclass(frozen=True)
 class Point:
-    """Free angles, the equations there, the slack of the limits, violation and merit."""
+    """Free angles, the equations there, the slack of the limits and of what kinds that is, violation and merit."""
 
     angle: Array
     values: Values
     slack: Array
     slope: Array
+    kind: NDArray[np.int64]
     violation: float
     merit: float
 
@@ -42,13 +61,16 @@ class Search:
 
     def point(self, angle: Array) -> Point:
         values = self.equations.at(angle)
-        motion = self.equations, values.sequence, values.shapes
-        rows = limit_rows(self.equations, values, self.least), clearance_rows(*motion, self.apart)
-        slack, slope = (np.concatenate(part) for part in zip(*rows, strict=True))
-        violation = float(np.sum(np.abs(values.residual)) - np.sum(np.minimum(slack, 0.0)))
-        return Point(
-            angle, values, slack, slope, violation, self.equations.weight @ np.abs(angle) + self.price * violation
-        )
+        sequence, shapes, swimmer = values.sequence, values.shapes, self.equations.swimmer
+        bends, *bent = numbered_bend_rows(sequence, shapes, self.least, self.equations.fixed, ACTIVE)
+        gaps, *near = numbered_clearance_slack(swimmer, sequence, shapes, self.apart, 0.25)
+        slack, slope = (np.concatenate(part) for part in zip(bent, near, strict=True))
+        alike = sequence.limb[bends], np.zeros(len(gaps), dtype=np.int64)
+        kind = np.concatenate([kinds(sequence, *rows) for rows in zip((bends, gaps), alike, strict=True)])
+        broken = np.minimum(slack[kind == TURNING], 0.0)
+        violation = float(np.sum(np.abs(values.residual)) - np.sum(broken))
+        merit = self.equations.weight @ np.abs(angle) + self.price * violation
+        return Point(angle, values, slack, self.equations.by_free_angles(slope), kind, violation, merit)
 
     def step(self, here: Point, reach: float) -> tuple[Array, float] | None:
         if self.own and self.before is not None and here is not self.before:
@@ -59,11 +81,18 @@ class Search:
             self.change = np.where(change != 0.0, change, self.change)
         self.before = here
         within = self.share * reach * loose(here.values.derivative)
-        slope = np.concatenate([here.values.derivative, -here.slope])
-        wanted = slope @ here.angle - np.concatenate([here.values.residual, -here.slack])
+        rows = here.kind != PASSING
+        slope = np.concatenate([here.values.derivative, -here.slope[rows]])
+        wanted = slope @ here.angle - np.concatenate([here.values.residual, -here.slack[rows]])
         bounds = here.angle - within, here.angle + within
         many = len(here.values.residual)
-        return penalised(self.equations.weight, slope, wanted, many, self.price, *bounds, here.angle)
+        found = penalised(self.equations.weight, slope, wanted, many, self.price, *bounds, here.angle)
+        if found is None:
+            return None
+        missed = slope @ found[0] - wanted
+        counted = here.kind[rows] == TURNING
+        missed = np.sum(np.abs(missed[:many])) + np.sum(np.maximum(missed[many:][counted], 0.0))
+        return found[0], float(self.equations.weight @ np.abs(found[0]) + self.price * missed)
 
     def restored(self, here: Point, reach: float, enough: float = 1e-4, slopes: Array | None = None) -> Point:
         """Return the point moved back to the arrival, by a derivative from elsewhere as long as that is swift."""
@@ -73,7 +102,9 @@ class Search:
             own = slopes is None
             slopes = here.values.derivative if slopes is None else slopes
             used, move, values = np.abs(here.angle) > 1e-9, np.zeros_like(here.angle), here.values
-            move[used] = bounded_step(slopes[:, used], values.residual, here.slack, here.slope[:, used], reach, False)
+            rows = here.kind == TURNING
+            limits = here.slack[rows], here.slope[rows][:, used]
+            move[used] = bounded_step(slopes[:, used], values.residual, *limits, reach, False)
             there = self.point(here.angle + move)
             left = there.violation / here.violation
             if own and left > 0.9:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift_derivatives import turning_axes
@@ -13,6 +14,13 @@ def bend_rows(
     sequence: PrimitiveSequence, shapes: Array, least: Array, fixed: Array, near: float
 ) -> tuple[Array, Array]:
     """Return the room left below the bend limit where it is small, and its derivative by all angles."""
+    return numbered_bend_rows(sequence, shapes, least, fixed, near)[1:]
+
+
+def numbered_bend_rows(
+    sequence: PrimitiveSequence, shapes: Array, least: Array, fixed: Array, near: float
+) -> tuple[NDArray[np.int64], Array, Array]:
+    """Return on which primitives that room is small, it, and its derivative by all angles."""
     row, limb, axis = np.arange(len(sequence)), sequence.limb, sequence.axis
     begin, place = shapes[row, limb, :, 0], shapes[row + 1, limb, :, 0].copy()
     about = turning_axes(sequence, shapes, row)
@@ -29,7 +37,7 @@ def bend_rows(
     own = own_y[:, 1] * place[active, 2] - own_y[:, 2] * place[active, 1]
     lever = np.where(pitched, own[:, None], lever)
     acts = (limb[None, :] == limb[active, None]) & (row[None, :] <= (row - passed)[active, None])
-    return room[active], np.where(acts, lever, 0.0)
+    return active, room[active], np.where(acts, lever, 0.0)
 
 
 def bounded_step(arrival: Array, missing: Array, room: Array, slope: Array, reach: float) -> Array:

@@ -17,13 +17,21 @@ from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.reproducible import arccos, cos, matmul
 from purcell_cli.geometry.rotations import Array, cross
 from purcell_cli.kernel import moves, shooting
+from purcell_cli.kernel.clearance import Apart
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.joint_turns import by_turns, rotation_vectors
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
-from purcell_cli.motion.clearance import clearance_slack, clearances, distance_slope, limb_distance, straight_distance
+from purcell_cli.motion.clearance import (
+    clearance_slack,
+    clearances,
+    distance_slope,
+    limb_distance,
+    limits_apart,
+    straight_distance,
+)
 from purcell_cli.motion.limb_circles import LimbCircles
 from purcell_cli.planner.refine.joint_ranges import ACTIVE_RAD, JointRange, joint_ranges
 from purcell_cli.planner.refine.segments import AT_ONCE
@@ -163,27 +171,19 @@ def distance_rows(swimmer: Swimmer, found: moves.MoveEquations, vectors: Array, 
     return least[near] - apart, (acts[..., None, None] * levers).reshape(len(near), AT_ONCE * n)
 
 
-def rows_besides(equations: Equations, clearance: float | None) -> tuple[MoreRows | None, int]:
-    """Return what gives the inequalities on a motion besides the bend limit, if any, and how many they are at most.
+def rows_besides(equations: Equations, clearance: float | None) -> tuple[MoreRows | None, Apart | None]:
+    """Return the inequalities on a motion besides the bend limit: what gives those of ranges, and limbs' distances.
 
     Args:
         equations: The motion.
         clearance: How far the limbs stay apart in phases 1 and 3 [L]; None where that does not matter.
     """
-    count, apart = len(equations.phase), None if clearance is None else least_distances(equations, clearance)
+    apart = None if clearance is None else least_distances(equations, clearance)
     meeting = apart is not None and bool(np.any(apart > -np.inf)) and not _never_near(equations, float(np.max(apart)))
-    ranged = not equations.swimmer.ball_joints
-
-    def rows(sequence: PrimitiveSequence, shapes: Array) -> tuple[Array, Array]:
-        parts = []
-        if ranged:
-            parts.append(range_rows(equations, sequence))
-        if meeting and apart is not None:
-            parts.append(clearance_rows(equations, sequence, shapes, apart))
-        slack, slope = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return slack, slope
-
-    return (rows if ranged or meeting else None), 2 * count * ranged + count * meeting
+    return (
+        None if equations.swimmer.ball_joints else functools.partial(range_rows, equations),
+        limits_apart(equations.swimmer, apart, _NEAR_L) if meeting and apart is not None else None,
+    )
 
 
 @frozen_dataclass(eq=False)

@@ -21,6 +21,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array, as_vector
 from purcell_cli.kernel import moves
+from purcell_cli.kernel.clearance import Apart
 from purcell_cli.kernel.descent import Descent, More
 from purcell_cli.mechanics.collocation import Accuracy, flow_of
 from purcell_cli.mechanics.joint_motion import home_shape
@@ -34,8 +35,8 @@ from purcell_cli.motion.blocks import Block
 from purcell_cli.planner.refine.free_angles import FreeAngles
 from purcell_cli.planner.refine.segments import AT_ONCE, Segment, phase_ends
 
-MoreRows = Callable[[PrimitiveSequence, Array], tuple[Array, Array]]
-"""Inequalities at a sequence and its shapes: the room that is left, and its derivative by the free angles."""
+MoreRows = Callable[[PrimitiveSequence], tuple[Array, Array]]
+"""Inequalities at a sequence: the room that is left, and its derivative by the free angles."""
 
 
 @frozen_dataclass(eq=False)
@@ -287,21 +288,22 @@ class Equations:
         )
         return Values(residual, self.by_free_angles(derivative), sequence, shapes)
 
-    def descent(self, least: Array, near: float, more: MoreRows | None = None, most: int = 0) -> Descent:
+    def descent(self, least: Array, near: float, more: MoreRows | None = None, apart: Apart | None = None) -> Descent:
         """Return searches for the free angles of primitives, made in one call each.
 
         Args:
             least: The least cosine of each limb's bend on each primitive. Shape (k, 2).
             near: More room below the bend limit than this does not matter, in the cosine of the bend.
-            more: Gives more inequalities at a sequence of other angles and its shapes, see `inequalities`, if any.
-            most: How many they are at most.
+            more: Gives the inequalities of ranges at a sequence of other angles, at most two a primitive, if any.
+            apart: How far limbs must be apart, if that matters.
         """
         sequence, (stops, ends) = self.sequence, self._ends
         rows = None if more is None else _at_angles(more, sequence)
         free = self._free
         motion = sequence.control, sequence.angle, free.index, free.sign, len(free), self.repeats
         wanted = self.start, self._wanted_inverse, stops, ends
-        return Descent(flow_of(self.swimmer, self.accuracy), *motion, *wanted, least, self.fixed, near, rows, most)
+        flow, most = flow_of(self.swimmer, self.accuracy), 2 * len(sequence)
+        return Descent(flow, *motion, *wanted, least, self.fixed, near, apart, rows, most)
 
     def values(self, angle: Array, residual: Array, derivative: Array, shapes: Array) -> Values:
         """Return the equations' values at some free angles, where those are known; see `Values`."""
@@ -315,4 +317,4 @@ class Equations:
 
 def _at_angles(rows: MoreRows, sequence: PrimitiveSequence) -> More:
     """Return inequalities at a sequence as those at its angles."""
-    return lambda angle, shapes: rows(sequence.with_angles(angle.copy()), shapes)
+    return lambda angle, _: rows(sequence.with_angles(angle.copy()))

@@ -1,11 +1,10 @@
-/* How near the limbs come on the primitives of a motion, and how that changes with every angle. */
+/* How near the limbs come on the primitives of a motion. */
 #include <math.h>
 
 #include "kernel.h"
 #include "small.h"
 
 #define RIGHT_ANGLE 1.5707963267948966
-#define MOST_CUT 1024 /* stretches of one primitive that are looked at at once */
 
 static double bend_of(const double *limb) {
     const double c = limb[0] < -1.0 ? -1.0 : limb[0] > 1.0 ? 1.0 : limb[0];
@@ -14,9 +13,9 @@ static double bend_of(const double *limb) {
 
 /* Whether no limb bends by more than a right angle on a primitive: between two bends at most by half of the sum of both
  * and of the angle that it turns by. */
-static int never_folds(const double *before, const double *after, double angle) {
-    for (int i = 0; i < 18; i += 9)
-        if (!(0.5 * (bend_of(before + i) + bend_of(after + i) + fabs(angle)) < RIGHT_ANGLE)) return 0;
+static int never_folds(const double before[2], const double after[2], double angle) {
+    for (int i = 0; i < 2; i++)
+        if (!(0.5 * (before[i] + after[i] + fabs(angle)) < RIGHT_ANGLE)) return 0;
     return 1;
 }
 
@@ -30,24 +29,28 @@ static void rates_of(SIZE control, double angle, const double *shape, double out
         for (int i = 0; i < 3; i++) out[3 * LIMB_OF(control) + i] = sign * shape[9 * LIMB_OF(control) + 6 + i];
 }
 
-/* What the least distance on a primitive exceeds the least that is allowed by, and its derivative by all n angles: of the
- * primitives on which that is small.
+/* What the least distance on a primitive exceeds the least that is allowed by: of the primitives on which that is small.
  *
  * control, angle, least: (n,); a primitive of which the least distance is -infinity does not matter. shapes: (n + 1, 2,
  * 3, 3). numbers: see `clearance.c`, (5,). straight: the distance of straight limbs; if that is far enough, limbs matter
- * only where one folds. near: what is small. cut: (2, MOST_CUT, 5), to work in. room, slope: (m,) and (m, n).
- * Returns m, n at most. */
-API SIZE purcell_clearance_rows(SIZE n, const SIZE *control, const double *angle, const double *shapes,
-                                const double *least, const double *numbers, double straight, double near, double *cut,
-                                double *room, double *slope) {
-    double most = -INFINITY;
-    SIZE m = 0;
-    int universal[2];
+ * only where one folds. near: what is small. cut: to work in, CLEARANCE_ROOM numbers.
+ * room, of, stop, torque: see `purcell_bend_rooms`. Returns m, n at most. */
+API SIZE purcell_clearance_rooms(SIZE n, const SIZE *control, const double *angle, const double *shapes,
+                                 const double *least, const double *numbers, double straight, double near, double *cut,
+                                 double *room, SIZE *of, SIZE *stop, double *torque) {
+    double most = -INFINITY, bends[2][2];
+    SIZE m = 0, known = -1; /* before which primitive the limbs' bends are known */
     for (SIZE k = 0; k < n; k++) most = least[k] > most ? least[k] : most;
-    purcell_turns_about_base(n, control, universal);
     for (SIZE k = 0; k < n && most > -INFINITY; k++) {
         const double *shape = shapes + 18 * k, lasts = fabs(angle[k]), enough = most + near;
-        if (!(least[k] > -INFINITY) || (straight - most >= near && never_folds(shape, shape + 18, lasts))) continue;
+        double *const before = bends[k % 2], *const after = bends[1 - k % 2];
+        if (!(least[k] > -INFINITY)) continue;
+        for (int i = 0; i < 2; i++) {
+            if (known != k) before[i] = bend_of(shape + 9 * i);
+            after[i] = shape[18 + 9 * i] == shape[9 * i] ? before[i] : bend_of(shape + 18 + 9 * i);
+        }
+        known = k + 1;
+        if (straight - most >= near && never_folds(before, after, lasts)) continue;
         double rates[6], centre[6], cosine[6], sine[6], turn[2], best = INFINITY, when = 0.0, error;
         SIZE where = 0, count, from = 0;
         rates_of(control[k], angle[k], shape, rates);
@@ -59,7 +62,7 @@ API SIZE purcell_clearance_rows(SIZE n, const SIZE *control, const double *angle
                                           &error);
         if (!(best - least[k] < near)) continue;
         const double gap[3] = {2.0 * numbers[0], 0.0, 0.0};
-        double axes[2][3], link[2][3], place[3], along[3], torque[2][3];
+        double axes[2][3], link[2][3], place[3], along[3];
         for (int i = 0; i < 2; i++) {
             double s, c;
             purcell_sin_cos_of(turn[i] * when, &s, &c);
@@ -74,18 +77,10 @@ API SIZE purcell_clearance_rows(SIZE n, const SIZE *control, const double *angle
         for (int i = 0; i < 2; i++) {
             const double arm = numbers[1 + i] * place[i];
             const double pull[3] = {arm * along[0], arm * along[1], arm * along[2]};
-            CROSS(torque[i], axes[i], pull);
+            CROSS(torque + 6 * m + 3 * i, axes[i], pull);
         }
-        const SIZE stop = k + (when >= lasts);
-        double *row = slope + m * n;
-        for (SIZE q = 0; q < n; q++) {
-            const int limb = LIMB_OF(control[q]);
-            const double *there = shapes + 18 * stop + 9 * limb, own_y[3] = {there[1], there[4], there[7]};
-            double about[3];
-            purcell_turning_axis(control[q], shapes + 18 * q, about);
-            const double *by = universal[limb] && control[q] < BASE_YAW ? own_y : about;
-            row[q] = q < stop ? DOT(by, torque[limb]) : 0.0;
-        }
+        of[m] = k;
+        stop[m] = k + (when >= lasts);
         room[m++] = best - least[k];
     }
     return m;
