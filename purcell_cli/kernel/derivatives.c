@@ -53,8 +53,8 @@ struct chain {
     int moves;            /* whether pieces are moves, not primitives */
     int based;            /* the limb that the piece turns about the base's z, or -1 */
     wide_pose here, once; /* from the path's start and from the repeat's */
-    int plain;            /* whether a rough flow without repeats is put together in doubles: `at` */
-    double at[16];
+    int plain;            /* whether a flow is so rough that it is put together in doubles: `at`, `once_at` */
+    double at[16], once_at[16];
     double pitch_axis[3]; /* that limb's own y where the piece begins */
     int repeating;
     double *total, *own;  /* of the piece: what turning limbs changes on it, and what its own turn does */
@@ -117,15 +117,31 @@ static void ending(const struct chain *c, const double *shape, SIZE control, dou
     for (int i = 0; i < 6; i++) out[i] = steps ? sign * xi[i][0] : xi[i][0]; /* of the rate as it was played */
 }
 
+static void go_on(double at[16], const double by[16]) {
+    double pose[16];
+    for (int i = 0; i < 16; i++) pose[i] = at[i];
+    product(pose, by, at, 4, 4, 4);
+}
+
 static void put_on(struct chain *c) {
     if (c->plain) {
-        double pose[16];
-        for (int i = 0; i < 16; i++) pose[i] = c->at[i];
-        product(pose, c->solved.pose, c->at, 4, 4, 4);
+        go_on(c->at, c->solved.pose);
+        if (c->repeating) go_on(c->once_at, c->solved.pose);
     } else {
         purcell_wide_times(&c->here, c->solved.pose);
+        if (c->repeating) purcell_wide_times(&c->once, c->solved.pose);
     }
-    if (c->repeating) purcell_wide_times(&c->once, c->solved.pose);
+}
+
+/* g^n put on, by doubling; g is spoilt. */
+static void go_on_often(double at[16], double g[16], SIZE cycles) {
+    double square[16];
+    for (SIZE left = cycles; left > 0; left /= 2) {
+        if (left % 2) go_on(at, g);
+        product(g, g, square, 4, 4, 4);
+        purcell_orthonormalise(1, 4, square);
+        for (int i = 0; i < 16; i++) g[i] = square[i];
+    }
 }
 
 /* A step of a path of which no derivative is wanted. */
@@ -253,7 +269,7 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
     SIZE later = -1; /* the primitive from which the second of them counts */
     SIZE r = 0;
     purcell_wide_identity(&c.here);
-    c.plain = k == 0 && stages <= ROUGH_STAGES;
+    c.plain = stages <= ROUGH_STAGES;
     identity(c.at, 4);
     for (SIZE p = 0; p < n; p++) {
         double rate[6];
@@ -263,7 +279,9 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
         if (r < k && p == repeats[3 * r]) {
             c.repeating = 1;
             purcell_wide_identity(&c.once);
+            identity(c.once_at, 4);
             purcell_wide_round(&c.here, begun);
+            for (int i = 0; c.plain && i < 16; i++) begun[i] = c.at[i];
         }
         c.total = room + 88 * p;
         c.own = c.total + 36;
@@ -295,18 +313,22 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
                               (control[p] >= BASE_YAW ? j == 2 : shapes[18 * p + 9 * limb + 3 * j + axis]);
             }
         }
-        if (c.plain) {
-            for (int i = 0; i < 16; i++) c.total[72 + i] = c.at[i];
-            continue;
-        }
-        if (steps > 0) purcell_wide_normalise(&c.here);
-        purcell_wide_round(&c.here, c.total + 72);
+        if (steps > 0 && !c.plain) purcell_wide_normalise(&c.here);
+        if (!c.plain) purcell_wide_round(&c.here, c.total + 72);
+        for (int i = 0; c.plain && i < 16; i++) c.total[72 + i] = c.at[i];
         if (r < k && p + 1 == repeats[3 * r + 1]) {
-            wide_pose rest;
-            purcell_wide_normalise(&c.once);
-            purcell_wide_round(&c.once, once);
-            purcell_wide_power(&c.once, repeats[3 * r + 2] - 1, &rest);
-            purcell_wide_product(&c.here, &rest, &c.here);
+            const SIZE again = repeats[3 * r + 2] - 1;
+            if (c.plain) {
+                purcell_orthonormalise(1, 4, c.once_at);
+                for (int i = 0; i < 16; i++) once[i] = c.once_at[i];
+                go_on_often(c.at, c.once_at, again);
+            } else {
+                wide_pose rest;
+                purcell_wide_normalise(&c.once);
+                purcell_wide_round(&c.once, once);
+                purcell_wide_power(&c.once, again, &rest);
+                purcell_wide_product(&c.here, &rest, &c.here);
+            }
             c.repeating = 0;
             r++;
             if (!slopes) continue;
