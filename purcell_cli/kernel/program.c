@@ -3,7 +3,7 @@
  *
  * Primal simplex on convex costs of two straight pieces (Fourer 1985, Math. Program. 33, 204): a variable out of the
  * basis rests on a bend of its cost, and a step goes on past bends of the others until the cost rises. Rows miss what
- * they may at a price, so any point is a beginning. */
+ * they may at a price, so any point is a beginning. What begins at zero is left out as long as it would not gain. */
 #include <math.h>
 
 #include "kernel.h"
@@ -12,9 +12,12 @@
 #define NO_BOUND 1e300
 /* An inequality joins that misses more than this at the beginning, and later on, in units of what one variable changes it
  * by at the most. */
-#define NEAR -2.0
+#define NEAR -1.0
 #define BROKEN 1e-11
 #define ROUNDS_A_COLUMN 40
+/* Columns that join together: so many at the most, which gain more than this part of what the best does. */
+#define JOINING 32
+#define AS_GOOD 0.3
 
 /* A cost: `slope[0]` from `edge[0]` to `edge[1]`, and `slope[1]` on to `edge[2]`. */
 struct cost {
@@ -22,14 +25,16 @@ struct cost {
 };
 
 struct program {
-    SIZE rows, columns;
-    double *table;          /* how the basis changes with the rest: (rows, columns) */
+    SIZE all, rows, columns; /* how many variables there are beside the rows', and the rows and columns that have joined */
+    const double *matrix;
+    double *table;          /* how the basis changes with the rest: (rows, columns), rows being `all` numbers apart */
     struct cost *costs;     /* of the columns' variables, then of the rows' */
     double *value;          /* of all variables, in that order */
     double *gains, *pivot;  /* of the columns, and of the last exchange: (columns,) */
     double *idle;           /* a row of none: (columns,) */
     double *speed;          /* of the rows as a column moves: (rows,) */
-    int64_t *piece, *basic, *resting;
+    double *reduced, *worth; /* of all columns: the gains, and what those gain that have not joined */
+    int64_t *piece, *basic, *resting, *out; /* out: whether a column has not joined */
 };
 
 /* The piece that a resting variable enters when it goes up (1) or down (-1): 0 or 1; or -1 or 2, a wall. */
@@ -49,7 +54,7 @@ static void renew(struct program *p, SIZE row, SIZE column) {
     const SIZE n = p->columns;
     double *const pivot = p->pivot;
     if (row >= 0) {
-        double *const from = p->table + row * n, by = 1.0 / from[column];
+        double *const from = p->table + row * p->all, by = 1.0 / from[column];
         for (SIZE j = 0; j < n; j++) pivot[j] = from[j] *= -by;
         pivot[column] = from[column] = by;
         const SIZE variable = p->basic[row];
@@ -61,7 +66,7 @@ static void renew(struct program *p, SIZE row, SIZE column) {
     int many = 0, changed = 0;
     for (SIZE i = 0; i < p->rows; i++) {
         const SIZE variable = p->basic[i];
-        double *const here = p->table + i * n;
+        double *const here = p->table + i * p->all;
         slope[many] = p->costs[variable].slope[p->piece[variable]];
         factor[many] = row >= 0 && i != row ? here[column] : 0.0;
         if (slope[many] == 0.0 && factor[many] == 0.0) continue;
@@ -82,6 +87,12 @@ static void renew(struct program *p, SIZE row, SIZE column) {
     purcell_renewed(n, changed, some, factor, slope, pivot, p->gains);
 }
 
+/* What a variable gains per unit that moves up (1) or down (-1), its rise changing the others' cost; none at a wall. */
+static double gain_of(const struct cost *c, double value, int direction, double rise) {
+    const int piece = piece_towards(c, value, direction);
+    return piece < 0 || piece > 1 ? 0.0 : -direction * (c->slope[piece] + rise);
+}
+
 /* The best column to move, how it moves and at what gain per unit; -1 where none gains. */
 static SIZE chosen(const struct program *p, double least, int *direction, double *gain) {
     SIZE best = -1;
@@ -90,9 +101,7 @@ static SIZE chosen(const struct program *p, double least, int *direction, double
         const SIZE variable = p->resting[j];
         const struct cost *c = p->costs + variable;
         for (int d = -1; d <= 1; d += 2) {
-            const int piece = piece_towards(c, p->value[variable], d);
-            if (piece < 0 || piece > 1) continue;
-            const double found = -d * (c->slope[piece] + p->gains[j]);
+            const double found = gain_of(c, p->value[variable], d, p->gains[j]);
             if (found > least && found * c->scale > most) {
                 most = found * c->scale;
                 best = j;
@@ -106,11 +115,11 @@ static SIZE chosen(const struct program *p, double least, int *direction, double
 
 /* Moves a column's variable as far as the cost falls, and exchanges it with what stops it, if that is another. */
 static void move(struct program *p, SIZE column, int direction, double gain) {
-    const SIZE n = p->columns, mover = p->resting[column];
+    const SIZE mover = p->resting[column];
     double way = 0.0;
     SIZE stopped = -1;
     p->piece[mover] = piece_towards(p->costs + mover, p->value[mover], direction);
-    for (SIZE i = 0; i < p->rows; i++) p->speed[i] = direction * p->table[i * n + column];
+    for (SIZE i = 0; i < p->rows; i++) p->speed[i] = direction * p->table[i * p->all + column];
     for (;;) {
         double least = way_left(p->costs + mover, p->value[mover], p->piece[mover], direction);
         SIZE first = -1;
@@ -143,16 +152,63 @@ static void move(struct program *p, SIZE column, int direction, double gain) {
 }
 
 /* A row as it changes with the resting variables, which joins the rest of the table. */
-static void join(struct program *p, SIZE row, const double *from) {
-    const SIZE n = p->columns;
-    double *const to = p->table + p->rows * n;
-    for (SIZE j = 0; j < n; j++) to[j] = p->resting[j] < n ? from[p->resting[j]] : 0.0;
+static void join(struct program *p, SIZE row) {
+    const double *from = p->matrix + row * p->all;
+    double *const to = p->table + p->rows * p->all;
+    for (SIZE j = 0; j < p->columns; j++) to[j] = p->resting[j] < p->all ? from[p->resting[j]] : 0.0;
     for (SIZE i = 0; i < p->rows; i++) {
-        const double factor = p->basic[i] < n ? from[p->basic[i]] : 0.0, *other = p->table + i * n;
+        const double factor = p->basic[i] < p->all ? from[p->basic[i]] : 0.0, *other = p->table + i * p->all;
         if (factor == 0.0) continue;
-        for (SIZE j = 0; j < n; j++) to[j] += factor * other[j];
+        for (SIZE j = 0; j < p->columns; j++) to[j] += factor * other[j];
     }
-    p->basic[p->rows++] = n + row;
+    p->basic[p->rows++] = p->all + row;
+}
+
+/* Columns that join the rest of the table, those that gain most; returns whether any does. What the others cost rises with
+ * a column by its inner product with the rows' duals. With a column that rises, rows that rest stay: what it adds to them
+ * is taken away again by the basis. */
+static int enter(struct program *p, double least) {
+    const SIZE n = p->all;
+    double best = 0.0, few[JOINING];
+    SIZE first = p->columns, joining[JOINING], many = 0;
+    for (SIZE j = 0; j < n; j++) p->reduced[j] = 0.0;
+    for (SIZE c = 0; c < p->columns + p->rows; c++) {
+        const SIZE i = c - p->columns, variable = i < 0 ? p->resting[c] : p->basic[i];
+        if (variable < n) continue;
+        const double dual = i < 0 ? -p->gains[c] : p->costs[variable].slope[p->piece[variable]];
+        const double *row = p->matrix + (variable - n) * n;
+        for (SIZE j = 0; dual != 0.0 && j < n; j++) p->reduced[j] += dual * row[j];
+    }
+    for (SIZE j = 0; j < n; j++) {
+        if (!p->out[j]) continue;
+        const struct cost *c = p->costs + j;
+        const double up = gain_of(c, p->value[j], 1, p->reduced[j]), down = gain_of(c, p->value[j], -1, p->reduced[j]);
+        const double gain = up > down ? up : down;
+        p->worth[j] = gain > least ? gain * c->scale : 0.0;
+        best = p->worth[j] > best ? p->worth[j] : best;
+    }
+    for (SIZE j = 0; j < n && many < JOINING && best > 0.0; j++) {
+        if (!p->out[j] || !(p->worth[j] >= AS_GOOD * best)) continue;
+        joining[many++] = j;
+        p->out[j] = 0;
+        p->gains[p->columns] = p->reduced[j];
+        p->resting[p->columns++] = j;
+    }
+    for (SIZE i = 0; i < p->rows; i++) {
+        double *const to = p->table + i * n + first;
+        const double *row = p->matrix + (p->basic[i] - n) * n;
+        for (SIZE q = 0; q < many; q++) to[q] = p->basic[i] < n ? 0.0 : row[joining[q]];
+    }
+    for (SIZE c = 0; c < first && many; c++) {
+        if (p->resting[c] < n) continue;
+        const double *row = p->matrix + (p->resting[c] - n) * n;
+        for (SIZE q = 0; q < many; q++) few[q] = row[joining[q]];
+        for (SIZE i = 0; i < p->rows; i++) {
+            double *const here = p->table + i * n, factor = here[c];
+            for (SIZE q = 0; factor != 0.0 && q < many; q++) here[first + q] -= factor * few[q];
+        }
+    }
+    return many > 0;
 }
 
 /* The x between bounds of the least sum of cost |x| + price (|m_1| + ... + max(m_(equal + 1), 0) + ...), m being what
@@ -160,27 +216,31 @@ static void join(struct program *p, SIZE row, const double *from) {
  * what is broken then, until nothing is.
  *
  * matrix: (rows, columns). x: where to begin, becomes the solution, (columns,). table: (rows, columns), room: 8 rows +
- * 10 columns and whole: 3 rows + 2 columns numbers to work in. Returns how many steps were taken, or -1 if too many. */
+ * 12 columns and whole: 3 rows + 3 columns numbers to work in. Returns how many steps were taken, or -1 if too many. */
 API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, const double *matrix, const double *wanted,
                          const double *cost, const double *low, const double *high, double *x, double *table,
                          double *room, int64_t *whole) {
     const SIZE all = rows + columns;
-    struct program p = {.rows = 0, .columns = columns, .table = table, .costs = (struct cost *)room};
+    struct program p = {.all = columns, .matrix = matrix, .table = table, .costs = (struct cost *)room};
     double largest = price;
     p.value = room + 6 * all;
     p.gains = p.value + all;
     p.pivot = p.gains + columns;
     p.idle = p.pivot + columns;
-    p.speed = p.idle + columns;
+    p.reduced = p.idle + columns;
+    p.worth = p.reduced + columns;
+    p.speed = p.worth + columns;
     p.piece = whole;
     p.basic = whole + all;
     p.resting = p.basic + rows;
-    int64_t *const joined = p.resting + columns;
+    p.out = p.resting + columns;
+    int64_t *const joined = p.out + columns;
     for (SIZE j = 0; j < columns; j++) {
         const double bend = low[j] > 0.0 ? low[j] : high[j] < 0.0 ? high[j] : 0.0;
         p.costs[j] = (struct cost){{-cost[j], cost[j]}, {low[j], bend, high[j]}, high[j] - low[j]};
         p.value[j] = x[j] < low[j] ? low[j] : x[j] > high[j] ? high[j] : x[j];
-        p.resting[j] = j;
+        p.out[j] = p.value[j] == bend && low[j] < bend && bend < high[j];
+        if (!p.out[j]) p.resting[p.columns++] = j;
         p.idle[j] = 0.0;
         largest = cost[j] > largest ? cost[j] : largest;
     }
@@ -203,18 +263,20 @@ API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, cons
             if (i >= equal && !(missing > (again ? BROKEN : NEAR) * p.costs[columns + i].scale)) continue;
             p.value[columns + i] = missing;
             p.piece[columns + i] = missing < 0.0 ? 0 : 1;
-            join(&p, i, matrix + i * columns);
+            join(&p, i);
             joined[i] = 1;
         }
         if (again && p.rows == known) break;
         renew(&p, -1, 0);
-        for (; steps < ROUNDS_A_COLUMN * all; steps++) {
-            int direction = 0;
-            double gain = 0.0;
-            column = chosen(&p, TINY * largest, &direction, &gain);
-            if (column < 0) break;
-            move(&p, column, direction, gain);
-        }
+        do {
+            for (; steps < ROUNDS_A_COLUMN * all; steps++) {
+                int direction = 0;
+                double gain = 0.0;
+                column = chosen(&p, TINY * largest, &direction, &gain);
+                if (column < 0) break;
+                move(&p, column, direction, gain);
+            }
+        } while (column < 0 && enter(&p, TINY * largest));
         if (column >= 0 || p.rows == rows) break;
     }
     for (SIZE j = 0; j < columns; j++) x[j] = p.value[j] < low[j] ? low[j] : p.value[j] > high[j] ? high[j] : p.value[j];
