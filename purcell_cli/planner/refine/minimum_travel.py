@@ -1,10 +1,10 @@
 """Minimum travel: sequential linear programming on the joint travel under the exact arrival.
 
 The joint travel is a sum of absolute values, so its minimum is sparse: most angles are zero. Each
-round inserts every control at every switch, at angle zero, and linear programs within a trust region
-choose which to use. Controls that stay at zero are dropped, and equal neighbours are merged. An exact
-l1 penalty keeps the violations of the arrival and of the bend limit small; `exact_arrival` removes
-the rest.
+round inserts every control at every switch, at angle zero, and a linear program or a few within a trust
+region choose which to use. Controls that stay at zero are dropped, equal neighbours are merged, and more
+programs follow. An exact l1 penalty keeps the violations of the arrival and of the bend limit small;
+`exact_arrival` removes the rest.
 
 Method: Fletcher and de la Maza (1989), Math. Program. 43, sequential linear programming with an
 exact l1 penalty and a second-order correction.
@@ -53,13 +53,13 @@ class Pace:
 
     Attributes:
         rounds: How often all controls are inserted anew.
-        steps: Linear programs in a round.
+        steps: Linear programs in a round after those.
         split: Into how many parts each primitive is cut for new controls to enter.
         price: Cost of a violation [rad per L or rad].
         longest: Motions of more free primitives than this are offered no more controls.
         work: The most linear programs in a round times free primitives: long motions take fewer and dearer ones.
-        entering: Programs of a round in which controls that are offered may enter; later ones leave alone what is idle
-            by then. None for all.
+        entering: Linear programs in which controls that are offered may enter, at the beginning of a round. Then what
+            is still idle leaves, so that the others are small.
         worth: A program that promises to save less than this part of the joint travel is the last of its round.
         own: Whether each angle has a radius of the trust region of its own; see `Descent.shortened`.
     """
@@ -143,33 +143,59 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
         pace: How long to go on.
         clearance: How far the limbs stay apart in phases 1 and 3 [L].
     """
-    found, rng = equations.at_accuracy(ROUGH), np.random.default_rng(0)
+    found = equations.at_accuracy(ROUGH)
     for k in range(pace.rounds):
-        before, there = found.joint_travel_rad, found
-        if free_primitives(found.segments) <= pace.longest:
-            there = found.of(
-                s.renamed(NAME, offered(s.sequence, pace.split, found.controls)) if s.free else s for s in found.segments
-            )
-        for stage, steps in enumerate((pace.entering, pace.steps)):
-            many = free_primitives(there.segments)
-            steps = int(min(steps, max(pace.work // max(many, 1), _FEWEST)))
-            search = _searched(there, max_bend_rad, clearance, pace)
-            for uneven in _UNEVEN if k + stage == 0 else (0.0,):
-                astray = _ASTRAY if uneven else math.inf
-                close = math.inf if stage else _NEAR
-                angle, begun, violation = search(_uneven(there.angles, uneven, rng), steps, close, astray)
-                if begun < math.inf:
-                    break
-            if violation > _ASTRAY:
-                break
-            there = there.of([s.renamed(NAME, merged(s.sequence)) if s.free else s for s in there.with_angles(angle)])
-        if violation > _ASTRAY:
+        there: Equations | None = _offering(found, pace)
+        for stage, programs in enumerate((pace.entering, pace.steps)):
+            if there is not None:
+                uneven = _UNEVEN if k + stage == 0 else (0.0,)
+                there = _shortened(there, max_bend_rad, clearance, pace, programs, uneven)
+        if there is None:
             break
+        before = found.joint_travel_rad
         # What is begun with may miss, and then is shorter; what a later round begins with arrives.
         found = min(found, there, key=lambda one: one.joint_travel_rad) if k else there
         if there.joint_travel_rad > _LITTLE * before:
             break
     return _arriving(found.at_accuracy(SEARCHING), max_bend_rad, pace, clearance).at_accuracy(equations.accuracy)
+
+
+def _offering(equations: Equations, pace: Pace) -> Equations:
+    """Return a motion with every control offered at every switch of its free strokes, unless it is too long."""
+    if free_primitives(equations.segments) > pace.longest:
+        return equations
+
+    def every(sequence: PrimitiveSequence) -> PrimitiveSequence:
+        return offered(sequence, pace.split, equations.controls)
+
+    return equations.of([s.renamed(NAME, every(s.sequence)) if s.free else s for s in equations.segments])
+
+
+def _shortened(
+    equations: Equations, max_bend_rad: float, clearance: float, pace: Pace, programs: int, uneven: Sequence[float]
+) -> Equations | None:
+    """Return a motion after some linear programs, what is idle by then left out; None where it goes astray.
+
+    Args:
+        equations: The motion.
+        max_bend_rad: How far a limb may bend in phase 2 [rad].
+        clearance: How far the limbs stay apart in phases 1 and 3 [L].
+        pace: What else is asked.
+        programs: The most programs.
+        uneven: By how much the angles are changed at first, in turn until that can be moved back; see `_UNEVEN`.
+    """
+    steps = int(min(programs, max(pace.work // max(free_primitives(equations.segments), 1), _FEWEST)))
+    search, rng = _searched(equations, max_bend_rad, clearance, pace), np.random.default_rng(0)
+    for part in uneven:
+        angle, begun, violation = search(
+            _uneven(equations.angles, part, rng), steps, _NEAR, _ASTRAY if part else math.inf
+        )
+        if begun < math.inf:
+            break
+    if violation > _ASTRAY:
+        return None
+    parts = equations.with_angles(angle)
+    return equations.of([s.renamed(NAME, merged(s.sequence)) if s.free else s for s in parts])
 
 
 def _arriving(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float) -> Equations:
