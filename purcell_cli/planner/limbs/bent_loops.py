@@ -34,6 +34,7 @@ from purcell_cli.planner.limbs.drawn_ways import DrawnWays
 from purcell_cli.planner.limbs.pairs import OuterPhases
 from purcell_cli.planner.limbs.straightening import Straightenings
 from purcell_cli.planner.problem import Problem
+from purcell_cli.planner.refine.active_set import bounded_step
 from purcell_cli.planner.refine.exact_arrival import BY_WHOLE_STEPS, CLOSE, FROM_FAR, MARGIN_RAD, Patience, approach
 from purcell_cli.planner.refine.inequalities import clearance_rows, least_distances
 from purcell_cli.planner.refine.minimum_travel import NAME, Pace, minimise_travel, offered_at
@@ -58,13 +59,19 @@ _WORTH = 2.2
 """Pairs of which more than so many times what arcs promise is missing and spent are none."""
 _DEARER = 1.2
 """Pairs of which more is missing and spent than so many times the least are none."""
-_TRIES = (None, 6, BY_WHOLE_STEPS), (1, 20, FROM_FAR._replace(nearly=0.0)), (1, 6, FROM_FAR._replace(nearly=5.0))
-"""How many pairs are tried, at how many switches, about evenly apart, every control is offered, and how Newton's method
-then goes; the later ones only where none arrives and arcs promise far more."""
+_PLACES = 6
+"""At so many switches, about evenly apart, every control is offered for a pair to arrive."""
+_SOON_RAD, _HARDLY_RAD = 0.7, 3.0
+"""Pairs whose first Newton step changes no angle by more than the one are brought to the goal by whole steps, the best
+first; where none arrives, pairs below the other by bolder steps, the smallest first step first [rad]. Of 1,200 pairs of
+300 queries 97 % arrived by whole steps below 0.1, 80 % up to 0.3, 39 % up to 0.7 and none beyond 3; by bolder ones
+56 % from 0.3 to 0.7, 38 % up to 1 and a quarter up to 2, in half as much time again."""
+_BOLDLY = FROM_FAR._replace(nearly=5.0)
+"""How Newton's method goes by bolder steps."""
+_FAR_LESS = 0.75
+"""Those are for pairs that, with the way between, spend less than this part of what arcs promise."""
 _SHORTENED = 0.75
 """Factor by which shortening is estimated to shorten such motions, the straight way left out."""
-_FAR_LESS, _MORE = 0.65, 2
-"""Where a pair and the way between spend less than this part of what arcs promise, so many times as many are tried."""
 _TOUCHING_L = 0.01
 """What lacks more than this of the clearance is none: shortening keeps limbs apart, but does not uncross them [L]."""
 _SHORT_WAY = 0.1
@@ -84,21 +91,28 @@ def bent_loops(problem: Problem, breadth: Breadth, known: Sequence[Candidate] = 
         return []
     promised = problem.promised(breadth)
     drawn, pairs = met(problem, breadth)
-    unlike, out = _unlike(drawn, pairs), list[Candidate]()
-    for most, places, patience in _TRIES:
-        for k, (i, j) in enumerate(unlike[:most]):
-            way = _between(drawn, problem.wanted, i, j)
-            far_less = drawn.joint_travel_rad(i, j) + PRICES.along * abs(way) < _FAR_LESS * promised
-            if k >= breadth.meetings * (_MORE if far_less else 1) or len(out) == breadth.met:
-                break
-            near = _arrived(problem, drawn.around(i, _straight(problem, way), j), places, patience)
-            if near is not None:
-                make = functools.cache(functools.partial(_shortened, near, problem.clearance, breadth.bent_pace))
-                straight = sum(s.joint_travel_rad for s in near.segments if s.phase == 2)
-                rest = near.joint_travel_rad - straight
-                out.append(Candidate(BENT_LOOPS, straight + _SHORTENED * rest, make))
-        if out or not unlike or not far_less:
-            break
+    most = (breadth.meetings + 1) // 2
+    begun: list[tuple[bool, float, Equations]] = []
+    tried, out = 0, list[Candidate]()
+    for k, (i, j) in enumerate(_unlike(drawn, pairs)):
+        if len(out) == breadth.met:
+            return out
+        way = _between(drawn, problem.wanted, i, j)
+        far_less = drawn.joint_travel_rad(i, j) + PRICES.along * abs(way) < _FAR_LESS * promised
+        if tried == most and not far_less:
+            continue
+        motion = _offered(problem, drawn.around(i, _straight(problem, way), j))
+        step_rad = _first_step_rad(motion) if k else 0.0  # the best is tried anyhow
+        soon = step_rad < _SOON_RAD and tried < most
+        if soon:
+            tried += 1
+            out += _arrived(problem, motion, BY_WHOLE_STEPS, breadth)
+        if far_less:
+            begun.append((soon, round(step_rad, 9), motion))
+    if not out:
+        for _, step_rad, motion in sorted(begun, key=lambda one: one[:2])[:most]:
+            if len(out) < breadth.met and step_rad < _HARDLY_RAD:
+                out += _arrived(problem, motion, _BOLDLY, breadth)
     return out
 
 
@@ -194,19 +208,38 @@ def _cruise(gaits: tuple[Gait, ...], swimmer: Swimmer) -> tuple[Stroke, float] |
     return None
 
 
-def _arrived(problem: Problem, blocks: Sequence[Block], places: int, patience: Patience) -> Equations | None:
-    """Return a motion brought to the goal with every control offered at some switches, or None where it is not."""
+def _offered(problem: Problem, blocks: Sequence[Block]) -> Equations:
+    """Return the equations of a motion with every control offered at some switches of phases 1 and 3."""
     query = Equations(problem.swimmer, (), problem.start, problem.goal, problem.wanted, ROUGH)
-    segments = [
-        s if s.phase == 2 else s.renamed(NAME, offered_at(s.sequence, min(len(s.sequence), places)))
-        for s in segments_of(blocks)
-    ]
-    begun = query.of(segments)
+    return query.of(
+        [
+            s if s.phase == 2 else s.renamed(NAME, offered_at(s.sequence, min(len(s.sequence), _PLACES)))
+            for s in segments_of(blocks)
+        ]
+    )
+
+
+def _first_step_rad(begun: Equations) -> float:
+    """Return the largest change of an angle in the least step to the goal, limits left aside; infinite from too far."""
+    values = begun.at(begun.angles)
+    if values.size > FROM_FAR.hopeless:
+        return math.inf
+    nothing = np.empty(0), np.empty((0, len(begun.angles)))
+    step = bounded_step(values.derivative, values.residual, *nothing, reach=math.inf)
+    return float(np.max(np.abs(step), initial=0.0))
+
+
+def _arrived(problem: Problem, begun: Equations, patience: Patience, breadth: Breadth) -> list[Candidate]:
+    """Return a motion brought to the goal as a candidate, to be shortened; none where it does not arrive."""
     near, values, off = approach(begun, problem.swimmer.max_bend_rad - MARGIN_RAD, patience)
     if off >= CLOSE:
-        return None
+        return []
     room, _ = clearance_rows(near, values.sequence, values.shapes, least_distances(near, problem.clearance))
-    return near if np.min(room, initial=0.0) > -_TOUCHING_L else None
+    if np.min(room, initial=0.0) <= -_TOUCHING_L:
+        return []
+    make = functools.cache(functools.partial(_shortened, near, problem.clearance, breadth.bent_pace))
+    straight = sum(s.joint_travel_rad for s in near.segments if s.phase == 2)
+    return [Candidate(BENT_LOOPS, straight + _SHORTENED * (near.joint_travel_rad - straight), make)]
 
 
 def _shortened(near: Equations, clearance: float, pace: Pace) -> tuple[Block, ...]:
