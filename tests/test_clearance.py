@@ -196,6 +196,21 @@ def test_a_turn_of_a_whole_circle_is_seen_though_it_ends_where_it_began() -> Non
     assert_close(found.distance_m, -TOUCHING, 1e-8)
 
 
+@pytest.mark.parametrize("limb", [0, 1])
+def test_a_distance_that_stays_the_same_is_found_by_few_looks(limb: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One limb rests, folded; the other one's joint stays the point nearest to it, for a part of a yaw that folds too."""
+    rested = about_axis(2, math.radians(150)) @ about_axis(0, 0.3)
+    moving = about_axis(2, math.radians(60)) @ about_axis(0, 0.7)
+    shape = np.stack([rested, moving] if limb else [moving, rested])
+    pieces = Pieces(shape[None], np.eye(6)[[YAW_1 + 3 * limb]], np.array([-2.0 + math.pi]))
+    joint = math.sin(math.radians(30)) * 2.0 * UNIT.base_half_length_m  # to the axis of the limb that rests
+    monkeypatch.setattr("purcell_cli.motion.clearance._MOST_STRETCHES", 64)
+    found = least_clearance(UNIT, pieces)
+    assert_close(found.distance_m, joint - TOUCHING, 1e-12)
+    assert_close(finely(UNIT, pieces.shapes, pieces.rates, pieces.durations), [found.distance_m], 1e-9)
+    assert found.error_m <= 1e-9
+
+
 @given(roll=st.floats(-7.0, 7.0), bend=st.floats(-3.1, 3.1))
 def test_a_roll_leaves_the_clearance(roll: float, bend: float) -> None:
     shapes = np.stack([about_axis(2, bend), np.eye(3)])[None]

@@ -151,20 +151,33 @@ static double missing(const struct search *s, SIZE piece, double length, double 
     return (best < s->enough ? best : s->enough) - bound(s, piece, length, low, high);
 }
 
-/* Whether a limb rests on a piece and the other one's joint stays the point nearest to it: all of the resting limb then
- * lies behind the plane through that joint, across the moving limb's axis. */
-static int constant(const struct search *s, SIZE piece, const int folded[2]) {
+/* Whether a limb's axis has no part against a vector from angle `low` to `high` of its circle. */
+static int never_against(const struct circle *c, const double along[3], double low, double high) {
+    const double a = inner_product(3, c->cosine, along), b = inner_product(3, c->sine, along), least = lowest(a, b);
+    double least_part = least > low && least < high ? -sqrt(a * a + b * b) : INFINITY;
+    for (int i = 0; i < 2; i++) {
+        double sine, cosine;
+        purcell_sin_cos_of(i ? high : low, &sine, &cosine);
+        const double part = a * cosine + b * sine;
+        least_part = part < least_part ? part : least_part;
+    }
+    return inner_product(3, c->centre, along) + least_part >= 0.0;
+}
+
+/* Whether a limb rests on a stretch of a piece and the other one's joint stays the point nearest to it: the square of the
+ * distance is convex in the places along both limbs, so that is so where the moving limb never leads nearer to the point
+ * of the resting limb that is nearest to the joint. */
+static int constant(const struct search *s, SIZE piece, double begun, double length) {
     for (int i = 0; i < 2; i++) {
         const struct circle mine = circle_of(&s->all, piece, i), other = circle_of(&s->all, piece, 1 - i);
-        double end[3], sine, cosine;
-        if (folded[i] || other.turn * sqrt(inner_product(3, other.sine, other.sine)) != 0.0) continue;
-        for (int j = 0; j < 3; j++) end[j] = s->numbers[2 - i] * (other.centre[j] + other.cosine[j]);
-        end[0] += 2.0 * s->numbers[0];
-        const double c = inner_product(3, mine.centre, end), a = inner_product(3, mine.cosine, end);
-        const double b = inner_product(3, mine.sine, end), last = mine.turn * s->all.duration[piece];
-        purcell_sin_cos_of(last, &sine, &cosine);
-        const double there = a * cosine + b * sine, ends = a < there ? a : there;
-        if (c + (lowest(a, b) < last ? -sqrt(a * a + b * b) : ends) >= 0.0) return 1;
+        const double base = 2.0 * s->numbers[0], full = s->numbers[2 - i];
+        double apart[3];
+        if (other.turn * sqrt(inner_product(3, other.sine, other.sine)) != 0.0) continue;
+        for (int j = 0; j < 3; j++) apart[j] = full * (other.centre[j] + other.cosine[j]);
+        const double place = -base * apart[0] / (full * full), part = place > 0.0 ? place < 1.0 ? place : 1.0 : 0.0;
+        for (int j = 0; j < 3; j++) apart[j] *= part;
+        apart[0] += base;
+        if (never_against(&mine, apart, mine.turn * begun, mine.turn * (begun + length))) return 1;
     }
     return 0;
 }
@@ -185,15 +198,13 @@ API SIZE purcell_clearance_begun(SIZE n, SEARCH, double *stretches) {
     for (SIZE k = 0; k < n; k++) stretches[5 * k + 4] = distance(&s, k, duration[k]);
     for (SIZE k = 0; k < n; k++) {
         double speed = 0.0;
-        int folded[2];
         for (int i = 0; i < 2; i++) {
             const struct circle c = circle_of(&s.all, k, i);
             speed += tip_speed(&s, &c, i);
         }
         if (!(speed * duration[k] > 0.0)) continue;
-        for (int i = 0; i < 2; i++) folded[i] = folds(&s.all, k, i);
         /* While no limb bends more than a right angle the joints are nearest to each other. */
-        if (!(folded[0] || folded[1]) || constant(&s, k, folded)) continue;
+        if (!(folds(&s.all, k, 0) || folds(&s.all, k, 1)) || constant(&s, k, 0.0, duration[k])) continue;
         const double one[5] = {(double)k, 0.0, duration[k], stretches[5 * k + 3], stretches[5 * k + 4]};
         for (int i = 0; i < 5; i++) stretches[5 * count + i] = one[i];
         count++;
@@ -213,6 +224,7 @@ API SIZE purcell_clearance_cut(SIZE n, SEARCH, double *stretches, SIZE most, dou
         const double below = missing(&s, (SIZE)one[0], one[2], one[3], one[4]);
         *error = below > *error ? below : *error;
         if (!(below > numbers[4])) continue;
+        if (fabs(one[4] - one[3]) <= numbers[4] && constant(&s, (SIZE)one[0], one[1], one[2])) continue;
         for (int i = 0; i < 5; i++) stretches[5 * open + i] = one[i];
         open++;
     }
