@@ -66,7 +66,7 @@ class Stage:
         rungs: How many of the shortest are optimised further, and how long, again and again.
         longest_rad: Motions of more joint travel are not optimised that long [rad].
         brief: How long motions of more than that are optimised; None for not at all.
-        brief_rad: Motions of more joint travel than this are not optimised [rad].
+        largest: Motions of more free primitives than this are not optimised.
         most_apart: Cycles of a repeated stroke may change one by one, up to so many primitives in a motion.
         random_plans: How many random plans are tried too, where phase 2 takes little joint travel.
         last_resort: Whether it is for when nothing arrives before it; the earlier candidates are then dropped.
@@ -80,17 +80,17 @@ class Stage:
     rungs: tuple[tuple[int, Pace], ...] = ()
     longest_rad: float = math.inf
     brief: Pace | None = None
-    brief_rad: float = 0.0
+    largest: float = math.inf
     most_apart: int = 0
     random_plans: int = 0
     last_resort: bool = False
     interrupt_keeps_best: bool = False
 
-    def pace_of(self, joint_travel_rad: float) -> Pace | None:
-        """Return how long motions of so much joint travel [rad] are optimised; None for not at all."""
-        if joint_travel_rad < self.longest_rad:
-            return self.pace
-        return self.brief if joint_travel_rad < self.brief_rad else None
+    def pace_of(self, joint_travel_rad: float, primitives: int) -> Pace | None:
+        """Return how long motions of so much joint travel [rad] and so many free primitives are optimised, if any."""
+        if primitives > self.largest:
+            return None
+        return self.pace if joint_travel_rad < self.longest_rad else self.brief
 
     @property
     def trials(self) -> int:
@@ -105,7 +105,7 @@ _STANDARD = Stage(
     pace=Pace(rounds=3, steps=30, longest=40, entering=2, worth=1e-3),
     longest_rad=20.0,
     brief=Pace(rounds=2, steps=15, longest=300, worth=1e-3, own=True),
-    brief_rad=math.inf,
+    largest=300,
     most_apart=24,
 )
 """A standard search: the best candidate, or up to three, optimised if their joint travel is below 20 rad, and briefly

@@ -15,7 +15,7 @@ from purcell_cli.planner.incumbent import Contender, Incumbent
 from purcell_cli.planner.library.random_plans import brought, random_plans
 from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.refine.minimum_travel import tightened
-from purcell_cli.planner.refine.segments import segments_of
+from purcell_cli.planner.refine.segments import free_primitives, segments_of
 from purcell_cli.planner.refine.shooting import Equations
 from purcell_cli.planner.refinement import Near, Refinement, cycles_apart
 from purcell_cli.planner.structures import StructureRecord
@@ -92,11 +92,10 @@ class Exploration:
             self._tell(stage, done)
             far_more = near.joint_travel_rad > _FAR_MORE * self.incumbent.joint_travel_rad
             hopeless = bool(stage.rungs and shorter) and far_more
-            if (pace := stage.pace_of(near.joint_travel_rad)) is not None and not hopeless:
-                apart, words = (
-                    near.of(segments_of(cycles_apart(near, stage.most_apart))),
-                    f"{candidate.words}, refined",
-                )
+            apart = near.of(segments_of(cycles_apart(near, stage.most_apart)))
+            pace = stage.pace_of(near.joint_travel_rad, free_primitives(apart.segments))
+            if pace is not None and not hopeless:
+                words = f"{candidate.words}, refined"
                 shorter.append((self.consider(self.refinement.shorter(apart, pace), words), words))
             if not stage.interrupt_keeps_best:
                 self._contend(known_near, candidate.words)
