@@ -46,6 +46,8 @@ _UNEVEN = 0.25
 """How much the scale of such a plan counts beside that: displacements do not grow as areas do; from a few fits."""
 _FEW = 1e-12
 """The least size of a displacement in units of `PRICES`, so that none divides by zero [rad^2]."""
+_ROUNDED = 1.0 - 1e-9
+"""What is left of a bound where rounding errors are let pass."""
 _MOST_LAPS = 20
 """Plans that need more laps than this are left out."""
 
@@ -136,8 +138,11 @@ class MotionLibrary:
             most: How many.
             least: What they may promise at the most [rad].
         """
-        estimate, laps, scale = self.estimates(wanted)
-        estimate += around[:, None, None]
+        worth = np.flatnonzero(self._at_least(wanted) + around <= least)
+        if not len(worth):
+            return
+        estimate, laps, scale = self.estimates(wanted[worth])
+        estimate += around[worth, None, None]
         told: set[tuple[int, float]] = set()
         promised = estimate.ravel()
         few = np.flatnonzero((promised <= least) & (promised < np.inf))
@@ -152,7 +157,19 @@ class MotionLibrary:
             seen, backwards = j % len(self._symmetries), j >= len(self._symmetries)
             plan = image(self._plans[k], self._symmetries[seen], backwards)
             lap = plan.with_angles(math.sqrt(scale[i, j, k]) * plan.angle)
-            yield Entry(i, lap, int(laps[i, j, k]), travel)
+            yield Entry(int(worth[i]), lap, int(laps[i, j, k]), travel)
+
+    def _at_least(self, wanted: Array) -> Array:
+        """Return what `estimates` is not below for displacements, whatever the plan's image [rad]. Shape (n,)."""
+        size = np.maximum(norm(se3.log(se3.normalised(wanted)) * PRICES), _FEW)  # of an image it is the same
+        laps, scale = self._laps(_ROUNDED * size[:, None])
+        alike = np.where(laps > _MOST_LAPS, np.inf, self._travel * np.sqrt(scale * laps))
+        return np.asarray(np.min(alike, axis=1))
+
+    def _laps(self, size: Array) -> tuple[Array, Array]:
+        """Return how many laps of each plan displacements of sizes take, and their scale. Shape (n, 1) to (n, k)."""
+        scale = size / self._size
+        return np.ceil(np.maximum(scale * (self._bend / self._limit) ** 2 - _SPARE, 1.0)), scale
 
     def estimates(self, wanted: Array) -> tuple[Array, Array, Array]:
         """Return about the joint travel of displacements by every image of every plan [rad], laps, and scales of a lap.
@@ -171,8 +188,7 @@ class MotionLibrary:
         asked = asked.reshape(len(wanted), 2 * len(space), 1, 6)
         size = np.maximum(norm(asked), _FEW)
         apart = norm(asked / size[..., None] - self._does / self._size[:, None])
-        scale = size / self._size
-        laps = np.ceil(np.maximum(scale * (self._bend / self._limit) ** 2 - _SPARE, 1.0))
+        laps, scale = self._laps(size)
         apart += np.where(self._travel > _LONG_RAD, apart + _UNEVEN * np.abs(scale / laps - laps / scale), 0.0)
         estimate = self._travel * np.sqrt(scale * laps) * (1.0 + apart)
         return np.where(laps > _MOST_LAPS, np.inf, estimate), laps, scale / laps
