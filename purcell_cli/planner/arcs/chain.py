@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.frozen_dataclass import frozen_dataclass
+from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.reproducible import arctan2, hypot, norm
 from purcell_cli.geometry.rotations import Array, wrapped
 from purcell_cli.kernel.chains import Settled, settled
@@ -226,15 +227,17 @@ def linked(
     live = np.arange(m) < np.array([len(arc) for arc in arcs])[:, None]
     every[live] = np.concatenate([np.empty((0, 3)), *arcs])
     turn = hypot(every[..., 1], every[..., 2])
-    found = [fitted(fan, np.abs(every[live][:, 0]), turn[live]) for fan in fans]
-    cheapest = np.argmin(np.round([f.cost for f in found], 9), axis=0)
+    wanted = np.stack([np.abs(every[live][:, 0]), turn[live]], axis=1)
+    first, same = distinct(wanted)  # many chains share their arcs
+    found = [fitted(fan, *wanted[first].T) for fan in fans]
+    cheapest = np.argmin(np.round([f.cost for f in found], 9), axis=0)[same]
     forced = np.broadcast_to(only[:, None], (n, m))[live]
     chosen = np.where(forced < 0, cheapest, forced)
     which = np.full((n, m), -1)
     which[live] = chosen
     cycles, bend, offset_share = np.zeros((n, m)), np.zeros((n, m)), np.zeros((n, m))
     for values, name in ((cycles, "cycles"), (bend, "bend"), (offset_share, "offset_share")):
-        values[live] = np.choose(chosen, [getattr(f, name) for f in found])
+        values[live] = np.choose(chosen, [getattr(f, name)[same] for f in found])
     twist = np.zeros((n, m, 6))
     for k, fan in enumerate(fans):
         mine = np.nonzero(which == k)
