@@ -6,7 +6,6 @@
 
 #define SPIN_SHARE 0.25 /* what a spin about the own axis counts in the length of steps */
 #define UNMOVED 1e-28 /* the square of how little axes swing that stay where they are, as a part of the rates' */
-#define MOST_ITERATIONS 100
 #define MOST_PARTS 8
 #define MOST_DEPTH 60 /* of cutting */
 #define MOST_STEPS 2000000 /* of a piece: some seconds, in which Ctrl-C waits */

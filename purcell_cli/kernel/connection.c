@@ -15,6 +15,7 @@
 #define SIDE_BY_SIDE LANES
 #define NONE ((lane){0.0, 0.0})
 #include "connection_body.h"
+#include "steps_body.h"
 
 #ifdef WIDE
 #undef VARIANT
@@ -29,7 +30,19 @@ typedef double quad __attribute__((vector_size(32), aligned(8), may_alias));
 #define SIDE_BY_SIDE 4
 #define NONE ((quad){0.0, 0.0, 0.0, 0.0})
 #include "connection_body.h"
+#include "steps_body.h"
 #endif
+
+void purcell_solve_steps(const struct swimmer *s, const struct rule *rule, SIZE many, const struct step *steps, int slopes,
+                         struct travelled *out) {
+#ifdef WIDE
+    if (purcell_is_wide()) {
+        solve_steps_wide(s, rule, many, steps, slopes, out);
+        return;
+    }
+#endif
+    solve_steps_narrow(s, rule, many, steps, slopes, out);
+}
 
 void purcell_node_states(const struct step *step, lane time, lane axes[2][3], lane rates[2][3]) {
     node_states_narrow(step, time, axes, rates);

@@ -2,10 +2,9 @@
  * this for each kind of register. Each node's numbers are the same, whatever stands beside them. */
 
 /* Where the limbs' axes are when they have turned. */
-VARIANT void NAMED(turned_axis)(LANE w[3], const double v[3], LANE out[3]) {
+VARIANT void NAMED(turned_axis)(LANE w[3], const LANE start[3], LANE out[3]) {
     const LANE x = DOT(w, w);
     LANE a, b, first[3], second[3];
-    const LANE start[3] = {NONE + v[0], NONE + v[1], NONE + v[2]};
     a = NONE + purcell_series[SERIES_TERMS - 1][0];
     b = NONE + purcell_series[SERIES_TERMS - 1][1];
     for (int k = SERIES_TERMS - 2; k >= 0; k--) {
@@ -28,13 +27,13 @@ VARIANT void NAMED(turned_axis)(LANE w[3], const double v[3], LANE out[3]) {
 VARIANT void NAMED(node_states)(const struct step *step, LANE time, LANE axes[2][3], LANE rates[2][3]) {
     for (int limb = 0; limb < 2; limb++) {
         const double *u = step->rates[limb];
-        LANE turned[3];
+        LANE turned[3], start[3];
         for (int i = 0; i < 3; i++) {
             rates[limb][i] = NONE + u[i];
-            axes[limb][i] = NONE + step->axes[limb][i];
+            axes[limb][i] = start[i] = NONE + step->axes[limb][i];
             turned[i] = time * u[i];
         }
-        if (u[0] != 0.0 || u[1] != 0.0 || u[2] != 0.0) NAMED(turned_axis)(turned, step->axes[limb], axes[limb]);
+        if (u[0] != 0.0 || u[1] != 0.0 || u[2] != 0.0) NAMED(turned_axis)(turned, start, axes[limb]);
     }
 }
 

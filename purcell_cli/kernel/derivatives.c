@@ -47,6 +47,8 @@ static void by_limb(const double m[36], const double t[18], double out[36]) {
         }
 }
 
+#define QUEUE 32 /* steps that are solved together, at most */
+
 struct chain {
     const struct swimmer *s;
     const struct rule *rule;
@@ -61,7 +63,22 @@ struct chain {
     struct known known;
     lane given[GIVEN]; /* of links that feel each other, where a piece ends */
     struct solved solved;
+    /* Steps that were solved together, and the pieces that they are of. */
+    struct step steps[QUEUE];
+    struct travelled travelled[QUEUE];
+    SIZE of[QUEUE], piece, stored, overflow;
 };
+
+/* Keeps a step of a piece for later. */
+static void keep(const struct step *step, void *state) {
+    struct chain *c = state;
+    if (c->stored < QUEUE) {
+        c->of[c->stored] = c->piece;
+        c->steps[c->stored++] = *step;
+    } else {
+        c->overflow = 1;
+    }
+}
 
 /* What a limb's pitch changes while the limb turns about the base's z: its shape turns about its own y, which turns with
  * it, but its rate stays along z. In place of the changes by turns of the limb about x, y, z, its rate with it. */
@@ -123,14 +140,24 @@ static void go_on(double at[16], const double by[16]) {
     product(pose, by, at, 4, 4, 4);
 }
 
-static void put_on(struct chain *c) {
+static void put_on(struct chain *c, const double pose[16]) {
     if (c->plain) {
-        go_on(c->at, c->solved.pose);
-        if (c->repeating) go_on(c->once_at, c->solved.pose);
+        go_on(c->at, pose);
+        if (c->repeating) go_on(c->once_at, pose);
     } else {
-        purcell_wide_times(&c->here, c->solved.pose);
-        if (c->repeating) purcell_wide_times(&c->once, c->solved.pose);
+        purcell_wide_times(&c->here, pose);
+        if (c->repeating) purcell_wide_times(&c->once, pose);
     }
+}
+
+/* Changes that are seen from where a step begins are added to those that are seen from where the path does. */
+static void add_seen(const struct chain *c, const double seen[36], double *sum) {
+    double pose[16], ad[36], moved[36];
+    for (int i = 0; c->plain && i < 16; i++) pose[i] = c->at[i];
+    if (!c->plain) purcell_wide_round(&c->here, pose);
+    adjoint(pose, ad);
+    product(ad, seen, moved, 6, 6, 6);
+    for (int i = 0; i < 36; i++) sum[i] += moved[i];
 }
 
 /* g^n put on, by doubling; g is spoilt. */
@@ -148,23 +175,19 @@ static void go_on_often(double at[16], double g[16], SIZE cycles) {
 static void pass(const struct step *step, void *state) {
     struct chain *c = state;
     purcell_solve_step(c->s, c->rule, step, DISPLACEMENT, &c->solved);
-    put_on(c);
+    put_on(c, c->solved.pose);
 }
 
 static void link(const struct step *step, void *state) {
     struct chain *c = state;
-    double pose[16], ad[36], seen[36], moved[36];
+    double seen[36];
     purcell_solve_step(c->s, c->rule, step, c->moves || c->based >= 0 ? PER_RATE : CHANGE, &c->solved);
     if (step->field && !c->moves) {
         const double end = step->start + step->duration;
         purcell_of_field(step->field, (lane){end, end}, 0, c->given);
     }
-    for (int i = 0; c->plain && i < 16; i++) pose[i] = c->at[i];
-    if (!c->plain) purcell_wide_round(&c->here, pose);
-    adjoint(pose, ad);
     carried(&c->solved, c->rule->stages, c->solved.change, seen);
-    product(ad, seen, moved, 6, 6, 6);
-    for (int i = 0; i < 36; i++) c->total[i] += moved[i];
+    add_seen(c, seen, c->total);
     /* Changing a turn by dv turns the limb, a part s into the move, by J(s u) s A dv in the base frame, and adds the
      * turned A dv to its rate. */
     for (SIZE k = 0; c->moves && k < c->rule->stages; k++) {
@@ -188,16 +211,14 @@ static void link(const struct step *step, void *state) {
     }
     if (c->moves) {
         carried(&c->solved, c->rule->stages, c->solved.change, seen);
-        product(ad, seen, moved, 6, 6, 6);
-        for (int i = 0; i < 36; i++) c->own[i] += moved[i];
+        add_seen(c, seen, c->own);
     }
     if (c->based >= 0) {
         by_pitch(c, step);
         carried(&c->solved, c->rule->stages, c->solved.change, seen);
-        product(ad, seen, moved, 6, 6, 6);
-        for (int i = 0; i < 36; i++) c->own[i] += moved[i];
+        add_seen(c, seen, c->own);
     }
-    put_on(c);
+    put_on(c, c->solved.pose);
 }
 
 /* 1 + Ad_g + ... + Ad_g^(n-1), by doubling. */
@@ -236,6 +257,25 @@ static double played(const SIZE *control, const double *amount, const double *sh
     return amount[p] < 0.0 ? -amount[p] : amount[p];
 }
 
+/* Solves the steps of the next pieces together, as far as there is room and no more than their changes is wanted of them.
+ * Returns the first piece of which none is. */
+static SIZE solve_ahead(struct chain *c, SIZE p, SIZE n, const double *shapes, const SIZE *control, const double *amount,
+                        int slopes) {
+    c->stored = c->overflow = 0;
+    for (; p < n && c->s->tables == 0.0 && !(slopes && (c->moves || control[p] >= BASE_YAW)); p++) {
+        double rate[6];
+        const double duration = played(control, amount, shapes + 18 * p, p, rate);
+        const SIZE before = c->stored;
+        c->piece = p;
+        const SIZE steps = purcell_mesh(c->s, c->rule, shapes + 18 * p, rate, duration, DISPLACEMENT, &c->known, keep, c);
+        if (steps >= 0 && !c->overflow) continue;
+        c->stored = before;
+        break;
+    }
+    purcell_solve_steps(c->s, c->rule, c->stored, c->steps, slopes, c->travelled);
+    return p;
+}
+
 /* The displacement along n pieces and its derivatives, as body twists at the end.
  *
  * Lengthening a primitive turns the limb's whole later path by a constant rotation in the base frame, about the axis
@@ -267,13 +307,15 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
     const enum wanted most = c.moves ? PER_RATE : CHANGE;
     double standing[LANES][6][6];
     SIZE later = -1; /* the primitive from which the second of them counts */
-    SIZE r = 0;
+    SIZE r = 0, solved = 0, done = 0; /* up to which piece steps are solved, and how many of them are put on */
     purcell_wide_identity(&c.here);
     c.plain = stages <= ROUGH_STAGES;
     identity(c.at, 4);
     for (SIZE p = 0; p < n; p++) {
-        double rate[6];
-        const double duration = played(control, amount, shapes + 18 * p, p, rate);
+        if (p >= solved) {
+            solved = solve_ahead(&c, p, n, shapes, control, amount, slopes);
+            done = 0;
+        }
         c.based = control && control[p] >= BASE_YAW ? LIMB_OF(control[p]) : -1;
         for (int i = 0; c.based >= 0 && i < 3; i++) c.pitch_axis[i] = shapes[18 * p + 9 * c.based + 3 * i + 1];
         if (r < k && p == repeats[3 * r]) {
@@ -286,16 +328,25 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
         c.total = room + 88 * p;
         c.own = c.total + 36;
         for (int i = 0; slopes && i < 72; i++) c.total[i] = 0.0;
-        const SIZE steps = purcell_mesh(c.s, &rule, shapes + 18 * p, rate, duration,
-                                        !slopes ? DISPLACEMENT : c.based >= 0 ? PER_RATE : most, &c.known,
-                                        slopes ? link : pass, &c);
-        if (steps < 0) return p + 1;
+        SIZE steps = 0;
+        for (; p < solved && done < c.stored && c.of[done] == p; done++, steps++) {
+            if (slopes) add_seen(&c, c.travelled[done].seen, c.total);
+            put_on(&c, c.travelled[done].pose);
+        }
+        const double *ended = steps ? c.travelled[done - 1].ending : c.solved.ending;
+        if (p >= solved) {
+            double rate[6];
+            const double duration = played(control, amount, shapes + 18 * p, p, rate);
+            steps = purcell_mesh(c.s, &rule, shapes + 18 * p, rate, duration,
+                                 !slopes ? DISPLACEMENT : c.based >= 0 ? PER_RATE : most, &c.known, slopes ? link : pass, &c);
+            if (steps < 0) return p + 1;
+        }
         const double sign = control && amount[p] < 0.0 ? -1.0 : 1.0;
         double *const end = room + 88 * n + 6 * p;
         if (slopes && control && c.s->tables > 0.0) {
             ending(&c, shapes + 18 * p, control[p], sign, steps, end);
         } else if (slopes && control && steps) {
-            for (int i = 0; i < 6; i++) end[i] = sign * c.solved.ending[i];
+            for (int i = 0; i < 6; i++) end[i] = sign * ended[i];
         } else if (slopes && control) {
             /* Primitives that turn by nothing, offered in case that they may, all stand at one shape. */
             const int limb = LIMB_OF(control[p]), axis = (int)(control[p] % 3);

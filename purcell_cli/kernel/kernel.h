@@ -273,6 +273,7 @@ void purcell_wide_store(const wide_pose *g, double *high_low);
 
 /* collocation.c: the flow on a step, by Gauss collocation on a mesh graded by the distance from a straight line. */
 #define MOST_STAGES 16
+#define MOST_ITERATIONS 100
 #define ROUGH_STAGES 5 /* rules of so few stages err by 1e-7, and so may the resistance and sums of poses */
 struct rule {
     SIZE stages;
@@ -295,6 +296,14 @@ struct solved {
     double per_rate[MOST_STAGES][6][6];
     double ending[6];                       /* the twist where the step ends, of links that do not feel each other */
 };
+/* What a step does: the displacement, and where derivatives are wanted what turning the limbs by their axes changes of it,
+ * column by column, (6, 6), and the twist where it ends. */
+struct travelled {
+    double pose[16], seen[36], ending[6];
+};
+/* connection.c. Steps of links that do not feel each other. */
+void purcell_solve_steps(const struct swimmer *s, const struct rule *rule, SIZE many, const struct step *steps, int slopes,
+                         struct travelled *out);
 enum wanted { POWER, DISPLACEMENT, CHANGE, PER_RATE };
 void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const struct step *step, enum wanted wanted,
                         struct solved *out);
