@@ -71,12 +71,14 @@ static double largest_bend(const struct circle *c, double duration, double *time
     return most;
 }
 
-/* Whether a limb bends more than a right angle on a piece. Most do not on all of their circle. */
+/* Whether a limb bends more than a right angle on a piece. Mostly all of its circle or where it begins tells. */
 static int folds(const struct circles *all, SIZE piece, int limb) {
     const struct circle c = circle_of(all, piece, limb);
+    const double least = c.centre[0] - sqrt(c.cosine[0] * c.cosine[0] + c.sine[0] * c.sine[0]);
+    const double begun = c.centre[0] + c.cosine[0];
     double time;
-    if (c.centre[0] - sqrt(c.cosine[0] * c.cosine[0] + c.sine[0] * c.sine[0]) > CLEARLY) return 0;
-    return largest_bend(&c, all->duration[piece], &time) > 0.5 * HALF_TURN;
+    if (least > CLEARLY || (c.turn == 0.0 && begun > CLEARLY)) return 0;
+    return begun < -CLEARLY || largest_bend(&c, all->duration[piece], &time) > 0.5 * HALF_TURN;
 }
 
 #define CIRCLES const double *centre, const double *cosine, const double *sine, const double *turn, const double *duration

@@ -74,8 +74,8 @@ API SIZE purcell_descent_room(SIZE n, SIZE free, SIZE equations, SIZE k, SIZE mo
     const SIZE r = equations + most;
     const SIZE point = free + n + 18 * (n + 1) + equations + equations * free + 7 * most + added * free;
     *whole = 9 * most + 3 * r + 4 * free;
-    return 3 * point + 94 * n + 36 * k + equations * n + 6 * n + CLEARANCE_ROOM + 6 * free + 2 * r * free + 10 * r +
-           12 * free + purcell_step_room(r, free);
+    return 3 * point + 94 * n + 36 * k + (equations + 6) * n + CLEARANCE_ROOM + (21 + 2 * r) * free + 10 * r +
+           purcell_step_room(r, free);
 }
 
 static void point_of(const struct motion *m, double **room, SIZE **whole, struct point *p) {
@@ -353,7 +353,7 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
     d->kept = taken(&room, r * m->free);
     d->right = taken(&room, r);
     d->left = taken(&room, r);
-    d->room = taken(&room, 8 * r + 12 * m->free);
+    d->room = taken(&room, 8 * r + 15 * m->free);
     d->work = room;
     d->use = whole_taken(&whole, m->free);
     d->whole = whole;

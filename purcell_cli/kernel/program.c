@@ -31,6 +31,7 @@ struct program {
     struct cost *costs;     /* of the columns' variables, then of the rows' */
     double *value;          /* of all variables, in that order */
     double *gains, *pivot;  /* of the columns, and of the last exchange: (columns,) */
+    double *up, *down, *scale; /* what a unit up costs of each column, what a unit down saves, its cost's scale */
     double *idle;           /* a row of none: (columns,) */
     double *speed;          /* of the rows as a column moves: (rows,) */
     double *reduced, *worth; /* of all columns: the gains, and what those gain that have not joined */
@@ -47,6 +48,16 @@ static int piece_towards(const struct cost *c, double value, int direction) {
 static double way_left(const struct cost *c, double value, int64_t piece, double speed) {
     const double end = speed > 0.0 ? c->edge[piece + 1] : c->edge[piece], way = (end - value) / speed;
     return way > 0.0 ? way : 0.0;
+}
+
+/* What moving a column's variable changes of its own cost; a wall is never worth it. */
+static void tell(struct program *p, SIZE column) {
+    const SIZE variable = p->resting[column];
+    const struct cost *c = p->costs + variable;
+    const int up = piece_towards(c, p->value[variable], 1), down = piece_towards(c, p->value[variable], -1);
+    p->up[column] = up > 1 ? INFINITY : c->slope[up];
+    p->down[column] = down < 0 ? -INFINITY : c->slope[down];
+    p->scale[column] = c->scale;
 }
 
 /* Renews the gains of the columns; exchanges the variables of a row and a column first, if it is told a row. */
@@ -87,28 +98,18 @@ static void renew(struct program *p, SIZE row, SIZE column) {
     purcell_renewed(n, changed, some, factor, slope, pivot, p->gains);
 }
 
-/* What a variable gains per unit that moves up (1) or down (-1), its rise changing the others' cost; none at a wall. */
-static double gain_of(const struct cost *c, double value, int direction, double rise) {
-    const int piece = piece_towards(c, value, direction);
-    return piece < 0 || piece > 1 ? 0.0 : -direction * (c->slope[piece] + rise);
-}
-
 /* The best column to move, how it moves and at what gain per unit; -1 where none gains. */
 static SIZE chosen(const struct program *p, double least, int *direction, double *gain) {
     SIZE best = -1;
     double most = 0.0;
     for (SIZE j = 0; j < p->columns; j++) {
-        const SIZE variable = p->resting[j];
-        const struct cost *c = p->costs + variable;
-        for (int d = -1; d <= 1; d += 2) {
-            const double found = gain_of(c, p->value[variable], d, p->gains[j]);
-            if (found > least && found * c->scale > most) {
-                most = found * c->scale;
-                best = j;
-                *direction = d;
-                *gain = found;
-            }
-        }
+        const double rising = -(p->up[j] + p->gains[j]), falling = p->down[j] + p->gains[j];
+        const double found = rising > falling ? rising : falling;
+        if (!(found > least && found * p->scale[j] > most)) continue;
+        most = found * p->scale[j];
+        best = j;
+        *direction = rising > falling ? 1 : -1;
+        *gain = found;
     }
     return best;
 }
@@ -149,6 +150,7 @@ static void move(struct program *p, SIZE column, int direction, double gain) {
     const double speed = stopped < 0 ? direction : p->speed[stopped];
     p->value[variable] = p->costs[variable].edge[p->piece[variable] + (speed > 0.0 ? 1 : 0)];
     renew(p, stopped, column);
+    tell(p, column);
 }
 
 /* A row as it changes with the resting variables, which joins the rest of the table. */
@@ -181,9 +183,9 @@ static int enter(struct program *p, double least) {
     }
     for (SIZE j = 0; j < n; j++) {
         if (!p->out[j]) continue;
-        const struct cost *c = p->costs + j;
-        const double up = gain_of(c, p->value[j], 1, p->reduced[j]), down = gain_of(c, p->value[j], -1, p->reduced[j]);
-        const double gain = up > down ? up : down;
+        const struct cost *c = p->costs + j; /* it rests at its bend */
+        const double rising = -(c->slope[1] + p->reduced[j]), falling = c->slope[0] + p->reduced[j];
+        const double gain = rising > falling ? rising : falling;
         p->worth[j] = gain > least ? gain * c->scale : 0.0;
         best = p->worth[j] > best ? p->worth[j] : best;
     }
@@ -192,7 +194,8 @@ static int enter(struct program *p, double least) {
         joining[many++] = j;
         p->out[j] = 0;
         p->gains[p->columns] = p->reduced[j];
-        p->resting[p->columns++] = j;
+        p->resting[p->columns] = j;
+        tell(p, p->columns++);
     }
     for (SIZE i = 0; i < p->rows; i++) {
         double *const to = p->table + i * n + first;
@@ -216,7 +219,7 @@ static int enter(struct program *p, double least) {
  * what is broken then, until nothing is.
  *
  * matrix: (rows, columns). x: where to begin, becomes the solution, (columns,). table: (rows, columns), room: 8 rows +
- * 12 columns and whole: 3 rows + 3 columns numbers to work in. Returns how many steps were taken, or -1 if too many. */
+ * 15 columns and whole: 3 rows + 3 columns numbers to work in. Returns how many steps were taken, or -1 if too many. */
 API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, const double *matrix, const double *wanted,
                          const double *cost, const double *low, const double *high, double *x, double *table,
                          double *room, int64_t *whole) {
@@ -229,7 +232,10 @@ API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, cons
     p.idle = p.pivot + columns;
     p.reduced = p.idle + columns;
     p.worth = p.reduced + columns;
-    p.speed = p.worth + columns;
+    p.up = p.worth + columns;
+    p.down = p.up + columns;
+    p.scale = p.down + columns;
+    p.speed = p.scale + columns;
     p.piece = whole;
     p.basic = whole + all;
     p.resting = p.basic + rows;
@@ -240,7 +246,10 @@ API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, cons
         p.costs[j] = (struct cost){{-cost[j], cost[j]}, {low[j], bend, high[j]}, high[j] - low[j]};
         p.value[j] = x[j] < low[j] ? low[j] : x[j] > high[j] ? high[j] : x[j];
         p.out[j] = p.value[j] == bend && low[j] < bend && bend < high[j];
-        if (!p.out[j]) p.resting[p.columns++] = j;
+        if (!p.out[j]) {
+            p.resting[p.columns] = j;
+            tell(&p, p.columns++);
+        }
         p.idle[j] = 0.0;
         largest = cost[j] > largest ? cost[j] : largest;
     }

@@ -47,7 +47,7 @@ def penalised(
         raise ValueError("program: finite numbers are wanted")
     if np.any(each < 0.0) or np.any(least > most) or not price > 0.0 or not 0 <= equal <= m:
         raise ValueError("program: costs that are not negative, bounds in order and a positive price are wanted")
-    table, room, whole = np.empty((m, n)), np.empty(8 * m + 12 * n), np.empty(3 * m + 3 * n, dtype=np.int64)
+    table, room, whole = np.empty((m, n)), np.empty(8 * m + 15 * n), np.empty(3 * m + 3 * n, dtype=np.int64)
     places = (address(part) for part in (rows, right, each, least, most, x, table, room, whole))
     if KERNEL.purcell_program(m, n, equal, float(price), *places) < 0:
         return None
