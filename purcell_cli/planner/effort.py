@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.planner.refine.minimum_travel import Pace
 
-LAST = Pace(rounds=12, steps=60, price=300.0, own=True)
+LAST = Pace(rounds=12, steps=60, price=300.0, longest=300, work=4000, entering=6, own=True)
 """How long the best motions of a thorough search are optimised in the end."""
 
 
@@ -123,12 +123,12 @@ _THOROUGH = Stage(
         pace=Pace(3, 30),
         drawn=600,
         generations=10,
-        meetings=30,
-        met=6,
+        meetings=60,
+        met=12,
     ),
-    candidates=6,
-    pace=Pace(rounds=2, steps=30, price=300.0, work=1500, own=True),
-    rungs=((3, Pace(rounds=3, steps=40, price=300.0, work=3000, own=True)), (1, LAST)),
+    candidates=14,
+    pace=Pace(rounds=3, steps=30, price=300.0, longest=300, work=4000, entering=2, own=True),
+    rungs=((5, Pace(rounds=3, steps=40, price=300.0, longest=300, work=4000, entering=4, own=True)), (2, LAST)),
     most_apart=60,
     random_plans=20,
     interrupt_keeps_best=True,
@@ -168,7 +168,7 @@ _AGAIN = Stage(
         meetings=5,
         met=1,
     ),
-    pace=Pace(rounds=2, steps=30, price=300.0, work=600, own=True),
+    pace=Pace(rounds=2, steps=30, price=300.0, longest=300, work=4000, entering=2, own=True),
     most_apart=60,
 )
 """The second stage of the search for the rest of a way on which the swimmer is measured: as wide as a thorough one, but

@@ -44,7 +44,13 @@ class JointStage:
 _QUICK = JointStage(Stage(), JointBreadth(chains=500, short=12, pace=Pace(1, 6)))
 """A quick search: the best chain, and nothing is optimised together."""
 _STANDARD = JointStage(
-    Stage(candidates=2, pace=Pace(rounds=2, steps=24), longest_rad=300.0, most_apart=24), JointBreadth()
+    Stage(
+        candidates=2,
+        pace=Pace(rounds=3, steps=20, entering=2, worth=1e-3, own=True),
+        longest_rad=300.0,
+        most_apart=24,
+    ),
+    JointBreadth(),
 )
 """A standard search: the two best chains, optimised; a fifth of the joint travel is saved by that, and half a percent
 more by four."""
@@ -58,7 +64,7 @@ _WIDEST = tuple(
 _THOROUGH = JointStage(
     Stage(
         candidates=16,
-        pace=Pace(rounds=3, steps=40, price=300.0),
+        pace=Pace(rounds=3, steps=40, price=300.0, entering=2, own=True),
         rungs=((3, LAST),),
         most_apart=60,
         interrupt_keeps_best=True,
