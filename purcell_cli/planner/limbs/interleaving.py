@@ -48,12 +48,12 @@ def interleaved(
         for shape, one, some in zip(shapes, known, chosen, strict=True)
     ]
     pieces = Pieces.together(parts)
-    moves = piece_displacements(swimmer, pieces, ROUGH).reshape(-1, 2, 3, 4, 4, 4)
-    apart = clearances(swimmer, pieces, clearance_m)[0].reshape(-1, 2, 3, 4)
+    moves = piece_displacements(swimmer, pieces, ROUGH).reshape(-1, 2, 3, 2, 4, 4)
+    apart = clearances(swimmer, pieces, clearance_m)[0].reshape(-1, 2, 3, 2)
     out, low = [], 0
     for one, some in zip(known, chosen, strict=True):
         mine = slice(low, low + len(some))
-        order, displacement, nearest = _through(moves[mine], apart[mine])
+        order, displacement, nearest = _through(*_with_ends(one, some, moves[mine], apart[mine]))
         way, orders = np.tile(some, (len(order), 1)), np.repeat(order, len(some), axis=0)
         travel = one.limbs[0].joint_travel_rad[way[:, 0]] + one.limbs[1].joint_travel_rad[way[:, 1]]
         moved = se3.normalised(displacement.reshape(-1, 4, 4))
@@ -64,24 +64,40 @@ def interleaved(
 
 
 def _crossed(shape: Array, ways: Sequence[Ways]) -> Pieces:
-    """Return the pieces of every rotation of one limb at every stage of the other: k x 2 x 3 x 4.
+    """Return the pieces of every rotation of one limb after one and after two of the other: k x 2 x 3 x 2.
 
     Args:
         shape: The shape before. Shape (2, 3, 3).
         ways: The ways of limb 1 and of limb 2 that are taken together, k of each.
     """
     k = len(ways[0])
-    stage = np.empty((2, k, 4, 3, 3))
+    begins = [rotation_pieces(way, shape, i).shapes.reshape(k, 3, 2, 3, 3)[:, :, i] for i, way in enumerate(ways)]
+    shapes, rates, durations = np.empty((k, 2, 3, 2, 2, 3, 3)), np.empty((k, 2, 3, 2, 6)), np.empty((k, 2, 3, 2))
     for i, way in enumerate(ways):
-        begins = rotation_pieces(way, shape, i).shapes
-        stage[i, :, :3], stage[i, :, 3] = begins.reshape(k, 3, 2, 3, 3)[:, :, i], np.eye(3)
-    shapes, rates, durations = np.empty((k, 2, 3, 4, 2, 3, 3)), np.empty((k, 2, 3, 4, 6)), np.empty((k, 2, 3, 4))
-    for i, way in enumerate(ways):
-        shapes[:, i, ..., i, :, :] = stage[i, :, :3, None]
-        shapes[:, i, ..., 1 - i, :, :] = stage[1 - i][:, None]
+        shapes[:, i, ..., i, :, :] = begins[i][:, :, None]
+        shapes[:, i, ..., 1 - i, :, :] = begins[1 - i][:, None, 1:]
         turned = np.sign(way.angle)[..., None] * (np.arange(6) == way.control[..., None])
         rates[:, i], durations[:, i] = turned[:, :, None], np.abs(way.angle)[..., None]
     return Pieces(shapes.reshape(-1, 2, 3, 3), rates.reshape(-1, 6), durations.ravel())
+
+
+def _with_ends(known: Straightenings, way: NDArray[np.int64], moves: Array, apart: Array) -> tuple[Array, Array]:
+    """Return what every rotation of one limb does at every stage of the other, and how near the limbs come on it.
+
+    Args:
+        known: What it does before the other limb's rotations and after them.
+        way: The ways of both limbs. Shape (k, 2).
+        moves: What it does between. Shape (k, 2, 3, 2, 4, 4).
+        apart: How near the limbs come there. Shape (k, 2, 3, 2).
+
+    Returns:
+        Displacements, shape (k, 2, 3, 4, 4, 4), and least distances, shape (k, 2, 3, 4).
+    """
+    ends = known.alone
+    assert ends is not None  # noqa: S101  # they come from `straightenings`
+    whole = [np.stack([one.moves[i][way[:, i]] for i in (0, 1)], axis=1)[:, :, :, None] for one in ends]
+    near = [np.stack([one.apart[i][way[:, i]] for i in (0, 1)], axis=1)[..., None] for one in ends]
+    return np.concatenate([whole[0], moves, whole[1]], axis=3), np.concatenate([near[0], apart, near[1]], axis=3)
 
 
 def _through(moves: Array, apart: Array) -> tuple[NDArray[np.int64], Array, Array]:

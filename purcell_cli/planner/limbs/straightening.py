@@ -47,6 +47,7 @@ class Straightenings:
         joint_travel_rad: Their joint travel [rad]. Shape (n,).
         displacement: What each does to the base, to search by, in units of L. Shape (n, 4, 4).
         loops: The shape loops, the first of them empty.
+        alone: What each way of either limb does while the other one is as it was, and while it is straight.
     """
 
     limbs: tuple[Ways, Ways]
@@ -56,6 +57,7 @@ class Straightenings:
     joint_travel_rad: Array
     displacement: Array
     loops: tuple[PrimitiveSequence, ...] = (EMPTY,)
+    alone: tuple[Played, Played] | None = None
 
     def __len__(self) -> int:
         return len(self.order)
@@ -78,7 +80,7 @@ class Straightenings:
 
     def _with(self, columns: list[Any]) -> Straightenings:
         order, way, loop, travel, displacement = columns
-        return Straightenings(self.limbs, order, way, loop, travel, displacement, self.loops)
+        return Straightenings(self.limbs, order, way, loop, travel, displacement, self.loops, self.alone)
 
 
 _COLUMNS = ("order", "way", "loop", "joint_travel_rad", "displacement")
@@ -112,7 +114,7 @@ def _straightenings(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: floa
     return [_pairs(*one, clearance_m) for one in zip(limbs, played, strict=True)]
 
 
-def _pairs(limbs: tuple[Ways, Ways], played: tuple[_Played, _Played], clearance_m: float) -> Straightenings:
+def _pairs(limbs: tuple[Ways, Ways], played: tuple[Played, Played], clearance_m: float) -> Straightenings:
     """Return the ways of two limbs in pairs, either limb first.
 
     Args:
@@ -122,7 +124,9 @@ def _pairs(limbs: tuple[Ways, Ways], played: tuple[_Played, _Played], clearance_
     """
     travels = [limb.joint_travel_rad for limb in limbs]
     orders = (0, 1) if np.any(travels[0]) and np.any(travels[1]) else (0,)
-    apart = [np.minimum(played[0].apart[i][:, None], played[1].apart[1 - i]) for i in orders]
+    near = [[part.min(axis=1) for part in one.apart] for one in played]
+    whole = [[se3.normalised(matmul(matmul(m[:, 0], m[:, 1]), m[:, 2])) for m in one.moves] for one in played]
+    apart = [np.minimum(near[0][i][:, None], near[1][1 - i]) for i in orders]
     least = min(clearance_m, max(float(a.max()) for a in apart)) - TOLERANCE_L
     shortest = min(float((travels[i][:, None] + travels[1 - i])[apart[i] >= least].min(initial=np.inf)) for i in orders)
     order, way, travel, displacement = [], [], [], []
@@ -132,7 +136,7 @@ def _pairs(limbs: tuple[Ways, Ways], played: tuple[_Played, _Played], clearance_
         order.append(np.tile(np.repeat([i, 1 - i], 3), (len(kept), 1)))
         way.append(kept if i == 0 else kept[:, ::-1])
         travel.append(pairs[kept[:, 0], kept[:, 1]])
-        displacement.append(matmul(played[0].moves[i][kept[:, 0]], played[1].moves[1 - i][kept[:, 1]]))
+        displacement.append(matmul(whole[0][i][kept[:, 0]], whole[1][1 - i][kept[:, 1]]))
     found = Straightenings(
         limbs,
         np.concatenate(order),
@@ -140,17 +144,18 @@ def _pairs(limbs: tuple[Ways, Ways], played: tuple[_Played, _Played], clearance_
         np.zeros((sum(map(len, way)), MOST_LOOPS), dtype=np.int64),
         np.concatenate(travel),
         np.concatenate(displacement),
+        alone=played,
     )
     return found[np.argsort(np.round(found.joint_travel_rad, 9), kind="stable")]
 
 
 @frozen_dataclass(eq=False)
-class _Played:
-    """Displacements and clearances of the ways of both limbs, the other limb as it was or straight.
+class Played:
+    """Displacements and clearances of the three rotations of ways of both limbs, the other limb as it was or straight.
 
     Attributes:
-        moves: To the base, of limb 1's ways and of limb 2's. Each of shape (k, 4, 4).
-        apart: How near the limbs come, as far as it matters, in units of L. Each of shape (k,).
+        moves: To the base, of limb 1's ways and of limb 2's. Each of shape (k, 3, 4, 4).
+        apart: How near the limbs come, as far as it matters, in units of L. Each of shape (k, 3).
     """
 
     moves: tuple[Array, Array]
@@ -173,7 +178,7 @@ def rotation_pieces(ways: Ways, shape: Array, limb: int) -> Pieces:
 
 def _played(
     swimmer: Swimmer, shapes: Sequence[Array], limbs: Sequence[tuple[Ways, Ways]], clearance_m: float
-) -> list[tuple[_Played, _Played]]:
+) -> list[tuple[Played, Played]]:
     """Return what the ways of each shape's limbs do while the other limb is as it was, and while it is straight."""
     parts = []
     for shape, both in zip(shapes, limbs, strict=True):
@@ -185,11 +190,10 @@ def _played(
                 parts.append(rotation_pieces(ways, here, i))
     pieces = Pieces.together(parts)
     moves = piece_displacements(swimmer, pieces, ROUGH).reshape(-1, 3, 4, 4)
-    apart = clearances(swimmer, pieces, clearance_m)[0].reshape(-1, 3).min(axis=1)
-    whole = se3.normalised(matmul(matmul(moves[:, 0], moves[:, 1]), moves[:, 2]))
+    apart = clearances(swimmer, pieces, clearance_m)[0].reshape(-1, 3)
     stops = np.cumsum([len(part) // 3 for part in parts])[:-1]
-    each = list(zip(np.split(whole, stops), np.split(apart, stops), strict=True))
-    done = [_Played((a[0], b[0]), (a[1], b[1])) for a, b in zip(each[::2], each[1::2], strict=True)]
+    each = list(zip(np.split(moves, stops), np.split(apart, stops), strict=True))
+    done = [Played((a[0], b[0]), (a[1], b[1])) for a, b in zip(each[::2], each[1::2], strict=True)]
     return list(zip(done[::2], done[1::2], strict=True))
 
 
