@@ -21,7 +21,7 @@ from purcell_cli.geometry.reproducible import matmul
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.lift import ROUGH, piece_displacements
 from purcell_cli.mechanics.pieces import Pieces
-from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence, joined
+from purcell_cli.mechanics.primitives import EMPTY, PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.clearance import TOLERANCE_L, clearances
 from purcell_cli.motion.limb_circles import BEND_SLACK_RAD, LimbCircles, bends
@@ -89,36 +89,49 @@ def shape_loops(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 
         clearance_m: How far the limbs' surfaces stay apart, in units of L.
     """
     squares = [_squares(swimmer, shape) for shape in shapes]
-    if not any(squares):
+    if not any(map(len, squares)):
         return [ShapeLoops((), np.empty(0), np.empty((0, 4, 4)))] * len(shapes)
     # Squares close, so they are played one after the other.
-    pieces = Pieces.together(Pieces.of(joined(some), shape) for shape, some in zip(shapes, squares, strict=True))
+    pieces = Pieces.together(Pieces.of(some, shape) for shape, some in zip(shapes, squares, strict=True))
     moves = piece_displacements(swimmer, pieces, ROUGH).reshape(-1, 4, 4, 4)
     apart = clearances(swimmer, pieces, clearance_m)[0].reshape(-1, 4).min(axis=1)
     once = se3.normalised(matmul(matmul(matmul(moves[:, 0], moves[:, 1]), moves[:, 2]), moves[:, 3]))
     out, low = [], 0
     for some in squares:
-        near, made = apart[low : low + len(some)], once[low : low + len(some)]
-        low += len(some)
+        control, angle = some.control.reshape(-1, 4), some.angle.reshape(-1, 4)
+        near, made = apart[low : low + len(control)], once[low : low + len(control)]
+        low += len(control)
         kept = np.flatnonzero(near >= clearance_m - TOLERANCE_L)
-        first = [some[k] for k in kept]
-        sequences = first + [s.inverse() for s in first]
         moved = np.concatenate([made[kept], se3.inverse(made[kept])])
-        sequences += [s.times(2) for s in sequences]
-        travel = np.array([s.joint_travel_rad for s in sequences])
-        out.append(ShapeLoops(tuple(sequences), travel, np.concatenate([moved, matmul(moved, moved)])))
+        control = np.concatenate([control[kept], control[kept, ::-1]])
+        angle = np.concatenate([angle[kept], -angle[kept, ::-1]])
+        rows = [(control, angle), (np.tile(control, 2), np.tile(angle, 2))]
+        travel = np.concatenate([np.abs(by).sum(axis=1) for _, by in rows])
+        sequences = tuple(sequence for row in rows for sequence in _each(*row))
+        out.append(ShapeLoops(sequences, travel, np.concatenate([moved, matmul(moved, moved)])))
     return out
 
 
-def _squares(swimmer: Swimmer, shape: Array) -> list[PrimitiveSequence]:
-    """Return squares from a shape and back to it on which no limb bends further than it does, or than the limit."""
+def _each(control: NDArray[np.int64], angle: Array) -> list[PrimitiveSequence]:
+    """Return a sequence for each row of controls and angles. Shapes (n, k)."""
+    whole, k = PrimitiveSequence(control.ravel(), angle.ravel()), control.shape[1]
+    return [whole[low : low + k] for low in range(0, len(whole), k)]
+
+
+def _squares(swimmer: Swimmer, shape: Array) -> PrimitiveSequence:
+    """Return squares from a shape and back to it, one after the other, four primitives each.
+
+    On none does a limb bend further than it does, or than the limit.
+    """
     limits = np.maximum(swimmer.max_bend_rad, bends(shape[..., 0])) + BEND_SLACK_RAD
     if np.max(limits) < _LEAST_BEND_RAD:
-        return []
-    arms: list[list[tuple[int, float]]] = []
-    for limb in (0, 1):
-        turns = [(3 * limb + axis, angle) for axis in (1, 2) for angle in _SIDES_RAD]
-        to_and_fro = PrimitiveSequence.of([(control, a) for control, angle in turns for a in (angle, -angle)])
-        bent = LimbCircles.of(Pieces.of(to_and_fro, shape)).largest_bends()[0][::2, limb]
-        arms.append([t for t, b in zip(turns, bent, strict=True) if b <= limits[limb]])
-    return [PrimitiveSequence.of([(i, a), (j, b), (i, -a), (j, -b)]) for i, a in arms[0] for j, b in arms[1]]
+        return EMPTY
+    control = np.repeat([[1, 2], [4, 5]], len(_SIDES_RAD), axis=1)
+    angle = np.tile(_SIDES_RAD, (2, 2))
+    to_and_fro = PrimitiveSequence(np.repeat(control.ravel(), 2), np.stack([angle, -angle], axis=-1).ravel())
+    bent = LimbCircles.of(Pieces.of(to_and_fro, shape)).largest_bends()[0][::2].reshape(2, -1, 2)
+    first, second = (np.flatnonzero(bent[limb, :, limb] <= limits[limb]) for limb in (0, 1))
+    i, j = np.repeat(first, len(second)), np.tile(second, len(first))
+    a, b = angle[0, i], angle[1, j]
+    controls = np.stack([control[0, i], control[1, j]] * 2, axis=1)
+    return PrimitiveSequence(controls.ravel(), np.stack([a, b, -a, -b], axis=1).ravel())
