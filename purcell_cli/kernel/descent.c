@@ -22,6 +22,7 @@
 #define LARGEST_SHARE 4.0
 #define WORTH 1e-5       /* a linear program that promises to save less joint travel than this is the last [rad] */
 #define STRICT 100.0     /* weight of a broken limit beside a missed goal on the approach: the last steps change bends too */
+#define COARSE 1e-5      /* what a step may leave of what is missing that is not refined: much more than it does */
 #define APPROACHING 20   /* the most Newton steps of an approach */
 static const double parts[] = {1.0, 0.4, 0.15, 0.05}; /* of a Newton step, tried in turn until the residual falls */
 #define PARTS 4
@@ -456,7 +457,8 @@ API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SI
         if (best < enough || idle > patience || poor > stuck || !free) break;
         if ((left > hopeless && (!round || tried >= trials)) || tried > most_tried) break;
         const SIZE rooms = slopes(m, p, PASSING, d.left, d.kept);
-        purcell_bounded_step(m->equations, rooms, free, p->derivative, p->residual, d.left, d.kept, reach, 1, d.work, d.step);
+        purcell_bounded_step(m->equations, rooms, free, p->derivative, p->residual, d.left, d.kept, reach,
+                             !(COARSE * left < enough), d.work, d.step);
         const int whole_before = !part; /* then this one may be, too */
         for (part = 0; part < PARTS; part++, tried++) {
             for (SIZE j = 0; j < free; j++) d.next->angle[j] = p->angle[j] + parts[part] * d.step[j];

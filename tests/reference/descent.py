@@ -137,7 +137,8 @@ def approached(equations: Equations, max_bend_rad: float, reach: float, patience
         idle, halved = (0, best) if best < 0.5 * halved else (idle + 1, halved)
         if best < 3e-4 or idle > patience:
             break
-        step = bounded_step(values.derivative, values.residual, slack, slope, reach)
+        fine = not 1e-5 * off < 3e-4
+        step = bounded_step(values.derivative, values.residual, slack, slope, reach, fine)
         for shorter in (1.0, 0.4, 0.15, 0.05):
             there = equations.at(angle + shorter * step)
             if there.size < values.size:
