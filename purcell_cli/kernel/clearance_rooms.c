@@ -5,6 +5,7 @@
 #include "small.h"
 
 #define RIGHT_ANGLE 1.5707963267948966
+#define CLEARLY 1e-9 /* more than rounding errors */
 
 static double bend_of(const double *limb) {
     const double c = limb[0] < -1.0 ? -1.0 : limb[0] > 1.0 ? 1.0 : limb[0];
@@ -17,6 +18,18 @@ static int never_folds(const double before[2], const double after[2], double ang
     for (int i = 0; i < 2; i++)
         if (!(0.5 * (before[i] + after[i] + fabs(angle)) < RIGHT_ANGLE)) return 0;
     return 1;
+}
+
+/* The distance between the limbs' surfaces at a shape. */
+static double distance_at(const double *numbers, const double *shape) {
+    const double gap[3] = {2.0 * numbers[0], 0.0, 0.0};
+    double link[2][3], place[3];
+    for (int j = 0; j < 3; j++) {
+        link[0][j] = numbers[1] * shape[3 * j];
+        link[1][j] = -numbers[2] * shape[9 + 3 * j];
+    }
+    purcell_nearest(gap, link[0], link[1], place);
+    return place[2] - numbers[3];
 }
 
 /* The rates of both limbs, in their own frames, on a primitive. */
@@ -38,8 +51,8 @@ static void rates_of(SIZE control, double angle, const double *shape, double out
 API SIZE purcell_clearance_rooms(SIZE n, const SIZE *control, const double *angle, const double *shapes,
                                  const double *least, const double *numbers, double straight, double near, double *cut,
                                  double *room, SIZE *of, SIZE *stop, double *torque) {
-    double most = -INFINITY, bends[2][2];
-    SIZE m = 0, known = -1; /* before which primitive the limbs' bends are known */
+    double most = -INFINITY, bends[2][2], distances[2] = {0.0, 0.0};
+    SIZE m = 0, known = -1, measured = -1; /* before which primitive the limbs' bends are known, and their distance */
     for (SIZE k = 0; k < n; k++) most = least[k] > most ? least[k] : most;
     for (SIZE k = 0; k < n && most > -INFINITY; k++) {
         const double *shape = shapes + 18 * k, lasts = fabs(angle[k]), enough = most + near;
@@ -51,6 +64,11 @@ API SIZE purcell_clearance_rooms(SIZE n, const SIZE *control, const double *angl
         }
         known = k + 1;
         if (straight - most >= near && never_folds(before, after, lasts)) continue;
+        /* The distance changes no faster than the tip of the limb moves. */
+        if (measured != k) distances[k % 2] = distance_at(numbers, shape);
+        distances[1 - k % 2] = lasts == 0.0 ? distances[k % 2] : distance_at(numbers, shape + 18);
+        measured = k + 1;
+        if (0.5 * (distances[0] + distances[1] - numbers[1 + LIMB_OF(control[k])] * lasts) > enough + CLEARLY) continue;
         double rates[6], centre[6], cosine[6], sine[6], turn[2], best = INFINITY, when = 0.0, error;
         SIZE where = 0, count, from = 0;
         rates_of(control[k], angle[k], shape, rates);
