@@ -274,7 +274,7 @@ static int propose(struct descent *d, double reach, int every, double *merit) {
         d->right[i] = sum - (equal ? p->residual[i] : -d->left[i - m->equations]);
         if (!(fabs(d->right[i]) <= DBL_MAX)) return 0;
     }
-    if (purcell_program(rows, many, m->equations, m->price, d->kept, d->right, weight, d->low, d->high, d->x, d->table,
+    if (purcell_program(rows, many, m->equations, m->equations + p->turning, m->price, d->kept, d->right, weight, d->low, d->high, d->x, d->table,
                         d->room, d->whole) < 0)
         return 0;
     double travel = 0.0, missed = 0.0;

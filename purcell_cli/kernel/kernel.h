@@ -125,7 +125,7 @@ void purcell_room_slope(SIZE stop, const double *torque, SIZE n, const SIZE *con
 API SIZE purcell_step_room(SIZE r, SIZE n);
 API void purcell_bounded_step(SIZE m, SIZE k, SIZE n, const double *arrival, const double *missing, const double *room,
                               const double *slope, double reach, SIZE fine, double *work, double *out);
-API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, const double *matrix,
+API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, SIZE awaited, double price, const double *matrix,
                          const double *wanted, const double *cost, const double *low, const double *high, double *x,
                          double *table, double *room, int64_t *whole);
 

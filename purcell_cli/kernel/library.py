@@ -48,7 +48,7 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "from_boxes": (None, [_SIZE, *[_ARRAY] * 2, _SIZE, *[_ARRAY] * 3, _SIZE, *[_ARRAY] * 2]),
     "from_triangles": (None, [_SIZE, *[_ARRAY] * 3, *[_SIZE] * 2, *[_ARRAY] * 3]),
     "inside_cones": (None, [_SIZE, *[_ARRAY] * 2, *[_SIZE] * 2, *[_ARRAY] * 7]),
-    "program": (_SIZE, [*[_SIZE] * 3, _NUMBER, *[_ARRAY] * 9]),
+    "program": (_SIZE, [*[_SIZE] * 4, _NUMBER, *[_ARRAY] * 9]),
     "convex": (_SIZE, [*[_SIZE] * 3, *[_NUMBER] * 2, *[_ARRAY] * 11]),
     "orthogonal_by_rotations": (None, [*[_SIZE] * 2, _ARRAY]),
     **{

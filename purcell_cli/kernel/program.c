@@ -215,13 +215,13 @@ static int enter(struct program *p, double least) {
 }
 
 /* The x between bounds of the least sum of cost |x| + price (|m_1| + ... + max(m_(equal + 1), 0) + ...), m being what
- * matrix x - wanted misses: equations first, then inequalities. Of these those join the table that are nearly broken, and
- * what is broken then, until nothing is.
+ * matrix x - wanted misses: equations first, then inequalities. Of these those join the table that are nearly broken, if
+ * they are of the first `awaited` rows, and what is broken then, until nothing is.
  *
  * matrix: (rows, columns). x: where to begin, becomes the solution, (columns,). table: (rows, columns), room: 8 rows +
  * 15 columns and whole: 3 rows + 3 columns numbers to work in. Returns how many steps were taken, or -1 if too many. */
-API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, const double *matrix, const double *wanted,
-                         const double *cost, const double *low, const double *high, double *x, double *table,
+API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, SIZE awaited, double price, const double *matrix,
+                         const double *wanted, const double *cost, const double *low, const double *high, double *x, double *table,
                          double *room, int64_t *whole) {
     const SIZE all = rows + columns;
     struct program p = {.all = columns, .matrix = matrix, .table = table, .costs = (struct cost *)room};
@@ -269,7 +269,8 @@ API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, double price, cons
             if (joined[i]) continue;
             double missing = -wanted[i];
             for (SIZE j = 0; j < columns; j++) missing += matrix[i * columns + j] * p.value[j];
-            if (i >= equal && !(missing > (again ? BROKEN : NEAR) * p.costs[columns + i].scale)) continue;
+            const double from = again || i >= awaited ? BROKEN : NEAR;
+            if (i >= equal && !(missing > from * p.costs[columns + i].scale)) continue;
             p.value[columns + i] = missing;
             p.piece[columns + i] = missing < 0.0 ? 0 : 1;
             join(&p, i);

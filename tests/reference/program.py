@@ -49,7 +49,7 @@ def penalised(
         raise ValueError("program: costs that are not negative, bounds in order and a positive price are wanted")
     table, room, whole = np.empty((m, n)), np.empty(8 * m + 15 * n), np.empty(3 * m + 3 * n, dtype=np.int64)
     places = (address(part) for part in (rows, right, each, least, most, x, table, room, whole))
-    if KERNEL.purcell_program(m, n, equal, float(price), *places) < 0:
+    if KERNEL.purcell_program(m, n, equal, m, float(price), *places) < 0:
         return None
     missed = (rows * x).sum(axis=1) - right
     missed = np.concatenate([np.abs(missed[:equal]), np.maximum(missed[equal:], 0.0)])
