@@ -46,7 +46,7 @@ class Breadth:
     library_below: float = 1.25
     longer: tuple[float, ...] = ()
     library_plans: int = 4
-    pace: Pace = Pace(rounds=2, steps=20, longest=40, entering=2, worth=1e-3)
+    pace: Pace = Pace(rounds=2, steps=20, longest=40, worth=1e-3)
     drawn: int = 100
     generations: int = 6
     meetings: int = 5
@@ -102,9 +102,9 @@ _QUICK = Stage(Breadth(chains=1, rounds=4, shorter=0, pace=Pace(1, 6), meetings=
 """A quick search: one chain of loops, and nothing is optimised together."""
 _STANDARD = Stage(
     rivals=2,
-    pace=Pace(rounds=3, steps=30, longest=40, entering=2, worth=1e-3),
+    pace=Pace(rounds=3, steps=30, longest=40, entering=6, worth=1e-3),
     longest_rad=20.0,
-    brief=Pace(rounds=2, steps=15, longest=300, worth=1e-3, own=True),
+    brief=Pace(rounds=2, steps=15, longest=300, entering=1, worth=1e-3, own=True),
     largest=300,
     most_apart=24,
 )
@@ -127,7 +127,7 @@ _THOROUGH = Stage(
         met=12,
     ),
     candidates=14,
-    pace=Pace(rounds=3, steps=30, price=300.0, longest=300, work=4000, entering=2, own=True),
+    pace=Pace(rounds=3, steps=30, price=300.0, longest=300, work=4000, own=True),
     rungs=((5, Pace(rounds=3, steps=40, price=300.0, longest=300, work=4000, entering=4, own=True)), (2, LAST)),
     most_apart=60,
     random_plans=20,
@@ -168,7 +168,7 @@ _AGAIN = Stage(
         meetings=5,
         met=1,
     ),
-    pace=Pace(rounds=2, steps=30, price=300.0, longest=300, work=4000, entering=2, own=True),
+    pace=Pace(rounds=2, steps=30, price=300.0, longest=300, work=4000, own=True),
     most_apart=60,
 )
 """The second stage of the search for the rest of a way on which the swimmer is measured: as wide as a thorough one, but

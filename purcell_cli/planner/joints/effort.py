@@ -46,7 +46,7 @@ _QUICK = JointStage(Stage(), JointBreadth(chains=500, short=12, pace=Pace(1, 6))
 _STANDARD = JointStage(
     Stage(
         candidates=2,
-        pace=Pace(rounds=3, steps=20, entering=2, worth=1e-3, own=True),
+        pace=Pace(rounds=3, steps=20, worth=1e-3, own=True),
         longest_rad=300.0,
         most_apart=24,
     ),
@@ -64,7 +64,7 @@ _WIDEST = tuple(
 _THOROUGH = JointStage(
     Stage(
         candidates=16,
-        pace=Pace(rounds=3, steps=40, price=300.0, entering=2, own=True),
+        pace=Pace(rounds=3, steps=40, price=300.0, own=True),
         rungs=((3, LAST),),
         most_apart=60,
         interrupt_keeps_best=True,

@@ -70,7 +70,7 @@ class Pace:
     price: float = 500.0
     longest: int = 100
     work: float = math.inf
-    entering: int = 1
+    entering: int = 2
     worth: float = 0.0
     own: bool = False
 
