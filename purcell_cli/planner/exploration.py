@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Sequence
 
 from purcell_cli.errors import ParameterError
@@ -79,7 +80,8 @@ class Exploration:
         known: set[tuple[str, int, float]] = set()
         done = 0
         for candidate in candidates:
-            if done >= stage.candidates and self.incumbent.good and not self._rivals(stage, candidate, done):
+            until_rad = stage.longest_rad if shorter else math.inf
+            if done >= stage.candidates and self.incumbent.good and not self._rivals(stage, candidate, done, until_rad):
                 continue
             blocks = self._new(candidate, known)
             if not blocks:
@@ -127,11 +129,18 @@ class Exploration:
         self.record.made(candidate, size[1])
         return blocks
 
-    def _rivals(self, stage: Stage, candidate: Candidate, done: int) -> bool:
-        """Return whether a candidate is refined too: short and hardly longer than the best plan, or shorter than it."""
+    def _rivals(self, stage: Stage, candidate: Candidate, done: int, until_rad: float) -> bool:
+        """Return whether a candidate is refined too: hardly longer than the best plan and short, or shorter than it.
+
+        Args:
+            stage: The stage.
+            candidate: The candidate.
+            done: How many are refined by now.
+            until_rad: Less joint travel is short; all is where none was optimised by now [rad].
+        """
         best, estimate = self.incumbent.joint_travel_rad, candidate.estimate_rad
         enough = stage.candidates + stage.rivals
-        if done < enough and estimate < max(min(_RIVAL * best, stage.longest_rad), _SHORTER * best):
+        if done < enough and estimate < max(min(_RIVAL * best, until_rad), _SHORTER * best):
             return True
         return done <= enough and candidate.astray and estimate < _FAR_LESS * best
 

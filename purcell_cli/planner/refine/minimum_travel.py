@@ -145,12 +145,11 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
     """
     found = equations.at_accuracy(ROUGH)
     for k in range(pace.rounds):
-        there: Equations | None = _offering(found, pace)
+        there = _offering(found, pace)
         for stage, programs in enumerate((pace.entering, pace.steps)):
-            if there is not None:
-                uneven = _UNEVEN if k + stage == 0 else (0.0,)
-                there = _shortened(there, max_bend_rad, clearance, pace, programs, uneven)
-        if there is None:
+            uneven = _UNEVEN if k + stage == 0 else (0.0,)
+            there, violation = _shortened(there, max_bend_rad, clearance, pace, programs, uneven)
+        if violation > _ASTRAY:
             break
         before = found.joint_travel_rad
         # What is begun with may miss, and then is shorter; what a later round begins with arrives.
@@ -173,8 +172,8 @@ def _offering(equations: Equations, pace: Pace) -> Equations:
 
 def _shortened(
     equations: Equations, max_bend_rad: float, clearance: float, pace: Pace, programs: int, uneven: Sequence[float]
-) -> Equations | None:
-    """Return a motion after some linear programs, what is idle by then left out; None where it goes astray.
+) -> tuple[Equations, float]:
+    """Return a motion after some linear programs, what is idle by then left out, and the sum of its violations.
 
     Args:
         equations: The motion.
@@ -192,10 +191,8 @@ def _shortened(
         )
         if begun < math.inf:
             break
-    if violation > _ASTRAY:
-        return None
-    parts = equations.with_angles(angle)
-    return equations.of([s.renamed(NAME, merged(s.sequence)) if s.free else s for s in parts])
+    parts = [s.renamed(NAME, merged(s.sequence)) if s.free else s for s in equations.with_angles(angle)]
+    return equations.of(parts), violation
 
 
 def _arriving(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float) -> Equations:
