@@ -169,6 +169,25 @@ def test_an_error_or_an_interrupt_between_two_points_ends_a_search() -> None:
     assert np.array_equal(unheard[0], small().approached([0.1, -0.2], 1e-6, 0.25, 2, 99)[0])
 
 
+def test_a_search_may_begin_another_between_two_points() -> None:
+    """Each works in memory of its own, so both go as they would alone; the one within ends elsewhere: the foil."""
+    rest = 1e-6, 0.25, 2, 99
+    within: list[np.ndarray] = []
+
+    def more(angle: np.ndarray, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.ones(1), np.zeros((1, 2))
+
+    def searching(angle: np.ndarray, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        within.append(small(more, 1).approached([0.3, 0.1], *rest)[0])
+        return more(angle, shapes)
+
+    alone, elsewhere = (small(more, 1).approached(begun, *rest)[0] for begun in ([0.1, -0.2], [0.3, 0.1]))
+    assert np.array_equal(small(searching, 1).approached([0.1, -0.2], *rest)[0], alone)
+    assert within
+    assert all(np.array_equal(one, elsewhere) for one in within)
+    assert not np.array_equal(alone, elsewhere)
+
+
 @pytest.mark.parametrize(
     "other",
     [

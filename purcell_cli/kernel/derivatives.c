@@ -289,7 +289,7 @@ static SIZE solve_ahead(struct chain *c, SIZE p, SIZE n, const double *shapes, c
  * control, amount: of primitives their controls and angles, (n,) and (n,); of moves null and their turns, (n, 6).
  * repeats: first piece, the piece after the last, cycles, in order. (k, 3).
  * room: to work in. (n, 88), (n, 6) after that and, for repeats, (k, 36).
- * pose, derivative: (4, 4), and (6, n) or (6, n, 6); null where no derivative is wanted, which takes a third of the time.
+ * pose, derivative: (4, 4), and (6, n) or (6, n, 6); null where no derivative is wanted, which takes half of the time.
  * Returns 0, or the number of a piece that is too long, counted from 1. */
 API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const double *nodes, const double *weights,
                                       const double *to_node, double step, double settled, SIZE n, const double *shapes,

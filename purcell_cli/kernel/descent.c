@@ -111,7 +111,7 @@ static double largest(SIZE n, const double *x) {
     return out;
 }
 
-/* The equations at a point's angles, with their derivative or, in a third of the time, without. Returns 0, or the number of
+/* The equations at a point's angles, with their derivative or, in half of the time, without. Returns 0, or the number of
  * a piece that is too long, counted from 1. */
 static SIZE equations(const struct motion *m, struct point *p, int sloped) {
     for (SIZE q = 0; q < m->n; q++) p->all[q] = m->index[q] < 0 ? m->given[q] : m->sign[q] * p->angle[m->index[q]];
@@ -274,8 +274,8 @@ static int propose(struct descent *d, double reach, int every, double *merit) {
         d->right[i] = sum - (equal ? p->residual[i] : -d->left[i - m->equations]);
         if (!(fabs(d->right[i]) <= DBL_MAX)) return 0;
     }
-    if (purcell_program(rows, many, m->equations, m->equations + p->turning, m->price, d->kept, d->right, weight, d->low, d->high, d->x, d->table,
-                        d->room, d->whole) < 0)
+    if (purcell_program(rows, many, m->equations, m->equations + p->turning, m->price, d->kept, d->right, weight, d->low,
+                        d->high, d->x, d->table, d->room, d->whole) < 0)
         return 0;
     double travel = 0.0, missed = 0.0;
     for (SIZE u = 0; u < many; u++) travel += weight[u] * fabs(d->x[u]);
@@ -370,10 +370,10 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
 #define THE_MOTION                                                                                                   \
     {                                                                                                                \
         .swimmer = swimmer, .rule = {stages, nodes, weights, to_node, step, settled}, .n = n, .free = free,          \
-        .equations = 6 + 6 * t, .most = most, .added = added, .control = control, .index = index, .fixed = fixed, .k = k, .t = t,    \
-        .repeats = repeats, .stops = stops, .start = start, .given = given, .sign = sign, .wanted = wanted,          \
-        .ends = ends, .least = least, .near = near, .apart = apart, .links = links, .straight = straight,            \
-        .near_apart = near_apart, .watch = watch, .told = told, .more_room = more_room,            \
+        .equations = 6 + 6 * t, .most = most, .added = added, .control = control, .index = index, .fixed = fixed,    \
+        .k = k, .t = t, .repeats = repeats, .stops = stops, .start = start, .given = given, .sign = sign,            \
+        .wanted = wanted, .ends = ends, .least = least, .near = near, .apart = apart, .links = links,                \
+        .straight = straight, .near_apart = near_apart, .watch = watch, .told = told, .more_room = more_room,        \
         .more_slope = more_slope                                                                                     \
     }
 
@@ -386,8 +386,8 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
  * and gives them and their derivatives by free angles. room, whole: to work in, see `purcell_descent_room`.
  * weight: joint travel per free angle. A beginning that misses by `close` or more is moved back first, and given up
  * where it then misses by `astray` or more. worth: a program that promises less than this part of the merit is the last.
- * entering: programs after so many leave alone the angles that are zero by then. own, reaches: see `descend`. angle: the free angles, changed.
- * missed: the violations where the programs begin, infinite where it is given up, and where they end.
+ * entering: programs after so many leave alone the angles that are zero by then. own, reaches: see `descend`. angle: the
+ * free angles, changed. missed: the violations where the programs begin, infinite where it is given up, and where they end.
  * Returns 0, -1 where the watcher stopped it, or the number of a piece that is too long, counted from 1. */
 API SIZE purcell_descend(MOTION, const double *weight, double price, double close, double astray, double worth, SIZE steps,
                          SIZE entering, SIZE own, const double *reaches, double *angle, double *missed) {

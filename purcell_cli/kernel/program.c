@@ -221,8 +221,8 @@ static int enter(struct program *p, double least) {
  * matrix: (rows, columns). x: where to begin, becomes the solution, (columns,). table: (rows, columns), room: 8 rows +
  * 15 columns and whole: 3 rows + 3 columns numbers to work in. Returns how many steps were taken, or -1 if too many. */
 API SIZE purcell_program(SIZE rows, SIZE columns, SIZE equal, SIZE awaited, double price, const double *matrix,
-                         const double *wanted, const double *cost, const double *low, const double *high, double *x, double *table,
-                         double *room, int64_t *whole) {
+                         const double *wanted, const double *cost, const double *low, const double *high, double *x,
+                         double *table, double *room, int64_t *whole) {
     const SIZE all = rows + columns;
     struct program p = {.all = columns, .matrix = matrix, .table = table, .costs = (struct cost *)room};
     double largest = price;

@@ -71,8 +71,9 @@ VARIANT inline __attribute__((always_inline)) void NAMED(oriented)(const int m, 
     }
 }
 
-VARIANT inline __attribute__((always_inline)) void NAMED(some_steps)(const int m, const struct swimmer *s, const struct rule *rule,
-                                                                     SIZE many, const struct step *steps, int slopes,
+VARIANT inline __attribute__((always_inline)) void NAMED(some_steps)(const int m, const struct swimmer *s,
+                                                                     const struct rule *rule, SIZE many,
+                                                                     const struct step *steps, int slopes,
                                                                      struct travelled *out) {
     LANE duration = NONE, start[2][3], rates[2][3], xi[6], velocity[MOST_STAGES][3], half[MOST_STAGES][3], q[MOST_STAGES][4];
     LANE change[MOST_STAGES][6][6], ending[6], seen[36], rotation[9];
