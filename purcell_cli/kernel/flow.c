@@ -2,6 +2,8 @@
 #include "kernel.h"
 #include "small.h"
 
+#define QUEUE 32 /* steps that are solved together, at most */
+
 struct flowing {
     const struct swimmer *s;
     const struct rule *rule;
@@ -10,12 +12,43 @@ struct flowing {
     int root;
     struct known known;
     struct solved solved;
+    /* Steps of pieces that will be solved together; which piece is at hand, and where poses go. */
+    struct step steps[QUEUE];
+    struct travelled travelled[QUEUE];
+    SIZE of[QUEUE], stored, piece, done;
+    double *out, *wide;
 };
 
 static void advance(const struct step *step, void *state) {
     struct flowing *f = state;
     purcell_solve_step(f->s, f->rule, step, DISPLACEMENT, &f->solved);
     purcell_wide_times(&f->here, f->solved.pose);
+}
+
+/* Tells the poses of pieces up to one. */
+static void finish(struct flowing *f, SIZE until) {
+    for (; f->done < until; f->done++) {
+        purcell_wide_normalise(&f->here);
+        purcell_wide_round(&f->here, f->out + 16 * f->done);
+        if (f->wide) purcell_wide_store(&f->here, f->wide + 24 * f->done);
+        purcell_wide_identity(&f->here);
+    }
+}
+
+static void put_on(struct flowing *f) {
+    purcell_solve_steps(f->s, f->rule, f->stored, f->steps, 0, f->travelled);
+    for (SIZE i = 0; i < f->stored; i++) {
+        finish(f, f->of[i]);
+        purcell_wide_times(&f->here, f->travelled[i].pose);
+    }
+    f->stored = 0;
+}
+
+static void keep(const struct step *step, void *state) {
+    struct flowing *f = state;
+    f->of[f->stored] = f->piece;
+    f->steps[f->stored++] = *step;
+    if (f->stored == QUEUE) put_on(f);
 }
 
 static void spend(const struct step *step, void *state) {
@@ -33,13 +66,19 @@ API SIZE purcell_flow_of_pieces(const double *swimmer, SIZE stages, const double
     f.s = (const struct swimmer *)swimmer;
     f.rule = &rule;
     f.known.limb = -1;
-    for (SIZE k = 0; k < n; k++) {
-        purcell_wide_identity(&f.here);
-        if (purcell_mesh(f.s, &rule, shapes + 18 * k, rates + 6 * k, durations[k], DISPLACEMENT, &f.known, advance, &f) < 0) return k + 1;
-        purcell_wide_normalise(&f.here);
-        purcell_wide_round(&f.here, out + 16 * k);
-        if (wide) purcell_wide_store(&f.here, wide + 24 * k);
+    f.stored = f.done = 0;
+    f.out = out;
+    f.wide = wide;
+    purcell_wide_identity(&f.here);
+    for (f.piece = 0; f.piece < n; f.piece++) {
+        const SIZE k = f.piece;
+        visitor *const visit = f.s->tables > 0.0 ? advance : keep;
+        if (purcell_mesh(f.s, &rule, shapes + 18 * k, rates + 6 * k, durations[k], DISPLACEMENT, &f.known, visit, &f) < 0)
+            return k + 1;
+        if (f.s->tables > 0.0) finish(&f, k + 1);
     }
+    put_on(&f);
+    finish(&f, n);
     return 0;
 }
 
