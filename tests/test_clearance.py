@@ -198,7 +198,7 @@ def test_a_turn_of_a_whole_circle_is_seen_though_it_ends_where_it_began() -> Non
 
 @pytest.mark.parametrize("limb", [0, 1])
 def test_a_distance_that_stays_the_same_is_found_by_few_looks(limb: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One limb rests, folded; the other one's joint stays the point nearest to it, for a part of a yaw that folds too."""
+    """One limb rests, folded; the joint of the other stays nearest to it on a part of a yaw, which folds, too."""
     rested = about_axis(2, math.radians(150)) @ about_axis(0, 0.3)
     moving = about_axis(2, math.radians(60)) @ about_axis(0, 0.7)
     shape = np.stack([rested, moving] if limb else [moving, rested])

@@ -12,13 +12,16 @@ from purcell_cli.geometry import se3
 from purcell_cli.kernel.pairs import MeetingPrices, meetings
 from purcell_cli.mechanics.configuration import displacement_between
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.mechanics.lift import flow
+from purcell_cli.mechanics.lift import EXACT, flow
 from purcell_cli.planner.effort import Breadth
+from purcell_cli.planner.limbs import bent_loops as module
 from purcell_cli.planner.limbs.bent_loops import BENT_LOOPS, bent_loops, met
 from purcell_cli.planner.limbs.bent_loops import PRICES as MISSING
 from purcell_cli.planner.limbs.drawn_ways import DrawnWays
 from purcell_cli.planner.limbs.pairs import OuterPhases
 from purcell_cli.planner.problem import Problem
+from purcell_cli.planner.refine.exact_arrival import BY_WHOLE_STEPS, Patience
+from purcell_cli.planner.refine.shooting import Equations
 
 BODY = Swimmer().scaled()
 
@@ -128,6 +131,56 @@ def missing(query: Problem, drawn: OuterPhases, i: int, j: int) -> float:
     swing = MISSING.swing * np.linalg.norm(heading - other) + MISSING.aside * np.sqrt(length**2 - on**2)
     far = MISSING.far * (np.linalg.norm(heading - toward) + np.linalg.norm(other - toward))
     return float(min(swing, far) + MISSING.along * length)
+
+
+def pairs_begun(most: int) -> list[Equations]:
+    """Return motions by the first pairs, every control offered, before they are brought to the goal."""
+    query = problem()
+    drawn, pairs = met(query, Breadth())
+    return [module._offered(query, drawn.around(i, (), j)) for i, j in pairs[:most]]
+
+
+def test_first_steps_are_the_least_to_the_goal_on_the_exact_flow() -> None:
+    """By numpy, of differences; with the limbs left where that leaves them, the foil, they are smaller."""
+    for begun in pairs_begun(3):
+        exact, h = begun.at_accuracy(EXACT), 1e-6
+        ends = [[exact.residual(exact.angles + sign * e) for e in h * np.eye(len(exact.angles))] for sign in (1, -1)]
+        slope, off = (np.array(ends[0]) - np.array(ends[1])).T / (2.0 * h), exact.residual(exact.angles)
+        weight = 1.0 / np.sqrt(1.0 + np.linalg.norm(slope[:6], axis=0))
+        steps = [weight * np.linalg.lstsq((slope * weight)[:n], -off[:n], rcond=1e-10)[0] for n in (len(off), 6)]
+        whole, base = (float(np.max(np.abs(step))) for step in steps)
+        assert module._first_step_rad(begun) == pytest.approx(whole, rel=0.1)
+        assert base < 0.8 * whole
+
+
+def test_where_no_pair_arrives_few_are_tried_and_those_of_small_first_steps_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    steps: dict[int, float] = {}
+    tried: list[tuple[Patience, float]] = []
+    first_step_rad = module._first_step_rad
+
+    def measured(begun: Equations) -> float:
+        return steps.setdefault(id(begun), first_step_rad(begun))
+
+    def given_up(begun: Equations, _bend: float, patience: Patience) -> tuple[Equations, None, float]:
+        tried.append((patience, steps.get(id(begun), np.nan)))
+        return begun, None, np.inf
+
+    monkeypatch.setattr(module, "_first_step_rad", measured)
+    monkeypatch.setattr(module, "approach", given_up)
+    breadth = Breadth()
+    assert bent_loops(problem(), breadth) == []
+    soon = [step for patience, step in tried if patience == BY_WHOLE_STEPS]
+    boldly = [step for patience, step in tried if patience != BY_WHOLE_STEPS]
+    assert np.isnan(soon[0])
+    assert max(soon[1:], default=0.0) < 1.0
+    assert len(soon) <= (breadth.meetings + 1) // 2
+    assert 0 < len(boldly) <= (breadth.meetings + 1) // 2
+    others = [step for step in boldly if step not in soon and not np.isnan(step)]
+    assert others == sorted(others)
+    assert len(steps) > len(tried)
+    assert sum(step < max(others) for step in steps.values()) <= len(tried)
 
 
 def test_phases_1_and_3_bring_bent_limbs_to_the_goal_at_less_than_half_the_cost() -> None:
