@@ -244,48 +244,41 @@ static SIZE restore(struct descent *d, double reach, double enough, const double
     return 0;
 }
 
-/* The angles that minimise the linearised merit within reach: d->x; every angle may change, or those that are not zero.
- * Returns whether there are any, and that merit. */
-static int propose(struct descent *d, double reach, int every, double *merit) {
+/* The angles that minimise the linearised merit within reach: d->x. Returns whether there are any, and that merit. */
+static int propose(struct descent *d, double reach, double *merit) {
     const struct motion *m = &d->m;
     const struct point *p = d->here;
-    const SIZE rooms = slopes(m, p, every ? IDLE : TURNING, d->left, d->table), rows = m->equations + rooms;
-    SIZE *const use = d->use, many = 0;
-    double *const weight = d->step;
-    for (SIZE j = 0; j < m->free; j++) {
-        if (!every && p->angle[j] == 0.0) continue;
+    const SIZE n = m->free, rooms = slopes(m, p, IDLE, d->left, d->table), rows = m->equations + rooms;
+    for (SIZE j = 0; j < n; j++) {
         double square = p->derivative[j] * p->derivative[j];
-        for (int i = 1; i < 6; i++) square += p->derivative[i * m->free + j] * p->derivative[i * m->free + j];
+        for (int i = 1; i < 6; i++) square += p->derivative[i * n + j] * p->derivative[i * n + j];
         const double within = d->share[j] * reach / sqrt(1.0 + sqrt(square));
-        d->low[many] = p->angle[j] - within;
-        d->high[many] = p->angle[j] + within;
-        d->x[many] = p->angle[j];
-        weight[many] = m->weight[j];
-        use[many++] = j;
+        d->low[j] = p->angle[j] - within;
+        d->high[j] = p->angle[j] + within;
+        d->x[j] = p->angle[j];
     }
     for (SIZE i = 0; i < rows; i++) {
         const int equal = i < m->equations;
-        const double *from = equal ? p->derivative + i * m->free : d->table + (i - m->equations) * m->free;
-        double *to = d->kept + i * many, sum = 0.0;
-        for (SIZE u = 0; u < many; u++) {
-            to[u] = equal ? from[use[u]] : -from[use[u]];
-            sum += to[u] * d->x[u];
+        const double *from = equal ? p->derivative + i * n : d->table + (i - m->equations) * n;
+        double *to = d->kept + i * n, sum = 0.0;
+        for (SIZE j = 0; j < n; j++) {
+            to[j] = equal ? from[j] : -from[j];
+            sum += to[j] * d->x[j];
         }
         d->right[i] = sum - (equal ? p->residual[i] : -d->left[i - m->equations]);
         if (!(fabs(d->right[i]) <= DBL_MAX)) return 0;
     }
-    if (purcell_program(rows, many, m->equations, m->equations + p->turning, m->price, d->kept, d->right, weight, d->low,
+    if (purcell_program(rows, n, m->equations, m->equations + p->turning, m->price, d->kept, d->right, m->weight, d->low,
                         d->high, d->x, d->table, d->room, d->whole) < 0)
         return 0;
     double travel = 0.0, missed = 0.0;
-    for (SIZE u = 0; u < many; u++) travel += weight[u] * fabs(d->x[u]);
+    for (SIZE j = 0; j < n; j++) travel += m->weight[j] * fabs(d->x[j]);
     for (SIZE i = 0; i < m->equations + p->turning; i++) { /* what the merit counts */
         double miss = -d->right[i];
-        for (SIZE u = 0; u < many; u++) miss += d->kept[i * many + u] * d->x[u];
+        for (SIZE j = 0; j < n; j++) miss += d->kept[i * n + j] * d->x[j];
         missed += i < m->equations ? fabs(miss) : miss > 0.0 ? miss : 0.0;
     }
     *merit = travel + m->price * missed;
-    for (SIZE j = m->free - 1; j >= 0; j--) d->x[j] = many && use[many - 1] == j ? d->x[--many] : 0.0;
     return 1;
 }
 
@@ -301,8 +294,8 @@ static void share_out(struct descent *d) {
 }
 
 /* Linear programs within a trust region (Fletcher and de la Maza 1989). reaches: the first, the largest, the least. own:
- * whether each angle has a share of it. entering, worth: see `purcell_descend`. */
-static SIZE descend(struct descent *d, SIZE steps, SIZE entering, int own, double worth, const double reaches[3]) {
+ * whether each angle has a share of it. worth: see `purcell_descend`. */
+static SIZE descend(struct descent *d, SIZE steps, int own, double worth, const double reaches[3]) {
     double reach = reaches[0];
     for (SIZE j = 0; j < d->m.free; j++) {
         d->share[j] = 1.0;
@@ -312,7 +305,7 @@ static SIZE descend(struct descent *d, SIZE steps, SIZE entering, int own, doubl
         double merit;
         SIZE fault = d->here->sloped ? 0 : equations(&d->m, d->here, 1);
         if (fault) return fault;
-        if (!propose(d, reach, k < entering, &merit)) break;
+        if (!propose(d, reach, &merit)) break;
         const double promised = d->here->merit - merit;
         for (SIZE j = 0; j < d->m.free; j++) d->there->angle[j] = d->x[j];
         if ((fault = evaluate(&d->m, d->there))) return fault;
@@ -386,11 +379,11 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
  * and gives them and their derivatives by free angles. room, whole: to work in, see `purcell_descent_room`.
  * weight: joint travel per free angle. A beginning that misses by `close` or more is moved back first, and given up
  * where it then misses by `astray` or more. worth: a program that promises less than this part of the merit is the last.
- * entering: programs after so many leave alone the angles that are zero by then. own, reaches: see `descend`. angle: the
- * free angles, changed. missed: the violations where the programs begin, infinite where it is given up, and where they end.
+ * own, reaches: see `descend`. angle: the free angles, changed. missed: the violations where the programs begin, infinite
+ * where it is given up, and where they end.
  * Returns 0, -1 where the watcher stopped it, or the number of a piece that is too long, counted from 1. */
 API SIZE purcell_descend(MOTION, const double *weight, double price, double close, double astray, double worth, SIZE steps,
-                         SIZE entering, SIZE own, const double *reaches, double *angle, double *missed) {
+                         SIZE own, const double *reaches, double *angle, double *missed) {
     struct descent d = {.m = THE_MOTION};
     d.m.weight = weight;
     d.m.price = price;
@@ -404,7 +397,7 @@ API SIZE purcell_descend(MOTION, const double *weight, double price, double clos
     }
     exchange(&d.here, &d.there);
     missed[0] = given_up ? INFINITY : d.here->violation;
-    if (!fault && !given_up) fault = descend(&d, steps, entering, own != 0, worth, reaches);
+    if (!fault && !given_up) fault = descend(&d, steps, own != 0, worth, reaches);
     missed[1] = d.here->violation;
     for (SIZE j = 0; j < free; j++) angle[j] = d.here->angle[j];
     return fault;

@@ -121,7 +121,6 @@ class Descent:
         close: float,
         astray: float,
         worth: float = 0.0,
-        entering: int | None = None,
         own: bool = False,
     ) -> tuple[Array, float, float]:
         """Return free angles of less joint travel, by sequential linear programs.
@@ -135,7 +134,6 @@ class Descent:
             close: A beginning whose violations sum to this or more is moved back first [L, rad].
             astray: It is given up where they then sum to this or more [L, rad].
             worth: A program that promises to save less than this part of the joint travel is the last.
-            entering: Programs after so many leave alone the angles that are zero by then, if any do.
             own: Whether each angle has a radius of its own, which shrinks where its change turns back and grows where
                 it goes on (move limits: Svanberg 1987, Int. J. Numer. Methods Eng. 24, 359).
 
@@ -150,7 +148,7 @@ class Descent:
         if np.any(each < 0.0) or not price > 0.0 or not np.all(np.isfinite(angle)):
             raise ValueError("weight, price and angles: numbers that are not negative, positive and finite are wanted")
         radius, missed = doubles(reaches, "reaches", (3,)), np.empty(2)
-        programs = int(steps), int(steps if entering is None else entering), int(own)
+        programs = int(steps), int(own)
         limits = float(price), float(close), float(astray), float(worth), *programs
         places = address(radius), address(angle), address(missed)
         self._searched(KERNEL.purcell_descend, address(each), *limits, *places)

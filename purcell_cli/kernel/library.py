@@ -84,7 +84,7 @@ _SIGNATURES: dict[str, tuple[type[ctypes.c_int64 | ctypes.c_double] | None, list
     "bounded_step": (None, [*[_SIZE] * 3, *[_ARRAY] * 4, _NUMBER, _SIZE, *[_ARRAY] * 2]),
     "descent_room": (_SIZE, [*[_SIZE] * 6, _ARRAY]),
     "step_taken": (_SIZE, [*[_NUMBER] * 3, _ARRAY]),
-    "descend": (_SIZE, [*_MOTION, _ARRAY, *[_NUMBER] * 4, *[_SIZE] * 3, *[_ARRAY] * 3]),
+    "descend": (_SIZE, [*_MOTION, _ARRAY, *[_NUMBER] * 4, *[_SIZE] * 2, *[_ARRAY] * 3]),
     "approach": (_SIZE, [*_MOTION, *[_NUMBER] * 2, *[_SIZE] * 3, _NUMBER, _SIZE, _NUMBER, *[_ARRAY] * 5]),
     "steer": (None, [_SIZE, *[_NUMBER] * 2, _SIZE, *[_ARRAY] * 5]),
     "settle": (None, [*[_SIZE] * 3, _ARRAY, _SIZE, *[_ARRAY] * 2, _NUMBER, _SIZE, *[_ARRAY] * 17]),

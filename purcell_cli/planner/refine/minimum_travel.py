@@ -85,7 +85,7 @@ def _searched(
     def shortened(
         angle: Array, steps: int, close: float = math.inf, astray: float = math.inf
     ) -> tuple[Array, float, float]:
-        until = close, astray, pace.worth, None, pace.own
+        until = close, astray, pace.worth, pace.own
         return search.shortened(angle, equations.weight, pace.price, steps, _REACHES, *until)
 
     return shortened
