@@ -179,15 +179,16 @@ class Exploration:
         return self.record.structures(taken, candidates, self.refinement.objective)
 
     def _random_plans(self, stage: Stage) -> None:
-        """Try random plans in place of a phase 2 of little joint travel."""
+        """Try random plans in place of a phase 2 that takes little joint travel, but more than phases 1 and 3."""
         best, pace = self.incumbent.best, stage.pace
         if best is None or pace is None:
             return
         outer = [s for s in best.motion.segments if s.phase != 2]
-        inner = best.motion.joint_travel_rad - sum(s.joint_travel_rad for s in outer)
+        rest = sum(s.joint_travel_rad for s in outer)
+        inner = best.motion.joint_travel_rad - rest
         bend, clearance = self.refinement.bend_rad, self.refinement.clearance
         found: list[Equations] = []
-        for k, plan in enumerate(random_plans(stage.random_plans if inner < _RANDOM_PLAN_RAD else 0)):
+        for k, plan in enumerate(random_plans(stage.random_plans if rest < inner < _RANDOM_PLAN_RAD else 0)):
             parts = [s for s in outer if s.phase == 1] + [plan] + [s for s in outer if s.phase == 3]
             near, off = brought(self.query.of(parts), bend)
             if off < _ARRIVED:

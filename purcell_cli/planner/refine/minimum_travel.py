@@ -145,10 +145,7 @@ def minimise_travel(equations: Equations, max_bend_rad: float, pace: Pace, clear
     """
     found = equations.at_accuracy(ROUGH)
     for k in range(pace.rounds):
-        there = _offering(found, pace)
-        for stage, programs in enumerate((pace.entering, pace.steps)):
-            uneven = _UNEVEN if k + stage == 0 else (0.0,)
-            there, violation = _shortened(there, max_bend_rad, clearance, pace, programs, uneven)
+        there, violation = _round(_offering(found, pace), max_bend_rad, clearance, pace, (0.0,) if k else _UNEVEN)
         if violation > _ASTRAY:
             break
         before = found.joint_travel_rad
@@ -168,6 +165,14 @@ def _offering(equations: Equations, pace: Pace) -> Equations:
         return offered(sequence, pace.split, equations.controls)
 
     return equations.of([s.renamed(NAME, every(s.sequence)) if s.free else s for s in equations.segments])
+
+
+def _round(
+    equations: Equations, max_bend_rad: float, clearance: float, pace: Pace, uneven: Sequence[float]
+) -> tuple[Equations, float]:
+    """Return a motion after a round, and the sum of its violations; see `_shortened`."""
+    there, _ = _shortened(equations, max_bend_rad, clearance, pace, pace.entering, uneven)
+    return _shortened(there, max_bend_rad, clearance, pace, pace.steps, (0.0,))
 
 
 def _shortened(
@@ -202,6 +207,5 @@ def _arriving(equations: Equations, max_bend_rad: float, pace: Pace, clearance: 
 
 
 def tightened(equations: Equations, max_bend_rad: float, pace: Pace, clearance: float = 0.0) -> Equations:
-    """Return the same primitives at angles of less joint travel, for a first look: no control is inserted."""
-    angle, _, _ = _searched(equations, max_bend_rad, clearance, pace)(equations.angles, pace.steps)
-    return equations.of(equations.with_angles(angle))
+    """Return a motion by its own controls at angles of less joint travel, for a first look: none is inserted."""
+    return _round(equations, max_bend_rad, clearance, pace, (0.0,))[0]
