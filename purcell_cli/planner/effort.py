@@ -108,8 +108,7 @@ _STANDARD = Stage(
     largest=300,
     most_apart=24,
 )
-"""A standard search: the best candidate, or up to three, optimised if their joint travel is below 20 rad, and briefly
-below 60 rad."""
+"""A standard search: the best candidate, or up to three, optimised, below 20 rad for longer."""
 _THOROUGH = Stage(
     Breadth(
         arcs_from=0.0,
