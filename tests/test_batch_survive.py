@@ -189,6 +189,27 @@ def test_what_starts_while_interrupts_are_held_never_hears_of_one() -> None:
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
 
 
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals cannot be held back here")
+def test_an_interrupt_that_another_thread_hears_is_held_back_too() -> None:
+    done, passed = threading.Event(), list[bool]()
+    thread = threading.Thread(target=done.wait)
+    thread.start()
+
+    def interrupted() -> None:
+        with _interrupts_held():
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.1)
+            passed.append(True)
+
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            interrupted()
+    finally:
+        done.set()
+        thread.join()
+    assert passed == [True]
+
+
 @pytest.mark.slow
 def test_an_interrupt_says_how_far_the_batch_came_and_leaves_no_process(tmp_path: Path) -> None:
     batch = under_way(tmp_path)

@@ -140,17 +140,24 @@ def _death(worker: _Worker) -> str:
 def _interrupts_held() -> Iterator[None]:
     """Hold Ctrl-C back: from this process meanwhile, and from what is started inside, which then never hears of it.
 
-    Until a worker ignores it, as it soon does, it would end with a traceback.
+    Until a worker ignores it, as it soon does, it would end with a traceback; so it would where this process were
+    interrupted while it tells a worker what to do. Threads of libraries may hear the signal in this one's place, so
+    that it is blocked is not enough.
     """
     mask = getattr(signal, "pthread_sigmask", None)  # Windows has none
-    if mask is None:
+    if mask is None or threading.current_thread() is not threading.main_thread():
         yield
         return
+    heard: list[int] = []
+    own = signal.signal(signal.SIGINT, lambda number, _: heard.append(number))
     before = mask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
+        signal.signal(signal.SIGINT, signal.SIG_DFL if own is None else own)
         mask(signal.SIG_SETMASK, before)
+        if heard:
+            signal.raise_signal(signal.SIGINT)
 
 
 def _started(settings: Settings, folder: Path) -> _Worker:
