@@ -104,7 +104,7 @@ _STANDARD = Stage(
     rivals=2,
     pace=Pace(rounds=3, steps=30, longest=40, entering=6, worth=1e-3),
     longest_rad=20.0,
-    brief=Pace(rounds=2, steps=15, entering=1, worth=2e-3, own=True),
+    brief=Pace(rounds=2, steps=15, work=1800, entering=1, worth=2e-3, own=True),
     largest=300,
     most_apart=24,
 )
