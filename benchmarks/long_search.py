@@ -33,7 +33,7 @@ from purcell_cli.planner.refine.shooting import Equations
 
 SHAKEN = (0.03, 0.1, 0.25)
 """Standard deviations of the relative changes of the best plan's angles, in turn."""
-LONG = Pace(rounds=3, steps=40, price=300.0, work=6000)
+LONG = Pace(rounds=3, steps=40, price=300.0, longest=300, work=6000, own=True)
 """How long what is shaken is shortened."""
 
 
