@@ -102,7 +102,7 @@ def test_batches_killed_at_random_moments_end_with_the_same_bytes(tmp_path: Path
 
 @pytest.mark.slow
 def test_a_worker_that_is_killed_costs_its_scenario_alone_and_resume_makes_up_for_it(tmp_path: Path) -> None:
-    slow = "name: slow\nstart: {}\ngoal: {base: {position_m: [12, 4, 0]}}\n"  # seventy thousand rows
+    slow = "name: slow\nstart: {}\ngoal: {base: {position_m: [12, 4, 0]}}\n"  # more than fifty thousand rows
     cases = find_cases([str(written(tmp_path / "s", [slow, *(still(f"s{k}", k + 1) for k in range(4))]))])
     told: list[str] = []
 
