@@ -145,16 +145,18 @@ def _interrupts_held() -> Iterator[None]:
     that it is blocked is not enough.
     """
     mask = getattr(signal, "pthread_sigmask", None)  # Windows has none
-    if mask is None or threading.current_thread() is not threading.main_thread():
+    if mask is None:
         yield
         return
     heard: list[int] = []
-    own = signal.signal(signal.SIGINT, lambda number, _: heard.append(number))
+    handling = threading.current_thread() is threading.main_thread()  # only there can handlers be set
+    own = signal.signal(signal.SIGINT, lambda number, _: heard.append(number)) if handling else None
     before = mask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, signal.SIG_DFL if own is None else own)
+        if handling:
+            signal.signal(signal.SIGINT, signal.SIG_DFL if own is None else own)
         mask(signal.SIG_SETMASK, before)
         if heard:
             signal.raise_signal(signal.SIGINT)

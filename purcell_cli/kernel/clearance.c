@@ -6,7 +6,6 @@
 
 #define HALF_TURN 3.14159265358979323846
 #define TURN (2.0 * HALF_TURN)
-#define CLEARLY 1e-9 /* more than rounding errors */
 #define PARTS 4 /* into how many a stretch is cut where a smaller distance may be: 2 to 8 find the same one; the more, the
                  * fewer rounds */
 

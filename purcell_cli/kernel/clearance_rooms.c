@@ -5,7 +5,6 @@
 #include "small.h"
 
 #define RIGHT_ANGLE 1.5707963267948966
-#define CLEARLY 1e-9 /* more than rounding errors */
 
 static double bend_of(const double *limb) {
     const double c = limb[0] < -1.0 ? -1.0 : limb[0] > 1.0 ? 1.0 : limb[0];

@@ -7,7 +7,6 @@
 #define AXIS_OF(control) ((int)((control) < BASE_YAW ? (control) % 3 : 2))
 #define FULL_TURN 6.283185307179586
 #define LESS_THAN_HALF 3.0 /* an angle below half a turn [rad] */
-#define CLEARLY 1e-9       /* more than rounding errors */
 
 /* The axis that a primitive turns its limb about, where it begins. */
 void purcell_turning_axis(SIZE control, const double *shape, double out[3]) {

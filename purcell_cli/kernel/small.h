@@ -4,6 +4,8 @@
 
 #include "kernel.h"
 
+#define CLEARLY 1e-9 /* more than rounding errors [L, rad, or of cosines] */
+
 #define DOT(a, b) ((a)[0] * (b)[0] + (a)[1] * (b)[1] + (a)[2] * (b)[2])
 #define CROSS(out, a, b)                        \
     do {                                        \

@@ -86,10 +86,8 @@ class Stage:
     last_resort: bool = False
     interrupt_keeps_best: bool = False
 
-    def pace_of(self, joint_travel_rad: float, primitives: int) -> Pace | None:
-        """Return how long motions of so much joint travel [rad] and so many free primitives are optimised, if any."""
-        if primitives > self.largest:
-            return None
+    def pace_of(self, joint_travel_rad: float) -> Pace | None:
+        """Return how long motions of so much joint travel [rad] are optimised; None for not at all."""
         return self.pace if joint_travel_rad < self.longest_rad else self.brief
 
     @property

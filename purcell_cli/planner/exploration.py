@@ -94,13 +94,24 @@ class Exploration:
             self._tell(stage, done)
             far_more = near.joint_travel_rad > _FAR_MORE * self.incumbent.joint_travel_rad
             hopeless = bool(stage.rungs and shorter) and far_more
-            apart = near.of(segments_of(cycles_apart(near, stage.most_apart)))
-            pace = stage.pace_of(near.joint_travel_rad, free_primitives(apart.segments))
-            if pace is not None and not hopeless:
-                words = f"{candidate.words}, refined"
-                shorter.append((self.consider(self.refinement.shorter(apart, pace), words), words))
+            if (pace := stage.pace_of(near.joint_travel_rad)) is not None and not hopeless:
+                apart = near.of(segments_of(cycles_apart(near, stage.most_apart)))
+                if free_primitives(apart.segments) <= stage.largest:
+                    words = f"{candidate.words}, refined"
+                    shorter.append((self.consider(self.refinement.shorter(apart, pace), words), words))
             if not stage.interrupt_keeps_best:
                 self._contend(known_near, candidate.words)
+        self._further(stage, shorter, done)
+        self._random_plans(stage)
+
+    def _further(self, stage: Stage, shorter: list[tuple[Equations, str]], done: int) -> None:
+        """Optimise the shortest motions of a stage further, rung by rung, those that may still become the plan.
+
+        Args:
+            stage: The stage.
+            shorter: The motions that were optimised, and what they are made of.
+            done: How many are refined by now.
+        """
         for count, pace in stage.rungs:
             shorter.sort(key=lambda one: round(one[0].joint_travel_rad, 9))
             further = shorter[:count]
@@ -111,7 +122,6 @@ class Exploration:
                     continue
                 shorter.append((self.consider(self.refinement.shorter(motion, pace), words), words))
                 self._tell(stage, done)
-        self._random_plans(stage)
 
     def _new(self, candidate: Candidate, known: set[tuple[str, int, float]]) -> Sequence[Block]:
         """Return a candidate's strokes; none where there are none, they are too large, or one alike is known."""

@@ -53,7 +53,7 @@ class Pace:
 
     Attributes:
         rounds: How often all controls are inserted anew.
-        steps: Linear programs in a round after those.
+        steps: Linear programs in a round, after those in which controls may enter.
         split: Into how many parts each primitive is cut for new controls to enter.
         price: Cost of a violation [rad per L or rad].
         longest: Motions of more free primitives than this are offered no more controls.
