@@ -189,6 +189,30 @@ def test_what_starts_while_interrupts_are_held_never_hears_of_one() -> None:
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
 
 
+FIRST_WORKER = """
+import multiprocessing, signal
+from purcell_cli.batch.local_workers import _interrupts_held
+
+def asked():
+    print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))
+
+if __name__ == "__main__":
+    worker = multiprocessing.get_context("spawn").Process(target=asked)
+    with _interrupts_held():
+        worker.start()
+    worker.join()
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals cannot be held back here")
+def test_the_first_worker_of_a_process_hears_of_no_interrupt_either(tmp_path: Path) -> None:
+    """Beside it multiprocessing starts a process of its own, and unblocks what it blocked for that."""
+    script = tmp_path / "first.py"
+    script.write_text(FIRST_WORKER)
+    said = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True).stdout
+    assert said == "True\n"
+
+
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals cannot be held back here")
 def test_an_interrupt_that_another_thread_hears_is_held_back_too() -> None:
     done, passed = threading.Event(), list[bool]()

@@ -13,6 +13,7 @@ import os
 import signal
 import threading
 from collections.abc import Generator, Iterator
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
@@ -142,12 +143,14 @@ def _interrupts_held() -> Iterator[None]:
 
     Until a worker ignores it, as it soon does, it would end with a traceback; so it would where this process were
     interrupted while it tells a worker what to do. Threads of libraries may hear the signal in this one's place, so
-    that it is blocked is not enough.
+    that it is blocked is not enough. multiprocessing unblocks it where it starts its resource tracker, as it does with
+    the first worker: so that one is started before.
     """
     mask = getattr(signal, "pthread_sigmask", None)  # Windows has none
     if mask is None:
         yield
         return
+    resource_tracker.ensure_running()
     heard: list[int] = []
     handling = threading.current_thread() is threading.main_thread()  # only there can handlers be set
     own = signal.signal(signal.SIGINT, lambda number, _: heard.append(number)) if handling else None
