@@ -8,7 +8,9 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel import shooting
 
 
-def bounded_step(arrival: Array, missing: Array, slack: Array, slack_derivative: Array, reach: float) -> Array:
+def bounded_step(
+    arrival: Array, missing: Array, slack: Array, slack_derivative: Array, reach: float, fine: bool = True
+) -> Array:
     """Return the least step to the arrival that leaves no limb bent too far, as far as is linear. Shape (n,).
 
     An angle that moves the base by much counts for more: its changes are what is least linear.
@@ -21,8 +23,9 @@ def bounded_step(arrival: Array, missing: Array, slack: Array, slack_derivative:
         slack: What is left below the bend limit, in the cosine of the bend. Shape (k,).
         slack_derivative: Its derivative. Shape (k, n).
         reach: The largest component of the step [rad].
+        fine: Whether it is right to all digits, or to some six of them, as in searches where more steps follow.
     """
-    return shooting.bounded_step(arrival, missing, slack, slack_derivative, reach)
+    return shooting.bounded_step(arrival, missing, slack, slack_derivative, reach, fine)
 
 
 def loose(arrival: Array) -> Array:

@@ -57,7 +57,7 @@ _TELLING_RAD = 1e-8
 """Steps shorter than this do not update the derivative: their changes are rounding errors [rad]."""
 _PLAIN = 2e-6
 """Above this, residuals at the rough accuracy are right to a few per cent and need no exact flow [L, rad]."""
-_NEAR_LIMIT = 3e-3
+_NEAR_LIMIT = 0.1
 """Limits with less slack than this bound a Newton step from the first, as a part of the most there is."""
 _SPOILT = 30.0
 """Residual at which the last rotations take over, in units of what rounding to the clock adds to the residual."""
@@ -118,17 +118,18 @@ def approach(
     return equations.of(equations.with_angles(angle)), equations.values(angle, *known), off
 
 
-def newton_step(here: Linearised, reach: float = REACH_RAD) -> Array:
+def newton_step(here: Linearised, reach: float = REACH_RAD, fine: bool = True) -> Array:
     """Return the least step to the arrival that breaks no limit, as far as is linear. Shape (n,).
 
     Args:
         here: The motion where it starts.
         reach: The step's largest component [rad].
+        fine: Whether it is right to all digits, or to some six of them, as in searches where more steps follow.
     """
     derivative, residual, slack, slope = here.values.derivative, here.values.residual, here.slack, here.slope
     step, near = np.zeros(derivative.shape[1]), slack < _NEAR_LIMIT * np.max(slack, initial=0.0)
     for _ in range(2):
-        step = bounded_step(derivative, residual, slack[near], slope[near], reach)
+        step = bounded_step(derivative, residual, slack[near], slope[near], reach, fine)
         broken = slack + (slope * step).sum(axis=1) < 0.0
         if not np.any(broken & ~near):
             break

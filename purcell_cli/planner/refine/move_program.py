@@ -22,7 +22,7 @@ Rows = NDArray[np.int64]
 
 _ACCURATE = 1e-5
 """Accuracy of a program, as a part of what the motion costs."""
-_NEAR = 0.3
+_NEAR = 4.0
 """Bends with less slack than this times the reach are in a program from the first, in the cosine of the bend, as a
 part of the limit's [1 per rad]."""
 _MORE = 4
