@@ -27,7 +27,7 @@
 static const double parts[] = {1.0, 0.4, 0.15, 0.05}; /* of a Newton step, tried in turn until the residual falls */
 #define PARTS 4
 
-/* Adds inequalities at the angles and shapes that were told it; returns how many, or -1 to stop. */
+/* Adds inequalities at the angles that were told it; returns how many, or -1 to stop. */
 typedef SIZE watcher(void);
 
 struct motion {
@@ -42,7 +42,7 @@ struct motion {
     const double *apart, *links; /* see `purcell_clearance_rooms`: `least`, or null, and `numbers` */
     double near, straight, near_apart, price;
     watcher *watch;
-    double *told, *more_room, *more_slope; /* angles and shapes for the watcher, and what it adds */
+    double *told, *more_room, *more_slope; /* the angles for the watcher, and what it adds */
     double *flow, *columns, *axes, *cut;   /* to work in */
     int plain;                             /* whether every primitive has a free angle of its own */
 };
@@ -155,7 +155,6 @@ static SIZE limits(const struct motion *m, struct point *p) {
     for (SIZE i = 0; i < p->rooms; i++) p->turning += p->kind[i] == TURNING;
     if (!m->watch) return 0;
     for (SIZE i = 0; m->added && i < m->n; i++) m->told[i] = p->all[i];
-    for (SIZE i = 0; m->added && i < 18 * (m->n + 1); i++) m->told[m->n + i] = p->shapes[i];
     const SIZE more = m->watch();
     if (more < 0 || more > m->added) return -1;
     for (SIZE i = 0; i < more; i++) {
@@ -375,8 +374,8 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
  * control, fixed: see `purcell_bend_rooms`. index, sign, given: of each of n primitives its free angle, -1 for none, its
  * sign, and its angle where it has none. repeats, stops, start, wanted, ends: see `purcell_equations`. least: see
  * `purcell_bend_rooms`, as near. apart: null, or `least` of `purcell_clearance_rooms`, and links `numbers`. most: of
- * inequalities; added: of those that come from watch, which is null or is told angles and shapes, (n,) and (n + 1, 2, 3, 3),
- * and gives them and their derivatives by free angles. room, whole: to work in, see `purcell_descent_room`.
+ * inequalities; added: of those that come from watch, which is null or is told all angles, (n,), and gives them and their
+ * derivatives by free angles. room, whole: to work in, see `purcell_descent_room`.
  * weight: joint travel per free angle. A beginning that misses by `close` or more is moved back first, and given up
  * where it then misses by `astray` or more. worth: a program that promises less than this part of the merit is the last.
  * own, reaches: see `descend`. angle: the free angles, changed. missed: the violations where the programs begin, infinite

@@ -15,9 +15,9 @@ from purcell_cli.kernel.flow import Flow, refuse, repeats_of
 from purcell_cli.kernel.library import KERNEL
 from purcell_cli.kernel.shapes import control_numbers
 
-More = Callable[[Array, Array], tuple[Array, Array]]
-"""Gives more inequalities at the angles of all primitives, shape (n,), and shapes, shape (n + 1, 2, 3, 3): the room
-that is left, shape (j,), and its derivative by the free angles, shape (j, u). It may not keep what it is given."""
+More = Callable[[Array], tuple[Array, Array]]
+"""Gives more inequalities at the angles of all primitives, shape (n,): the room that is left, shape (j,), and its
+derivative by the free angles, shape (j, u). It may not keep what it is given."""
 _IDLE: list[Array] = []
 """Memory that a search has worked in, for the next one: new memory costs as much as a short search."""
 _MOST_KEPT = 1 << 24
@@ -87,8 +87,7 @@ class Descent:
         self.n, self.free, self.equations, self._more = n, free, 6 + 6 * t, more
         self._most = most if more is not None else 0
         rows = bending + (0 if apart is None else n) + self._most
-        self._angles, self._shapes = (part := np.empty(n + 18 * (n + 1)))[:n], part[n:].reshape(n + 1, 2, 3, 3)
-        self._room, self._slope = np.empty(self._most), np.empty((self._most, free))
+        self._angles, self._room, self._slope = np.empty(n), np.empty(self._most), np.empty((self._most, free))
         whole = np.empty(1, dtype=np.int64)
         self._numbers = KERNEL.purcell_descent_room(
             n, free, self.equations, len(parts), rows, self._most, address(whole)
@@ -100,7 +99,7 @@ class Descent:
             *(control, own, still, parts, stop, doubles(start, "start", (2, 3, 3)), known, doubles(sign, "sign", (n,))),
             doubles(wanted_inverse, "wanted_inverse", (4, 4)),
             *(doubles(ends, "ends", (t, 2, 3, 3)), doubles(least, "least", (n, 2))),
-            *(part, self._room, self._slope),
+            *(self._angles, self._room, self._slope),
         ]
         distances = [] if apart is None else [doubles(apart.least, "apart", (n,)), apart.numbers()]
         at = [address(array) for array in arrays]
@@ -200,7 +199,7 @@ class Descent:
         try:
             if self._more is None:
                 return 0
-            room, slope = self._more(self._angles, self._shapes)
+            room, slope = self._more(self._angles)
             if len(room) > self._most or slope.shape != (len(room), self.free):
                 raise ValueError(f"more: at most {self._most} inequalities are wanted, found {len(room)}")
             self._room[: len(room)], self._slope[: len(room)] = room, slope

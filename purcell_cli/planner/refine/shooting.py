@@ -317,4 +317,4 @@ class Equations:
 
 def _at_angles(rows: MoreRows, sequence: PrimitiveSequence) -> More:
     """Return inequalities at a sequence as those at its angles."""
-    return lambda angle, _: rows(sequence.with_angles(angle.copy()))
+    return lambda angle: rows(sequence.with_angles(angle.copy()))
