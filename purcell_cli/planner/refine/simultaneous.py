@@ -226,7 +226,8 @@ class _Search:
         A phase 1 or 3 that breaks a limit is as in the plan by primitives.
         """
         held: set[int] = set()
-        broken = _held_phases(self._judged(here.motion))
+        made = functools.cache(self._made)
+        broken = _held_phases(self._judged(made(here.motion)))
         for _ in range(_OUTER_PHASES):
             if held < held | broken:
                 held = held | broken
@@ -235,9 +236,10 @@ class _Search:
             motion, off = settled(without_idle(here.motion))
             if off >= _ARRIVED:
                 return []
-            motion, off, report = within_bends(motion, off, self._judged, self.plan.swimmer.max_bend_rad)
+            most = self.plan.swimmer.max_bend_rad
+            motion, off, report = within_bends(motion, off, lambda one: self._judged(made(one)), most)
             if report.kept and off < _ARRIVED:
-                self._consider(motion)
+                self._consider(made(motion))
                 return [dataclasses.replace(here, motion=motion)]
             broken = _held_phases(report)
             if broken <= held:
@@ -258,17 +260,17 @@ class _Search:
         return here
 
     def _made(self, motion: Equations) -> Plan:
+        """Return the plan that a motion is."""
         lasting = paced(motion, self.total) if self.objective == "energy" else None
         blocks = _on_the_clock(motion, self.plan.swimmer.joint_rate_rad_s, lasting)
         return dataclasses.replace(self.plan, blocks=tuple(blocks), limits=None)
 
-    def _judged(self, motion: Equations) -> LimitsReport:
+    def _judged(self, made: Plan) -> LimitsReport:
         """Return how near a motion comes to its limits."""
-        return check(self.plan.swimmer, self.plan.start, self._made(motion).blocks, self.limits)
+        return check(self.plan.swimmer, self.plan.start, made.blocks, self.limits)
 
-    def _consider(self, motion: Equations) -> None:
+    def _consider(self, made: Plan) -> None:
         """Keep a motion within limits if it spends less than the best so far."""
-        made = self._made(motion)
         if self._spent(made) < self._spent(self.best):
             self.best = made
 
