@@ -56,8 +56,8 @@ def interleaved(
         order, displacement, nearest = _through(*_with_ends(one, some, moves[mine], apart[mine]))
         way, orders = np.tile(some, (len(order), 1)), np.repeat(order, len(some), axis=0)
         travel = one.limbs[0].joint_travel_rad[way[:, 0]] + one.limbs[1].joint_travel_rad[way[:, 1]]
-        moved = se3.normalised(displacement.reshape(-1, 4, 4))
-        more = Straightenings(one.limbs, orders, way, np.zeros((len(way), MOST_LOOPS), dtype=np.int64), travel, moved)
+        moved, none = se3.normalised(displacement.reshape(-1, 4, 4)), np.zeros((len(way), MOST_LOOPS), dtype=np.int64)
+        more = Straightenings(one.limbs, orders, way, none, travel, moved, one.alone)
         out.append(one.and_(more[np.flatnonzero(nearest.ravel() >= clearance_m - TOLERANCE_L)]))
         low += len(some)
     return out
@@ -93,10 +93,8 @@ def _with_ends(known: Straightenings, way: NDArray[np.int64], moves: Array, apar
     Returns:
         Displacements, shape (k, 2, 3, 4, 4, 4), and least distances, shape (k, 2, 3, 4).
     """
-    ends = known.alone
-    assert ends is not None  # noqa: S101  # they come from `straightenings`
-    whole = [np.stack([one.moves[i][way[:, i]] for i in (0, 1)], axis=1)[:, :, :, None] for one in ends]
-    near = [np.stack([one.apart[i][way[:, i]] for i in (0, 1)], axis=1)[..., None] for one in ends]
+    whole = [np.stack([one.moves[i][way[:, i]] for i in (0, 1)], axis=1)[:, :, :, None] for one in known.alone]
+    near = [np.stack([one.apart[i][way[:, i]] for i in (0, 1)], axis=1)[..., None] for one in known.alone]
     return np.concatenate([whole[0], moves, whole[1]], axis=3), np.concatenate([near[0], apart, near[1]], axis=3)
 
 

@@ -58,6 +58,7 @@ class ShapeLoops:
             np.concatenate([index, np.tile(ways.loop[:, :-1], (n, 1))], axis=1),
             (self.joint_travel_rad[:, None] + ways.joint_travel_rad).ravel(),
             (matmul(self.displacement[:, None], ways.displacement)).reshape(-1, 4, 4),
+            ways.alone,
             (EMPTY, *self.sequence),
         )
         return ways.and_(more)
@@ -75,7 +76,7 @@ class ShapeLoops:
             moved = matmul(moves[loop[:, k]], moved)
         travel = np.append(0.0, self.joint_travel_rad)[loop].sum(axis=1) + ways.joint_travel_rad[way]
         every = EMPTY, *self.sequence
-        return Straightenings(ways.limbs, ways.order[way], ways.way[way], loop, travel, moved, every)
+        return Straightenings(ways.limbs, ways.order[way], ways.way[way], loop, travel, moved, ways.alone, every)
 
 
 def shape_loops(swimmer: Swimmer, shapes: Sequence[Array], clearance_m: float = 0.0) -> list[ShapeLoops]:

@@ -9,6 +9,7 @@ are left out.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Sequence
 from typing import Any
@@ -46,8 +47,8 @@ class Straightenings:
         loop: Which of the shape loops are made before, one after the other; 0 is none. Shape (n, 3).
         joint_travel_rad: Their joint travel [rad]. Shape (n,).
         displacement: What each does to the base, to search by, in units of L. Shape (n, 4, 4).
-        loops: The shape loops, the first of them empty.
         alone: What each way of either limb does while the other one is as it was, and while it is straight.
+        loops: The shape loops, the first of them empty.
     """
 
     limbs: tuple[Ways, Ways]
@@ -56,8 +57,8 @@ class Straightenings:
     loop: NDArray[np.int64]
     joint_travel_rad: Array
     displacement: Array
+    alone: tuple[Played, Played]
     loops: tuple[PrimitiveSequence, ...] = (EMPTY,)
-    alone: tuple[Played, Played] | None = None
 
     def __len__(self) -> int:
         return len(self.order)
@@ -72,15 +73,12 @@ class Straightenings:
 
     def __getitem__(self, some: NDArray[np.int64]) -> Straightenings:
         """Return some of them, in an order of their own."""
-        return self._with([getattr(self, name)[some] for name in _COLUMNS])
+        return dataclasses.replace(self, **{name: getattr(self, name)[some] for name in _COLUMNS})
 
     def and_(self, more: Straightenings) -> Straightenings:
         """Return these and more of the same limbs' ways, with the same shape loops if they have any."""
-        return more._with([np.concatenate([getattr(self, name), getattr(more, name)]) for name in _COLUMNS])
-
-    def _with(self, columns: list[Any]) -> Straightenings:
-        order, way, loop, travel, displacement = columns
-        return Straightenings(self.limbs, order, way, loop, travel, displacement, self.loops, self.alone)
+        both: dict[str, Any] = {name: np.concatenate([getattr(self, name), getattr(more, name)]) for name in _COLUMNS}
+        return dataclasses.replace(more, **both)
 
 
 _COLUMNS = ("order", "way", "loop", "joint_travel_rad", "displacement")
@@ -144,7 +142,7 @@ def _pairs(limbs: tuple[Ways, Ways], played: tuple[Played, Played], clearance_m:
         np.zeros((sum(map(len, way)), MOST_LOOPS), dtype=np.int64),
         np.concatenate(travel),
         np.concatenate(displacement),
-        alone=played,
+        played,
     )
     return found[np.argsort(np.round(found.joint_travel_rad, 9), kind="stable")]
 
