@@ -24,7 +24,7 @@ from purcell_cli.geometry import se3
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import SEARCHING
 from purcell_cli.mechanics.primitives import PrimitiveSequence, joined
-from purcell_cli.planner.gait_sequence import phase_two, stroke_book
+from purcell_cli.planner.gait_sequence import split, stroke_book
 from purcell_cli.planner.library.plan_library import PRICES, library_for
 from purcell_cli.planner.library.random_plans import brought, free_segment
 from purcell_cli.planner.refine.exact_arrival import CLOSE, MARGIN_RAD, approach
@@ -102,7 +102,8 @@ def grown(direction: np.ndarray) -> Iterator[PrimitiveSequence]:
             starts = [last.with_angles(1.08 * last.angle), last, *starts[:1]]
         starts += [known[half].times(2) for half in list(known)[::-1] if half < 0.62 * amount][:1]
         with contextlib.suppress(GaitError):
-            starts.append(joined([b.sequence.times(b.cycles) for b in phase_two(book, goal)]))
+            blocks = [b for motion in split(book, goal) for b in book.blocks(motion)]
+            starts.append(joined([b.sequence.times(b.cycles) for b in blocks]))
         if (found := best(goal, starts)) is not None:
             known[amount] = found
             yield found

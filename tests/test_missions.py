@@ -44,7 +44,7 @@ from purcell_cli.planner.missions import mission_legs
 from purcell_cli.planner.missions.leg_price import LegPrice
 from purcell_cli.planner.missions.mission_legs import MissionLegs, Stop
 from purcell_cli.planner.missions.on_the_way import blocks_before
-from purcell_cli.planner.missions.waypoint_order import cheapest_orders, leg_prices, price_of_order
+from purcell_cli.planner.missions.waypoint_order import cheapest_orders, leg_prices
 from purcell_cli.planner.missions.waypoint_poses import Touring, cheapest_way
 from purcell_cli.planner.rest import blocks_after
 from purcell_cli.planner.routes.around import ended
@@ -246,7 +246,14 @@ def test_the_free_order_is_the_best_of_all_orders() -> None:
         rng.uniform(1.0, 9.0, (6, 3)),
     )
     found = cheapest_orders(first, between, last, 40)
-    prices = {way: price_of_order(way, first, between, last) for way in itertools.permutations(range(6))}
+
+    def price_of(order: tuple[int, ...]) -> float:
+        paid = first[order[0]]
+        for a, b in itertools.pairwise(order):
+            paid = np.min(paid[:, None] + between[a, :, b], axis=0)
+        return float(np.min(paid + last[order[-1]]))
+
+    prices = {way: price_of(way) for way in itertools.permutations(range(6))}
     assert_close([price for _, price in found], sorted(prices.values())[:40], 1e-5)
     assert_close([prices[tuple(order)] for order, _ in found], [price for _, price in found], 1e-5)
     assert len({tuple(order) for order, _ in found}) == 40

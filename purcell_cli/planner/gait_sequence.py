@@ -214,16 +214,6 @@ def split(book: StrokeBook, displacement: Array) -> list[Motion]:
     return [Motion(MOTIONS[along], amount) for along, amount in cheapest(displacement, *book.numbers)]
 
 
-def phase_two(book: StrokeBook, displacement: Array) -> list[Block]:
-    """Return stored gaits that make a body displacement from the collinear shape.
-
-    Args:
-        book: The swimmer's strokes.
-        displacement: Body displacement, in units of L. Shape (4, 4).
-    """
-    return [block for motion in split(book, displacement) for block in book.blocks(motion)]
-
-
 def gait_sequences(problem: Problem, breadth: Breadth, known: Sequence[Candidate] = ()) -> list[Candidate]:
     """Return motions by stored gaits one after the other, those that seem dear not yet made.
 

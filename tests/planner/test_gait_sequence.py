@@ -16,9 +16,11 @@ from purcell_cli.gaits.gait import MOTIONS
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.connection import COLLINEAR
-from purcell_cli.motion.blocks import starting_shapes
+from purcell_cli.motion.blocks import Block, starting_shapes
 from purcell_cli.motion.limb_circles import bends
-from purcell_cli.planner.gait_sequence import Motion, StrokeBook, largest_stroke, phase_two, split, stroke_book
+from purcell_cli.planner.effort import Breadth
+from purcell_cli.planner.gait_sequence import Motion, StrokeBook, gait_sequences, largest_stroke, split, stroke_book
+from purcell_cli.planner.problem import Problem
 
 BODY = Swimmer().scaled()
 PURE = 1e-9
@@ -28,6 +30,12 @@ PURE = 1e-9
 @functools.cache
 def book() -> StrokeBook:
     return stroke_book(tuple(stored_gaits().values()), BODY)
+
+
+def strokes(displacement: Array) -> tuple[Block, ...]:
+    """Return the strokes of the planner's first candidate by stored gaits, both limbs collinear at either end."""
+    query = Problem(BODY, COLLINEAR, COLLINEAR, displacement, stored_gaits())
+    return gait_sequences(query, Breadth())[0].make()
 
 
 def motion_pose(motion: Motion) -> Array:
@@ -77,7 +85,7 @@ def test_a_motion_is_made_exactly_and_alone(along: str, amount: float) -> None:
 def test_no_motion_takes_no_stroke() -> None:
     assert book().blocks(Motion("x", 0.0)) == []
     assert split(book(), np.eye(4)) == []
-    assert phase_two(book(), np.eye(4)) == []
+    assert strokes(np.eye(4)) == ()
 
 
 @pytest.mark.parametrize("name", DISPLACEMENTS)
@@ -113,8 +121,8 @@ def test_a_larger_motion_costs_more_and_the_price_is_about_what_is_paid(along: s
 
 
 @pytest.mark.parametrize("name", ["nothing", "along -x", "along z", "a turn of -2 rad about y", "random 0", "random 2"])
-def test_phase_two_makes_the_displacement(name: str) -> None:
-    blocks = phase_two(book(), DISPLACEMENTS[name])
+def test_what_the_planner_is_given_makes_the_displacement(name: str) -> None:
+    blocks = strokes(DISPLACEMENTS[name])
     assert missed(DISPLACEMENTS[name], flown(BODY, blocks)) < 10 * PURE
     assert all(b.phase == 2 for b in blocks)
 

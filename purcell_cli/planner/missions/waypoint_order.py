@@ -7,7 +7,6 @@ costs depends on the headings at both its ends.
 from __future__ import annotations
 
 import heapq
-import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -106,11 +105,3 @@ def _paid(first: Array, between: Array) -> Array:
             before = paid[done ^ (1 << k)].reshape(n * h)
             paid[done, k] = np.min(np.round(before[:, None] + between[:, :, k].reshape(n * h, h), 6), axis=0)
     return paid
-
-
-def price_of_order(order: Sequence[int], first: Array, between: Array, last: Array) -> float:
-    """Return the least price of an order, its candidates the best for it [rad]; arguments as of `cheapest_orders`."""
-    paid = first[order[0]]
-    for a, b in itertools.pairwise(order):
-        paid = np.min(paid[:, None] + between[a, :, b], axis=0)
-    return float(np.min(paid + last[order[-1]]))
