@@ -257,3 +257,22 @@ SIZE purcell_mesh(const struct swimmer *s, const struct rule *rule, const double
     }
     return c.steps;
 }
+
+static void store(const struct step *step, void *state) {
+    struct queue *const q = state;
+    if (q->stored == QUEUE && q->full) q->full(q->state);
+    if (q->stored < QUEUE) {
+        q->of[q->stored] = q->piece;
+        q->steps[q->stored] = *step;
+    }
+    q->stored++;
+}
+
+int purcell_queued(struct queue *q, const struct swimmer *s, const struct rule *rule, SIZE piece, const double shape[18],
+                   const double rate[6], double duration, struct known *known) {
+    const SIZE before = q->stored;
+    q->piece = piece;
+    if (purcell_mesh(s, rule, shape, rate, duration, DISPLACEMENT, known, store, q) >= 0 && q->stored <= QUEUE) return 1;
+    q->stored = before;
+    return 0;
+}

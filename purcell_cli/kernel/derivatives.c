@@ -47,8 +47,6 @@ static void by_limb(const double m[36], const double t[18], double out[36]) {
         }
 }
 
-#define QUEUE 32 /* steps that are solved together, at most */
-
 struct chain {
     const struct swimmer *s;
     const struct rule *rule;
@@ -63,22 +61,8 @@ struct chain {
     struct known known;
     lane given[GIVEN]; /* of links that feel each other, where a piece ends */
     struct solved solved;
-    /* Steps that were solved together, and the pieces that they are of. */
-    struct step steps[QUEUE];
-    struct travelled travelled[QUEUE];
-    SIZE of[QUEUE], piece, stored, overflow;
+    struct queue queue;
 };
-
-/* Keeps a step of a piece for later. */
-static void keep(const struct step *step, void *state) {
-    struct chain *c = state;
-    if (c->stored < QUEUE) {
-        c->of[c->stored] = c->piece;
-        c->steps[c->stored++] = *step;
-    } else {
-        c->overflow = 1;
-    }
-}
 
 /* What a limb's pitch changes while the limb turns about the base's z: its shape turns about its own y, which turns with
  * it, but its rate stays along z. In place of the changes by turns of the limb about x, y, z, its rate with it. */
@@ -261,18 +245,14 @@ static double played(const SIZE *control, const double *amount, const double *sh
  * Returns the first piece of which none is. */
 static SIZE solve_ahead(struct chain *c, SIZE p, SIZE n, const double *shapes, const SIZE *control, const double *amount,
                         int slopes) {
-    c->stored = c->overflow = 0;
+    struct queue *const q = &c->queue;
+    q->stored = 0;
     for (; p < n && c->s->tables == 0.0 && !(slopes && (c->moves || control[p] >= BASE_YAW)); p++) {
         double rate[6];
         const double duration = played(control, amount, shapes + 18 * p, p, rate);
-        const SIZE before = c->stored;
-        c->piece = p;
-        const SIZE steps = purcell_mesh(c->s, c->rule, shapes + 18 * p, rate, duration, DISPLACEMENT, &c->known, keep, c);
-        if (steps >= 0 && !c->overflow) continue;
-        c->stored = before;
-        break;
+        if (!purcell_queued(q, c->s, c->rule, p, shapes + 18 * p, rate, duration, &c->known)) break;
     }
-    purcell_solve_steps(c->s, c->rule, c->stored, c->steps, slopes, c->travelled);
+    purcell_solve_steps(c->s, c->rule, q->stored, q->steps, slopes, q->travelled);
     return p;
 }
 
@@ -297,9 +277,11 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
                                       double *room, double *pose, double *derivative) {
     const struct rule rule = {stages, nodes, weights, to_node, step, settled};
     struct chain c;
+    const struct queue *const q = &c.queue;
     c.s = (const struct swimmer *)swimmer;
     c.rule = &rule;
     c.moves = control == 0;
+    c.queue.full = 0;
     c.repeating = 0;
     c.known.limb = -1;
     double *const spread = room + 94 * n, begun[16], once[16], there[16], ad[36], back[36], sum[36], made[36];
@@ -329,11 +311,11 @@ API SIZE purcell_flow_and_derivatives(const double *swimmer, SIZE stages, const 
         c.own = c.total + 36;
         for (int i = 0; slopes && i < 72; i++) c.total[i] = 0.0;
         SIZE steps = 0;
-        for (; p < solved && done < c.stored && c.of[done] == p; done++, steps++) {
-            if (slopes) add_seen(&c, c.travelled[done].seen, c.total);
-            put_on(&c, c.travelled[done].pose);
+        for (; p < solved && done < q->stored && q->of[done] == p; done++, steps++) {
+            if (slopes) add_seen(&c, q->travelled[done].seen, c.total);
+            put_on(&c, q->travelled[done].pose);
         }
-        const double *ended = steps ? c.travelled[done - 1].ending : c.solved.ending;
+        const double *ended = steps ? q->travelled[done - 1].ending : c.solved.ending;
         if (p >= solved) {
             double rate[6];
             const double duration = played(control, amount, shapes + 18 * p, p, rate);

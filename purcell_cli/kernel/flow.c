@@ -2,8 +2,6 @@
 #include "kernel.h"
 #include "small.h"
 
-#define QUEUE 32 /* steps that are solved together, at most */
-
 struct flowing {
     const struct swimmer *s;
     const struct rule *rule;
@@ -12,10 +10,8 @@ struct flowing {
     int root;
     struct known known;
     struct solved solved;
-    /* Steps of pieces that will be solved together; which piece is at hand, and where poses go. */
-    struct step steps[QUEUE];
-    struct travelled travelled[QUEUE];
-    SIZE of[QUEUE], stored, piece, done;
+    struct queue queue;
+    SIZE done; /* pieces whose poses are told */
     double *out, *wide;
 };
 
@@ -35,20 +31,15 @@ static void finish(struct flowing *f, SIZE until) {
     }
 }
 
-static void put_on(struct flowing *f) {
-    purcell_solve_steps(f->s, f->rule, f->stored, f->steps, 0, f->travelled);
-    for (SIZE i = 0; i < f->stored; i++) {
-        finish(f, f->of[i]);
-        purcell_wide_times(&f->here, f->travelled[i].pose);
+static void put_on(void *state) {
+    struct flowing *const f = state;
+    struct queue *const q = &f->queue;
+    purcell_solve_steps(f->s, f->rule, q->stored, q->steps, 0, q->travelled);
+    for (SIZE i = 0; i < q->stored; i++) {
+        finish(f, q->of[i]);
+        purcell_wide_times(&f->here, q->travelled[i].pose);
     }
-    f->stored = 0;
-}
-
-static void keep(const struct step *step, void *state) {
-    struct flowing *f = state;
-    f->of[f->stored] = f->piece;
-    f->steps[f->stored++] = *step;
-    if (f->stored == QUEUE) put_on(f);
+    q->stored = 0;
 }
 
 static void spend(const struct step *step, void *state) {
@@ -66,16 +57,20 @@ API SIZE purcell_flow_of_pieces(const double *swimmer, SIZE stages, const double
     f.s = (const struct swimmer *)swimmer;
     f.rule = &rule;
     f.known.limb = -1;
-    f.stored = f.done = 0;
+    f.queue.full = put_on;
+    f.queue.state = &f;
+    f.queue.stored = f.done = 0;
     f.out = out;
     f.wide = wide;
     purcell_wide_identity(&f.here);
-    for (f.piece = 0; f.piece < n; f.piece++) {
-        const SIZE k = f.piece;
-        visitor *const visit = f.s->tables > 0.0 ? advance : keep;
-        if (purcell_mesh(f.s, &rule, shapes + 18 * k, rates + 6 * k, durations[k], DISPLACEMENT, &f.known, visit, &f) < 0)
+    for (SIZE k = 0; k < n; k++) {
+        const double *const shape = shapes + 18 * k, *const rate = rates + 6 * k;
+        if (f.s->tables > 0.0) {
+            if (purcell_mesh(f.s, &rule, shape, rate, durations[k], DISPLACEMENT, &f.known, advance, &f) < 0) return k + 1;
+            finish(&f, k + 1);
+        } else if (!purcell_queued(&f.queue, f.s, &rule, k, shape, rate, durations[k], &f.known)) {
             return k + 1;
-        if (f.s->tables > 0.0) finish(&f, k + 1);
+        }
     }
     put_on(&f);
     finish(&f, n);

@@ -315,4 +315,20 @@ typedef void visitor(const struct step *step, void *state);
 SIZE purcell_mesh(const struct swimmer *s, const struct rule *rule, const double shape[18], const double rate[6],
                   double duration, enum wanted wanted, struct known *known, visitor *visit, void *state);
 
+/* Steps that are solved together, and the pieces that they are of. Where there is no more room `full` is called, which
+ * puts on what is stored; if that is null, pieces are stored whole. */
+#define QUEUE 32
+struct queue {
+    SIZE stored, piece; /* how many, and the piece at hand */
+    SIZE of[QUEUE];
+    struct step steps[QUEUE];
+    struct travelled travelled[QUEUE];
+    void (*full)(void *state);
+    void *state;
+};
+/* Stores the steps of a piece of links that do not feel each other. Returns 0 where there are too many, or no room for all:
+ * then none of them is stored. */
+int purcell_queued(struct queue *q, const struct swimmer *s, const struct rule *rule, SIZE piece, const double shape[18],
+                   const double rate[6], double duration, struct known *known);
+
 #endif
