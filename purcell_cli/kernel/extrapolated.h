@@ -119,6 +119,21 @@ VARIANT void NAMED(twists)(const struct link *links, MANY start[2][3][3], MANY r
     }
 }
 
+VARIANT inline MANY NAMED(further)(MANY here, double weight, MANY before) { return here + weight * (here - before); }
+
+/* Aitken and Neville: T_j = T_(j-1) + (T_(j-1) - T of the row before) / ((n_i / n_(i-j))^2 - 1), of each number of a state,
+ * by the weights and columns at hand. */
+#define EXTRAPOLATE(NUMBER, state, further)                        \
+    for (int i = 0; i < 12; i++) {                                 \
+        NUMBER here = state[i / 3][i % 3];                         \
+        for (SIZE j = 0; j < row; j++) {                           \
+            const NUMBER before = column[j][i / 3][i % 3];         \
+            column[j][i / 3][i % 3] = here;                        \
+            here = further(here, weight[row][j], before);          \
+        }                                                          \
+        column[row][i / 3][i % 3] = here;                          \
+    }
+
 /* By how much displacements differ from none: the columns of the rotation less 1, and the position.
  *
  * numbers: of the base and the limbs half the length and the drag on (v, omega), (3, 7).
@@ -167,16 +182,7 @@ VARIANT void NAMED(extrapolated)(const double *numbers, SIZE n, const double *ax
                     state[i / 3][i % 3] = next;
                 }
             }
-            /* Aitken and Neville: T_j = T_(j-1) + (T_(j-1) - T of the row before) / ((n_i / n_(i-j))^2 - 1). */
-            for (int i = 0; i < 12; i++) {
-                MANY here = state[i / 3][i % 3];
-                for (SIZE j = 0; j < row; j++) {
-                    const MANY before = column[j][i / 3][i % 3];
-                    column[j][i / 3][i % 3] = here;
-                    here += weight[row][j] * (here - before);
-                }
-                column[row][i / 3][i % 3] = here;
-            }
+            EXTRAPOLATE(MANY, state, NAMED(further));
         }
         for (int w = 0; w < AT_ONCE && p + w < n; w++)
             for (int i = 0; i < 3; i++)
@@ -214,6 +220,10 @@ VARIANT inline TWICE NAMED(times)(TWICE a, TWICE b) {
 VARIANT inline TWICE NAMED(scaled)(TWICE a, MANY b) {
     const MANY p = a.high * b;
     return (TWICE){p, LOST(a.high, b, p) + a.low * b};
+}
+
+VARIANT inline TWICE NAMED(further_twice)(TWICE here, TWICE weight, TWICE before) {
+    return NAMED(plus)(here, NAMED(times)(weight, NAMED(minus)(here, before)));
 }
 
 VARIANT inline TWICE NAMED(all)(double high, double low) {
@@ -401,15 +411,7 @@ VARIANT void NAMED(extrapolated_twice)(const double *numbers, SIZE n, const doub
                     state[i / 3][i % 3] = next;
                 }
             }
-            for (int i = 0; i < 12; i++) {
-                TWICE here = state[i / 3][i % 3];
-                for (SIZE j = 0; j < row; j++) {
-                    const TWICE before = column[j][i / 3][i % 3];
-                    column[j][i / 3][i % 3] = here;
-                    here = NAMED(plus)(here, NAMED(times)(weight[row][j], NAMED(minus)(here, before)));
-                }
-                column[row][i / 3][i % 3] = here;
-            }
+            EXTRAPOLATE(TWICE, state, NAMED(further_twice));
         }
         for (int w = 0; w < AT_ONCE && p + w < n; w++)
             for (int i = 0; i < 3; i++)
@@ -424,6 +426,7 @@ VARIANT void NAMED(extrapolated_twice)(const double *numbers, SIZE n, const doub
     }
 }
 
+#undef EXTRAPOLATE
 #undef TWICE
 #undef LOST
 #undef MANY
