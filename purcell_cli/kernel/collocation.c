@@ -4,6 +4,14 @@
 #include "kernel.h"
 #include "small.h"
 
+#define VARIANT static
+#define NAMED(name) name##_one
+#define LANE double
+#define SIDE_BY_SIDE 1
+#define NONE 0.0
+#define OF(x, l) (x)
+#include "collocation_body.h"
+
 #define SPIN_SHARE 0.25 /* what a spin about the own axis counts in the length of steps */
 #define UNMOVED 1e-28 /* the square of how little axes swing that stay where they are, as a part of the rates' */
 #define MOST_PARTS 8
@@ -25,24 +33,11 @@ static lane node_times(const struct rule *rule, const struct step *step, SIZE k)
     return (lane){rule->nodes[k] * step->duration, rule->nodes[next] * step->duration};
 }
 
-/* v turned by an almost unit quaternion q = (scalar, vector). */
-static void turned(const double q[4], const double v[3], double out[3]) {
-    double across[3], twice[3];
-    CROSS(across, q + 1, v);
-    for (int i = 0; i < 3; i++) across[i] *= 2.0;
-    CROSS(twice, q + 1, across);
-    for (int i = 0; i < 3; i++) out[i] = v[i] + q[0] * across[i] + twice[i];
-}
-
-static void matrix(const double q[4], double out[9]) {
-    hat_series(q + 1, 2.0 * q[0], 2.0, out);
-}
-
 /* Written for any number m of stages, and compiled for each that is used, so that short loops become straight lines. */
 static inline __attribute__((always_inline)) void solve_step(const int m, const struct swimmer *s, const struct rule *rule,
                                                              const struct step *step, enum wanted wanted,
                                                              struct solved *out) {
-    double velocity[MOST_STAGES][3], half[MOST_STAGES][3], q[MOST_STAGES][4], slope[MOST_STAGES][4];
+    double velocity[MOST_STAGES][3], half[MOST_STAGES][3], q[MOST_STAGES][4], rotation[9], position[3];
     double times[MOST_STAGES + 1], weights[MOST_STAGES], twists[MOST_STAGES + 1][6];
     const int ending = wanted >= CHANGE;
     for (int k = 0; k < m; k++) {
@@ -72,70 +67,15 @@ static inline __attribute__((always_inline)) void solve_step(const int m, const 
             velocity[k][i] = twists[k][i] * step->duration;
             half[k][i] = 0.5 * (twists[k][3 + i] * step->duration);
         }
-    for (int k = 0; k < m; k++) {
-        q[k][0] = 1.0;
-        for (int i = 0; i < 3; i++) {
-            double sum = rule->to_node[k * m] * half[0][i];
-            for (int j = 1; j < m; j++) sum += rule->to_node[k * m + j] * half[j][i];
-            q[k][1 + i] = sum;
-        }
-    }
-    /* Picard iteration: the error falls faster than any power, by |omega / 2|^k / k!. */
-    for (int round = 0; round < MOST_ITERATIONS; round++) {
-        double changed = 0.0;
-        for (int k = 0; k < m; k++) slope[k][0] = DOT(q[k] + 1, half[k]);
-        for (int k = 0; k < m; k++) {
-            double sum = rule->to_node[k * m] * slope[0][0];
-            for (int j = 1; j < m; j++) sum += rule->to_node[k * m + j] * slope[j][0];
-            q[k][0] = 1.0 - sum;
-        }
-        for (int k = 0; k < m; k++) {
-            CROSS(slope[k] + 1, q[k] + 1, half[k]);
-            for (int i = 0; i < 3; i++) slope[k][1 + i] += q[k][0] * half[k][i];
-        }
-        for (int k = 0; k < m; k++) {
-            double sum[3];
-            for (int i = 0; i < 3; i++) sum[i] = rule->to_node[k * m] * slope[0][1 + i];
-            for (int j = 1; j < m; j++)
-                for (int i = 0; i < 3; i++) sum[i] += rule->to_node[k * m + j] * slope[j][1 + i];
-            for (int i = 0; i < 3; i++) {
-                const double by = fabs(sum[i] - q[k][1 + i]);
-                changed = by > changed ? by : changed;
-                q[k][1 + i] = sum[i];
-            }
-        }
-        if (changed < rule->settled) break;
-    }
-    double end[4] = {1.0, 0.0, 0.0, 0.0}, position[3] = {0.0, 0.0, 0.0}, rotation[9], size;
-    for (int k = 0; k < m; k++) {
-        double across[3], moved[3];
-        const double weight = rule->weights[k];
-        CROSS(across, q[k] + 1, half[k]);
-        end[0] -= weight * DOT(q[k] + 1, half[k]);
-        turned(q[k], velocity[k], moved);
-        for (int i = 0; i < 3; i++) {
-            end[1 + i] += weight * (q[k][0] * half[k][i] + across[i]);
-            position[i] += weight * moved[i];
-            velocity[k][i] = moved[i];
-        }
-    }
-    size = sqrt(end[0] * end[0] + end[1] * end[1] + end[2] * end[2] + end[3] * end[3]);
-    for (int i = 0; i < 4; i++) end[i] /= size;
-    matrix(end, rotation);
+    displaced_one(m, rule, velocity, half, q, rotation, position);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) out->pose[4 * i + j] = rotation[3 * i + j];
         out->pose[4 * i + 3] = position[i];
         out->pose[12 + i] = 0.0;
     }
     out->pose[15] = 1.0;
-    for (int k = 0; wanted >= CHANGE && k < m; k++) {
-        matrix(q[k], out->rotation[k]);
-        for (int i = 0; i < 3; i++) {
-            double sum = rule->to_node[k * m] * velocity[0][i];
-            for (int j = 1; j < m; j++) sum += rule->to_node[k * m + j] * velocity[j][i];
-            out->position[k][i] = sum;
-        }
-    }
+    for (int k = 0; wanted >= CHANGE && k < m; k++)
+        at_node_one(m, rule, k, velocity, q, out->rotation[k], out->position[k]);
 }
 
 void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const struct step *step, enum wanted wanted,
@@ -148,6 +88,11 @@ void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const 
         solve_step(8, s, rule, step, wanted, out);
     else
         solve_step((int)rule->stages, s, rule, step, wanted, out);
+}
+
+void purcell_carried(const struct solved *solved, SIZE stages, double changes[][6][6], double out[36]) {
+    for (int i = 0; i < 36; i++) out[i] = 0.0;
+    for (SIZE k = 0; k < stages; k++) add_carried_one(solved->rotation[k], solved->position[k], changes[k], out);
 }
 
 /* The integral over a step of the power of the joints' torques, or of its root. */

@@ -14,7 +14,9 @@
 #define LANE lane
 #define SIDE_BY_SIDE LANES
 #define NONE ((lane){0.0, 0.0})
+#define OF(x, l) ((x)[l])
 #include "connection_body.h"
+#include "collocation_body.h"
 #include "steps_body.h"
 
 #ifdef WIDE
@@ -30,6 +32,7 @@ typedef double quad __attribute__((vector_size(32), aligned(8), may_alias));
 #define SIDE_BY_SIDE 4
 #define NONE ((quad){0.0, 0.0, 0.0, 0.0})
 #include "connection_body.h"
+#include "collocation_body.h"
 #include "steps_body.h"
 #endif
 

@@ -4,27 +4,6 @@
 
 static void transform(const double matrix[36], const double x[6], double out[6]) { product(matrix, x, out, 6, 6, 1); }
 
-/* The sum over a step's nodes of changes of the twist, seen from the step's beginning: column c is of changes[.][c]. */
-static void carried(const struct solved *solved, SIZE stages, double changes[][6][6], double out[36]) {
-    for (int i = 0; i < 36; i++) out[i] = 0.0;
-    for (SIZE k = 0; k < stages; k++) {
-        const double *r = solved->rotation[k], *p = solved->position[k];
-        for (int c = 0; c < 6; c++) {
-            const double *x = changes[k][c];
-            double v[3], w[3], arm[3];
-            for (int i = 0; i < 3; i++) {
-                v[i] = DOT(r + 3 * i, x);
-                w[i] = DOT(r + 3 * i, x + 3);
-            }
-            CROSS(arm, p, w);
-            for (int i = 0; i < 3; i++) {
-                out[6 * i + c] += v[i] + arm[i];
-                out[6 * (3 + i) + c] += w[i];
-            }
-        }
-    }
-}
-
 /* rotation(w), or J with rotation(w + dw) = rotation(J dw) rotation(w) to leading order. */
 static void about(const double w[3], int left_jacobian, double out[9]) {
     double c[3];
@@ -170,7 +149,7 @@ static void link(const struct step *step, void *state) {
         const double end = step->start + step->duration;
         purcell_of_field(step->field, (lane){end, end}, 0, c->given);
     }
-    carried(&c->solved, c->rule->stages, c->solved.change, seen);
+    purcell_carried(&c->solved, c->rule->stages, c->solved.change, seen);
     add_seen(c, seen, c->total);
     /* Changing a turn by dv turns the limb, a part s into the move, by J(s u) s A dv in the base frame, and adds the
      * turned A dv to its rate. */
@@ -194,12 +173,12 @@ static void link(const struct step *step, void *state) {
         for (int i = 0; i < 36; i++) c->solved.change[k][i / 6][i % 6] = changed[i / 6][i % 6];
     }
     if (c->moves) {
-        carried(&c->solved, c->rule->stages, c->solved.change, seen);
+        purcell_carried(&c->solved, c->rule->stages, c->solved.change, seen);
         add_seen(c, seen, c->own);
     }
     if (c->based >= 0) {
         by_pitch(c, step);
-        carried(&c->solved, c->rule->stages, c->solved.change, seen);
+        purcell_carried(&c->solved, c->rule->stages, c->solved.change, seen);
         add_seen(c, seen, c->own);
     }
     put_on(c, c->solved.pose);

@@ -307,6 +307,8 @@ void purcell_solve_steps(const struct swimmer *s, const struct rule *rule, SIZE 
 enum wanted { POWER, DISPLACEMENT, CHANGE, PER_RATE };
 void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const struct step *step, enum wanted wanted,
                         struct solved *out);
+/* The sum over a step's nodes of changes of the twist, seen from the step's beginning: column c is of changes[.][c]. */
+void purcell_carried(const struct solved *solved, SIZE stages, double changes[][6][6], double out[36]);
 double purcell_step_power(const struct swimmer *s, const struct rule *rule, const struct step *step, int root);
 
 /* Calls visit for every step of the mesh of a piece, in order, prepared for what is wanted of it; `known` is kept from
