@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 from purcell_cli.cli.app import _run
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, about_axis, from_quaternion, hat
-from purcell_cli.mechanics.connection import COLLINEAR, connection
+from purcell_cli.mechanics.connection import COLLINEAR, connection, resistance_and_coupling
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -49,6 +49,11 @@ def runner(capsys: pytest.CaptureFixture[str], *first: str) -> Run:
         return code, shown.out, shown.err
 
     return command
+
+
+def resistance(swimmer: Swimmer, shape: ArrayLike) -> Array:
+    """Return P (section III-C) [N s/m, N s, N s m]. Shape (..., 6, 6)."""
+    return resistance_and_coupling(swimmer, shape)[0]
 
 
 def assert_close(found: ArrayLike, wanted: ArrayLike, tolerance: float, scale: float = 1.0) -> None:

@@ -21,6 +21,7 @@ from helpers import (
     missed,
     random_shapes,
     read_table,
+    resistance,
 )
 from reference import beads as by_numpy
 
@@ -34,7 +35,7 @@ from purcell_cli.mechanics import bead_table
 from purcell_cli.mechanics.base_velocity import kernel_numbers
 from purcell_cli.mechanics.beads import LOWER, Beads, grand_resistance, solved_anew
 from purcell_cli.mechanics.configuration import Configuration
-from purcell_cli.mechanics.connection import connection, power, resistance, resistance_and_coupling, shape_from_angles
+from purcell_cli.mechanics.connection import connection, power, resistance_and_coupling, shape_from_angles
 from purcell_cli.mechanics.drag import LinkSize, LinkSizes
 from purcell_cli.mechanics.lift import flow, work
 from purcell_cli.mechanics.lift_derivatives import flow_and_jacobian, flow_and_jacobian_of_moves

@@ -8,7 +8,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers import UNIT, assert_close, bent, is_close, random_rotations, random_shapes, random_swimmer, read_table
+from helpers import (
+    UNIT,
+    assert_close,
+    bent,
+    is_close,
+    random_rotations,
+    random_shapes,
+    random_swimmer,
+    read_table,
+    resistance,
+)
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.rotations import Array, about_axis, from_quaternion, hat
@@ -19,12 +29,10 @@ from purcell_cli.mechanics.connection import (
     base_twist,
     centre,
     connection,
-    coupling,
     link_twist,
     power,
     rate_to_limb,
-    resistance,
-    wrench_to_base,
+    resistance_and_coupling,
 )
 from purcell_cli.mechanics.swimmer import LIMITS, Swimmer
 
@@ -79,7 +87,7 @@ def test_connection_of_other_conventions_is_not_the_table() -> None:
     half_spin = np.diag([1.0, 1.0, 1.0, 0.5, 1.0, 1.0])
     p, q = half_spin @ swimmer.drag_matrix(0), []
     for limb in LIMBS:
-        t, h = wrench_to_base(swimmer, shape, limb), half_spin @ swimmer.drag_matrix(limb)
+        t, h = np.swapaxes(base_to_limb(swimmer, shape, limb), -1, -2), half_spin @ swimmer.drag_matrix(limb)
         p, q = p + t @ h @ base_to_limb(swimmer, shape, limb), [*q, t @ h @ rate_to_limb(swimmer, limb)]
     assert not is_close(np.linalg.solve(p, np.concatenate(q, axis=-1)), wanted, 1e-5)
 
@@ -155,7 +163,8 @@ def net_wrench(swimmer: Swimmer, shape: Array, rate: Array, xi_base: Array) -> A
     total = apply(swimmer.drag_matrix(0), xi_base)
     for limb in LIMBS:
         xi = link_twist(swimmer, shape, rate, xi_base, limb)
-        total = total + apply(wrench_to_base(swimmer, shape, limb), apply(swimmer.drag_matrix(limb), xi))
+        t = np.swapaxes(base_to_limb(swimmer, shape, limb), -1, -2)
+        total = total + apply(t, apply(swimmer.drag_matrix(limb), xi))
     return total
 
 
@@ -184,11 +193,12 @@ def test_no_net_force_or_torque_acts(seed: int) -> None:
     rng, swimmer, shapes = some(seed)
     rate = rng.normal(size=(len(shapes), 6))
     nothing = np.zeros((len(shapes), 6))
-    scale = float(np.max(np.abs(apply(coupling(swimmer, shapes), rate))))
+    driven = apply(resistance_and_coupling(swimmer, shapes)[1], rate)
+    scale = float(np.max(np.abs(driven)))
     assert_close(net_wrench(swimmer, shapes, rate, base_twist(swimmer, shapes, rate)), nothing, 1e-13, scale)
     for rotated in (False, True):
         p = printed_resistance(swimmer, shapes, rotated)
-        foil = -np.linalg.solve(p, apply(coupling(swimmer, shapes), rate)[..., None])[..., 0]
+        foil = -np.linalg.solve(p, driven[..., None])[..., 0]
         assert not is_close(net_wrench(swimmer, shapes, rate, foil), nothing, 1e-3, scale)
     against = net_wrench(swimmer, shapes, rate, -base_twist(swimmer, shapes, rate))
     assert not is_close(against, nothing, 1e-3, scale)
@@ -419,8 +429,8 @@ def test_power_is_a_positive_quadratic_form(seed: int) -> None:
         part = slice(3 * limb - 3, 3 * limb)
         w = rate_to_limb(swimmer, limb)
         held[part, part] = w.T @ swimmer.drag_matrix(limb) @ w
-    q = coupling(swimmer, shapes)
-    form = held - np.swapaxes(q, -1, -2) @ np.linalg.solve(resistance(swimmer, shapes), q)
+    p, q = resistance_and_coupling(swimmer, shapes)
+    form = held - np.swapaxes(q, -1, -2) @ np.linalg.solve(p, q)
     found = power(swimmer, shapes, rate)
     scale = float(np.max(found))
     assert_close(found, np.einsum("ni,nij,nj->n", rate, form, rate), 1e-13, 10 * scale)
@@ -543,7 +553,7 @@ def test_whole_numbers_are_numbers() -> None:
 @pytest.mark.parametrize("shape", [np.eye(3), np.zeros((2, 2)), np.zeros((3, 3, 3)), 1.0, []], ids=np.shape)
 def test_arrays_that_are_no_shape_are_refused(shape: Any) -> None:
     """A shape is (..., 2, 3, 3) and nothing else."""
-    for function in (connection, resistance, coupling):
+    for function in (connection, resistance_and_coupling):
         with pytest.raises(ParameterError, match="a shape is an array"):
             function(UNIT, shape)
 

@@ -19,6 +19,7 @@ from helpers import (
     random_sequence,
     random_shapes,
     read_table,
+    resistance,
     unequal_swimmer,
 )
 from scipy.spatial.transform import Rotation
@@ -40,7 +41,7 @@ from purcell_cli.gaits.pure_stroke import fault, realise
 from purcell_cli.geometry.rotations import about_axis
 from purcell_cli.mechanics import drag as drags
 from purcell_cli.mechanics.base_velocity import base_motion
-from purcell_cli.mechanics.connection import COLLINEAR, base_twist, connection, resistance, shape_from_angles
+from purcell_cli.mechanics.connection import COLLINEAR, base_twist, connection, shape_from_angles
 from purcell_cli.mechanics.drag import FINITE_RODS, sphere
 from purcell_cli.mechanics.lift import flow
 from purcell_cli.mechanics.pieces import Pieces

@@ -11,7 +11,6 @@ from purcell_cli.mechanics.lift import flow, piece_displacements, piece_work, wo
 from purcell_cli.mechanics.moves import MoveSequence
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.motion.blocks import Block, BlockPieces
-from purcell_cli.motion.limb_circles import lowest
 
 
 @pytest.mark.parametrize("moves", [False, True])
@@ -51,14 +50,3 @@ def test_the_pieces_of_blocks_are_one_cycle_of_each() -> None:
     assert len(pieces.once) == 5
     assert np.array_equal(pieces.once.shapes, pieces.shapes[:-1])
     assert np.array_equal(pieces.once.durations, np.concatenate([b.sequence.duration for b in blocks]))
-
-
-def test_a_sine_wave_is_lowest_where_it_says() -> None:
-    """And not a quarter turn away, where the sine is taken for the cosine."""
-    rng = np.random.default_rng(4)
-    cosine, sine = rng.normal(size=(2, 50))
-    angle = lowest(cosine, sine)
-    assert np.all((angle >= 0.0) & (angle < 2.0 * np.pi))
-    assert_close(np.cos(angle) * cosine + np.sin(angle) * sine, -np.hypot(cosine, sine), 1e-14)
-    other = lowest(sine, cosine)
-    assert not is_close(np.cos(other) * cosine + np.sin(other) * sine, -np.hypot(cosine, sine), 1e-1)

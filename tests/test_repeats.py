@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers import random_shapes
+from helpers import random_shapes, resistance
 
 from purcell_cli import Configuration, Swimmer
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel import certificate
-from purcell_cli.mechanics.connection import resistance
 from purcell_cli.verification import extrapolation, turns
 from purcell_cli.verification import replay as replaying
 from purcell_cli.verification.certificate import certify

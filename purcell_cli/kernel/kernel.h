@@ -95,7 +95,6 @@ struct swimmer {
     double tables;           /* how many `struct bead_table` follow: 0 for links that do not feel each other */
     double numbers[];
 };
-#define SWIMMER_NUMBERS 23
 
 /* The resistance of links that feel each other over the limbs' bends, up to one; those of a swimmer follow one another, the
  * one that reaches furthest last. */

@@ -80,22 +80,3 @@ def twists_and_slopes(swimmer: Swimmer, shapes: Array) -> tuple[Array, Array]:
     found = base_motion(swimmer, axes.reshape(-1, 2, 3), rates.reshape(-1, 2, 3))
     slopes = np.einsum("nclka,nlki->nlica", found.change.reshape(n, 6, 2, 3, 6), shapes)
     return found.twist.reshape(n, 6, 6), slopes.reshape(n, 6, 6, 6)
-
-
-def loop_twist(swimmer: Swimmer, shape: ArrayLike, first: int, second: int, area: float) -> Array:
-    """Return the leading-order motion of the base when two controls turn a limb or two round a small loop.
-
-    The loop: `first` by a, `second` by b, `first` by -a, `second` by -b, with area a b.
-
-    Args:
-        swimmer: The swimmer.
-        shape: Limb orientations (A_1, A_2) where the loop begins. Shape (..., 2, 3, 3).
-        first: A control, 0 to 5.
-        second: Another.
-        area: The product of the two angles, signed [rad^2].
-
-    Returns:
-        The base's twist (v, omega) [m, rad], beside the lift of the limb's own rotation that a loop within one
-        limb leaves. Shape (..., 6).
-    """
-    return np.asarray(-area * curvature(swimmer, shape)[..., first, second])

@@ -24,9 +24,6 @@ from purcell_cli.kernel.beads import bead_resistance
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.mechanics.wall import refuse_wall
 
-MOST_BEADS = 450
-"""Beads of a swimmer at most: those of a slenderness of 1/300. The work grows with the cube."""
-
 _P, _Q = np.tril_indices(6), np.indices((6, 6)).reshape(2, -1)
 """Rows and columns of the lower half of six by six, and of all of it."""
 LOWER = (

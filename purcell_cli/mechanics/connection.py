@@ -107,11 +107,6 @@ def rate_to_limb(swimmer: Swimmer, limb: int) -> Array:
     return out
 
 
-def wrench_to_base(swimmer: Swimmer, shape: ArrayLike, limb: int) -> Array:
-    """Return T_i = B_i^T, which takes a limb's force and torque to the base frame. Shape (..., 6, 6)."""
-    return np.swapaxes(base_to_limb(swimmer, shape, limb), -1, -2)
-
-
 def resistance_and_coupling(swimmer: Swimmer, shape: ArrayLike) -> tuple[Array, Array]:
     """Return P and Q of section III-C, the wrenches on the frozen shape and on a base at rest.
 
@@ -145,16 +140,6 @@ def _on_beads(swimmer: Swimmer, shape: Array) -> tuple[Array, Array]:
         full[k] = grand_resistance(swimmer, one[..., 0])
     q = np.concatenate([matmul(full[:, :6, 6 + 3 * i : 9 + 3 * i], shapes[:, i]) for i in (0, 1)], axis=-1)
     return full[:, :6, :6].reshape(*shape.shape[:-3], 6, 6), q.reshape(*shape.shape[:-3], 6, 6)
-
-
-def resistance(swimmer: Swimmer, shape: ArrayLike) -> Array:
-    """Return P (see `resistance_and_coupling`) [N s/m, N s, N s m]. Shape (..., 6, 6)."""
-    return resistance_and_coupling(swimmer, shape)[0]
-
-
-def coupling(swimmer: Swimmer, shape: ArrayLike) -> Array:
-    """Return Q (see `resistance_and_coupling`) [N s, N s m]. Shape (..., 6, 6)."""
-    return resistance_and_coupling(swimmer, shape)[1]
 
 
 def connection(swimmer: Swimmer, shape: ArrayLike) -> Array:

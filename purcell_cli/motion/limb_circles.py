@@ -25,11 +25,6 @@ def bends(axes: Array) -> Array:
     return arctan2(hypot(axes[..., 1], axes[..., 2]), axes[..., 0])
 
 
-def lowest(cosine: Array, sine: Array) -> Array:
-    """Return the angle, from 0 to 2 pi, at which cos(angle) cosine + sin(angle) sine is least [rad]. Shape (...)."""
-    return np.asarray(np.remainder(arctan2(-sine, -cosine), 2.0 * np.pi))
-
-
 @frozen_dataclass(eq=False)
 class LimbCircles:
     """The circles that both limbs' axes run along on pieces of constant rates.
