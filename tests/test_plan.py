@@ -486,7 +486,7 @@ def test_scaling_all_lengths_scales_the_path(scale: float) -> None:
     swimmer = Swimmer(base_half_length_m=0.1 * scale, limb_half_length_m=0.1 * scale)
     scaled = plan(larger(BENT), larger(NEAR), swimmer=swimmer, options=PlanOptions(dt_s=DT))
     assert_close(scaled.joint_travel_rad, bent().joint_travel_rad, 1e-3, bent().joint_travel_rad)
-    if scaled.plan.primitives == bent().plan.primitives:  # the search lets rounding grow, until another word is better
+    if scaled.plan.primitives == bent().plan.primitives:  # the search lets rounding grow, until another plan is better
         assert_same_controls(scaled, bent(), 1e-6)
     if len(scaled.trajectory) == len(bent().trajectory):
         found = in_lengths(swimmer, scaled.trajectory.pose)

@@ -12,12 +12,12 @@
 
 /* What a chain's last displacement misses, of the components that count, and its change with the numbers of cycles,
  * (rows, length). */
-static void shot(SIZE length, const SIZE *word, const double *twists, const double *cycles, const double inverse[16],
+static void shot(SIZE length, const SIZE *screw, const double *twists, const double *cycles, const double inverse[16],
                  SIZE rows, const SIZE *row, double *columns, double residual[6]) {
     double after[16], missing[16], all[6];
     identity(after, 4);
     for (SIZE k = length - 1; k >= 0; k--) {
-        const double *twist = twists + 6 * word[k], *v = twist, *w = twist + 3;
+        const double *twist = twists + 6 * screw[k], *v = twist, *w = twist + 3;
         double played[6], move[16], next[16], pw[3], seen[6];
         for (int i = 0; i < 6; i++) played[i] = cycles[k] * twist[i];
         purcell_exp(1, played, move);
@@ -40,10 +40,10 @@ static void shot(SIZE length, const SIZE *word, const double *twists, const doub
 }
 
 /* Changes the numbers of cycles by the step of least weighted size that closes the chain, as far as is linear. */
-static void improve(SIZE length, const SIZE *word, const double *twists, const double *travel, SIZE rows,
+static void improve(SIZE length, const SIZE *screw, const double *twists, const double *travel, SIZE rows,
                     double *columns, const double residual[6], double *cycles) {
     double gram[36], multiplier[6], step[MOST], weight[MOST], longest = 0.0, trace = 0.0;
-    for (SIZE k = 0; k < length; k++) weight[k] = 1.0 / travel[word[k]];
+    for (SIZE k = 0; k < length; k++) weight[k] = 1.0 / travel[screw[k]];
     for (SIZE i = 0; i < rows; i++) {
         multiplier[i] = -residual[i];
         for (SIZE k = 0; k < length; k++) columns[i * length + k] *= weight[k];
@@ -56,7 +56,7 @@ static void improve(SIZE length, const SIZE *word, const double *twists, const d
     for (SIZE i = 0; i < rows; i++) gram[i * rows + i] += DAMPING * trace + 1e-300;
     purcell_solve(1, rows, 1, gram, multiplier);
     for (SIZE k = 0; k < length; k++) {
-        const double *twist = twists + 6 * word[k];
+        const double *twist = twists + 6 * screw[k];
         double sum = 0.0, square = 0.0;
         for (SIZE i = 0; i < rows; i++) sum += columns[i * length + k] * multiplier[i];
         for (int i = 0; i < 6; i++) square += twist[i] * twist[i];
@@ -71,17 +71,17 @@ static void improve(SIZE length, const SIZE *word, const double *twists, const d
 
 /* Brings n chains to a displacement.
  *
- * words: which screw each part is, (n, length), length at most MOST. twists, travel: of the screws, (m, 6) and (m,).
+ * screws: which screw each part is, (n, length), length at most MOST. twists, travel: of the screws, (m, 6) and (m,).
  * inverse: of the displacement, (4, 4). row: which components of what is missing count, (rows,). cycles: how often each
  * part is played, (n, length), which become the nearest that were found; missing: what those miss by, (n,). */
-API void purcell_screw_chains(SIZE n, SIZE length, const SIZE *words, const double *twists, const double *travel,
+API void purcell_screw_chains(SIZE n, SIZE length, const SIZE *screws, const double *twists, const double *travel,
                               const double *inverse, SIZE rows, const SIZE *row, double *cycles, double *missing) {
     double columns[6 * MOST], residual[6], here[MOST];
-    for (SIZE c = 0; c < n; c++, words += length, cycles += length) {
+    for (SIZE c = 0; c < n; c++, screws += length, cycles += length) {
         missing[c] = INFINITY;
         for (SIZE k = 0; k < length; k++) here[k] = cycles[k];
         for (int round = 0; round < ROUNDS; round++) {
-            shot(length, words, twists, here, inverse, rows, row, columns, residual);
+            shot(length, screws, twists, here, inverse, rows, row, columns, residual);
             double off = 0.0;
             for (SIZE i = 0; i < rows; i++)
                 off = isfinite(residual[i]) ? (fabs(residual[i]) > off ? fabs(residual[i]) : off) : INFINITY;
@@ -91,7 +91,7 @@ API void purcell_screw_chains(SIZE n, SIZE length, const SIZE *words, const doub
                 for (SIZE k = 0; k < length; k++) cycles[k] = here[k];
             }
             if (off < EXACT) break;
-            improve(length, words, twists, travel, rows, columns, residual, here);
+            improve(length, screws, twists, travel, rows, columns, residual, here);
         }
     }
 }

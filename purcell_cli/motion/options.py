@@ -223,7 +223,6 @@ class PlanOptions:
     obstacles: Scene | None = _option(
         None, "what no link may touch; left out, there is nothing", flag=None, key="obstacles"
     )
-
     seed: int = _option(
         0,
         "seed of the search for ways round obstacles",

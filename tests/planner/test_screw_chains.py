@@ -18,9 +18,9 @@ def _hat(twist: np.ndarray) -> np.ndarray:
     return np.array([[0.0, -w[2], w[1], v[0]], [w[2], 0.0, -w[0], v[1]], [-w[1], w[0], 0.0, v[2]], [0.0] * 4])
 
 
-def _made(twists: np.ndarray, word: np.ndarray, cycles: np.ndarray) -> np.ndarray:
+def _made(twists: np.ndarray, order: np.ndarray, cycles: np.ndarray) -> np.ndarray:
     out = np.eye(4)
-    for k, n in zip(word, cycles, strict=True):
+    for k, n in zip(order, cycles, strict=True):
         out = out @ scipy.linalg.expm(n * _hat(twists[k]))
     return out
 
@@ -29,14 +29,14 @@ def test_chains_that_are_solved_make_the_displacement_in_their_order() -> None:
     rng = np.random.default_rng(3)
     twists, travel = 0.1 * rng.normal(size=(9, 6)), rng.uniform(1.0, 4.0, 9)
     wanted = Configuration.from_angles((0.7, -0.4, 0.2), (40.0, -20.0, 70.0)).pose
-    words = rng.integers(9, size=(200, 7))
-    cycles, missing = solved(words, rng.normal(size=words.shape), twists, travel, se3.inverse(wanted), _EVERY)
+    orders = rng.integers(9, size=(200, 7))
+    cycles, missing = solved(orders, rng.normal(size=orders.shape), twists, travel, se3.inverse(wanted), _EVERY)
     found = np.flatnonzero(missing < 1e-8)
     assert len(found) > 40
     backwards = 0
     for k in found[:6]:
-        assert np.max(np.abs(_made(twists, words[k], cycles[k]) - wanted)) < 1e-7
-        backwards += bool(np.max(np.abs(_made(twists, words[k, ::-1], cycles[k, ::-1]) - wanted)) > 1e-3)
+        assert np.max(np.abs(_made(twists, orders[k], cycles[k]) - wanted)) < 1e-7
+        backwards += bool(np.max(np.abs(_made(twists, orders[k, ::-1], cycles[k, ::-1]) - wanted)) > 1e-3)
     assert backwards == 6  # screws do not commute: the other order is another displacement
 
 
@@ -63,9 +63,9 @@ def test_what_no_chain_can_make_is_told_by_what_is_missing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "rows"), [([[0, 1]], _EVERY), ([[-1]], _EVERY), ([[0] * 17], _EVERY), ([[0]], (6,)), ([[0]], ())]
+    ("orders", "rows"), [([[0, 1]], _EVERY), ([[-1]], _EVERY), ([[0] * 17], _EVERY), ([[0]], (6,)), ([[0]], ())]
 )
-def test_screws_and_components_that_there_are_not_are_refused(words: list[list[int]], rows: tuple[int, ...]) -> None:
-    starts = np.zeros(np.array(words).shape)
+def test_screws_and_components_that_there_are_not_are_refused(orders: list[list[int]], rows: tuple[int, ...]) -> None:
+    starts = np.zeros(np.array(orders).shape)
     with pytest.raises(ValueError, match="wanted"):
-        solved(words, starts, np.ones((1, 6)), [1.0], np.eye(4), rows)
+        solved(orders, starts, np.ones((1, 6)), [1.0], np.eye(4), rows)

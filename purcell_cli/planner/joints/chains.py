@@ -83,19 +83,19 @@ def best_loops(loops: Screws, rows: tuple[int, ...], most: int, seed: int = 0) -
     return np.array(list(dict.fromkeys([*found, *order]))[:most], dtype=np.int64)
 
 
-def solved_chains(loops: Screws, words: Rows, starts: Array, wanted: Array, rows: tuple[int, ...]) -> Chains:
+def solved_chains(loops: Screws, which: Rows, starts: Array, wanted: Array, rows: tuple[int, ...]) -> Chains:
     """Return chains brought to a displacement by Newton's method, from some numbers of cycles.
 
     Args:
         loops: The loops.
-        words: Which loops each chain has, in order. Shape (n, k).
+        which: Which loops each chain has, in order. Shape (n, k).
         starts: The numbers of cycles to begin with. Shape (n, k).
         wanted: The displacement. Shape (4, 4).
         rows: The components of twists that count.
     """
-    cycles, missing = screw_chains.solved(words, starts, loops.twist, loops.travel, se3.inverse(wanted), rows)
-    travel = np.sum(np.abs(cycles) * loops.travel[words] + (np.abs(cycles) > 1e-3) * loops.approach[words], axis=1)
-    return Chains(words, cycles, missing, travel)
+    cycles, missing = screw_chains.solved(which, starts, loops.twist, loops.travel, se3.inverse(wanted), rows)
+    travel = np.sum(np.abs(cycles) * loops.travel[which] + (np.abs(cycles) > 1e-3) * loops.approach[which], axis=1)
+    return Chains(which, cycles, missing, travel)
 
 
 def chains_for(
@@ -123,9 +123,9 @@ def chains_for(
         return _sorted(_bred(loops, wanted, rows, parents, _FEWER, rng))
     found: list[Chains] = []
     for length in range(least, most + 1):
-        words = rng.integers(len(loops), size=(tries // (most + 1 - least), length))
-        starts = normal_numbers(rng, words.shape) * _reach(loops, words, wanted)
-        tried = solved_chains(loops, words, starts, wanted, rows)
+        which = rng.integers(len(loops), size=(tries // (most + 1 - least), length))
+        starts = normal_numbers(rng, which.shape) * _reach(loops, which, wanted)
+        tried = solved_chains(loops, which, starts, wanted, rows)
         found.append(_bred(loops, wanted, rows, tried, _GENERATIONS, rng))
     return _sorted(_together(found, most))
 
@@ -139,16 +139,16 @@ def _bred(
         parents = _sorted(tried)
         if not len(parents.loops):
             break
-        words, starts = _children(rng, loops, parents, wanted)
-        tried = _together([parents, solved_chains(loops, words, starts, wanted, rows)], length)
+        which, starts = _children(rng, loops, parents, wanted)
+        tried = _together([parents, solved_chains(loops, which, starts, wanted, rows)], length)
     return tried
 
 
-def _reach(loops: Screws, words: Rows, wanted: Array) -> Array:
+def _reach(loops: Screws, which: Rows, wanted: Array) -> Array:
     """Return how many cycles go the way, or turn by up to half a turn: the size of the first numbers of cycles."""
     twist = se3.log(wanted)
     way, turn = float(np.sqrt(np.sum(twist[:3] ** 2))), float(np.sqrt(np.sum(twist[3:] ** 2)))
-    own = loops.twist[words]
+    own = loops.twist[which]
     moves = np.sqrt(np.sum(own[..., :3] ** 2, axis=-1)), np.sqrt(np.sum(own[..., 3:] ** 2, axis=-1))
     reach = np.minimum(
         (way + 0.1) / np.maximum(moves[0], 1e-9), (min(turn, math.pi) + 1.0) / np.maximum(moves[1], 1e-9)
@@ -159,20 +159,20 @@ def _reach(loops: Screws, words: Rows, wanted: Array) -> Array:
 def _children(rng: np.random.Generator, loops: Screws, parents: Chains, wanted: Array) -> tuple[Rows, Array]:
     """Return chains like the best ones: one of their loops is another, its place another, or cycles are others."""
     few = min(_PARENTS, len(parents.loops))
-    words = np.repeat(parents.loops[:few], _CHILDREN, axis=0)
+    which = np.repeat(parents.loops[:few], _CHILDREN, axis=0)
     cycles = np.repeat(parents.cycles[:few], _CHILDREN, axis=0)
-    row = np.arange(len(words))
-    one, two = (rng.integers(words.shape[1], size=len(words)) for _ in range(2))
+    row = np.arange(len(which))
+    one, two = (rng.integers(which.shape[1], size=len(which)) for _ in range(2))
     cycles = cycles * (1.0 + _UNEVEN * normal_numbers(rng, cycles.shape))
     # Odd children have two loops change places, even ones have another loop in place of one.
     swap = row % 2 == 1
-    order = np.tile(np.arange(words.shape[1]), (len(words), 1))
+    order = np.tile(np.arange(which.shape[1]), (len(which), 1))
     order[row[swap], one[swap]], order[row[swap], two[swap]] = two[swap], one[swap]
-    words, cycles = words[row[:, None], order], cycles[row[:, None], order]
-    words[row[~swap], one[~swap]] = rng.integers(len(loops), size=int(np.sum(~swap)))
-    fresh = normal_numbers(rng, cycles.shape) * _reach(loops, words, wanted)
+    which, cycles = which[row[:, None], order], cycles[row[:, None], order]
+    which[row[~swap], one[~swap]] = rng.integers(len(loops), size=int(np.sum(~swap)))
+    fresh = normal_numbers(rng, cycles.shape) * _reach(loops, which, wanted)
     cycles[row[~swap], one[~swap]] = fresh[row[~swap], one[~swap]]
-    return words, cycles
+    return which, cycles
 
 
 def _together(chains: list[Chains], width: int) -> Chains:
