@@ -10,7 +10,7 @@ from purcell_cli import Configuration, Swimmer
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel import certificate
-from purcell_cli.verification import extrapolation, turns
+from purcell_cli.verification import extrapolation, limb_rotations
 from purcell_cli.verification import replay as replaying
 from purcell_cli.verification.certificate import certify
 from purcell_cli.verification.replay import replay
@@ -68,11 +68,14 @@ def strokes(cycles: int, seed: int = 0) -> tuple[Array, Array]:
 
 def test_what_is_left_out_begins_where_the_first_does() -> None:
     rates, durations = strokes(300)
-    kept, place = turns.once(rates, durations)
+    kept, place = limb_rotations.once(rates, durations)
     assert len(kept) == 18
     assert rates[kept][place].tobytes() == rates.tobytes()
     assert durations[kept][place].tobytes() == durations.tobytes()
-    few, every = turns.turned_along(rates[kept], durations[kept]), turns.turned_along(rates, durations)
+    few, every = (
+        limb_rotations.turned_along(rates[kept], durations[kept]),
+        limb_rotations.turned_along(rates, durations),
+    )
     assert np.max(np.abs(few[np.append(place, len(kept))] - every)) < 40.0 * np.finfo(np.longdouble).eps
 
 
@@ -80,13 +83,13 @@ def test_what_is_left_out_begins_where_the_first_does() -> None:
 def test_cycles_that_do_not_return_are_all_looked_at(off: float) -> None:
     rates, durations = strokes(50)
     durations[5 : 5 + 8 * 50 : 8] += off
-    kept, place = turns.once(rates, durations)
+    kept, place = limb_rotations.once(rates, durations)
     assert kept.tolist() == place.tolist() == list(range(len(rates)))
 
 
 def test_cycles_about_axes_that_do_not_commute_are_all_looked_at() -> None:
     rates = np.tile(np.eye(6)[[0, 1, 0, 1]] * np.array([1.0, 1.0, -1.0, -1.0])[:, None], (20, 1))
-    kept, _ = turns.once(rates, np.full(80, 0.25))
+    kept, _ = limb_rotations.once(rates, np.full(80, 0.25))
     assert len(kept) == 80
 
 

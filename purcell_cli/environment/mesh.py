@@ -99,7 +99,11 @@ class Mesh(Obstacle):
 
 
 def open_edges(triangles: Array) -> int:
-    """Return how many edges are not shared by two triangles that run along them in opposite directions."""
+    """Return how many edges are not shared by two triangles that run along them in opposite directions.
+
+    Args:
+        triangles: Their corners [m]. Shape (n, 3, 3).
+    """
     _, corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
     corner = corner.reshape(-1, 3)
     corner = corner[(corner[:, 0] != corner[:, 1]) & (corner[:, 1] != corner[:, 2]) & (corner[:, 2] != corner[:, 0])]

@@ -38,6 +38,9 @@ def ticks(table: Table, rate_hz: float) -> Array:
         table: The trajectory.
         rate_hz: Ticks in a second.
 
+    Returns:
+        Times [s]. Shape (n,).
+
     Raises:
         ParameterError: The rate is no number above 0, or there would be too many ticks.
     """

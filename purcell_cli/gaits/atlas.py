@@ -160,7 +160,7 @@ class Sweep:
 
 
 def steps(text: str, option: str) -> Array:
-    """Return the numbers of A:B:STEP, from A to B.
+    """Return the numbers of A:B:STEP, from A to B. Shape (n,).
 
     Raises:
         ParameterError: Anything else, or too many numbers.

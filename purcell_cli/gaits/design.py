@@ -126,7 +126,7 @@ class _Search:
         return self._values
 
     def run(self, unknown: Array) -> Array:
-        """Return the unknowns at the end of a search, which may have failed."""
+        """Return the unknowns at the end of a search, which may have failed [rad]. Shape (n,) to (n,)."""
         from scipy.optimize import minimize  # slow to import
 
         def loss(u: Array) -> tuple[float, Array]:

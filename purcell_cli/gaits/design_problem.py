@@ -174,11 +174,11 @@ class Problem:
         return out
 
     def sequence(self, turns: Array) -> MoveSequence:
-        """Return the approach, one cycle, and the approach undone."""
+        """Return the approach, one cycle, and the approach undone, by turns [rad]. Shape (n, 6)."""
         return MoveSequence.of_turns(np.concatenate([turns, -turns[: self.lead][::-1]]))
 
     def travel(self, unknown: Array) -> float:
-        """Return the joint travel of a cycle [rad]."""
+        """Return the joint travel of a cycle by the free turns [rad]. Shape (n,) to ()."""
         return float(np.sum(np.abs(self.turns(unknown)[self.lead :])))
 
     def at(self, unknown: Array, smooth_rad: float, accuracy: Accuracy = SEARCHING) -> Values:

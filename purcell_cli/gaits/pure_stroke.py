@@ -71,7 +71,7 @@ class _Purity:
     wanted: float | None
 
     def values(self, unknown: Array) -> dict[str, float]:
-        """Return all symbols' values [rad]."""
+        """Return all symbols' values by those of the unknown ones [rad]. Shape (unknowns,)."""
         return {"": 1.0, **self.known, **dict(zip(self.symbols, map(float, unknown), strict=True))}
 
     def slope(self) -> Array:

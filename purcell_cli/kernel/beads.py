@@ -23,7 +23,7 @@ _SIZES = 4
 
 
 def swimmer_numbers(swimmer: ArrayLike) -> Array:
-    """Return the numbers of a swimmer, in the order of `struct swimmer` in `kernel.h`, checked.
+    """Return the numbers of a swimmer, in the order of `struct swimmer` in `kernel.h`, checked. Shape (n,).
 
     Raises:
         ValueError: Their count is not that of a swimmer with the tables that they say they have.

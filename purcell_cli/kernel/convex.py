@@ -22,7 +22,8 @@ class Blocks:
     Attributes:
         sizes: Variables of each block, how many of them, its last, are in rows across blocks, and walls. Shape (k, 3).
         cost: The slope of the cost at zero. Shape (n,).
-        curve: Each block's matrix of second derivatives of the cost, row by row, one after the other; None for none.
+        curve: Each block's matrix of second derivatives of the cost, row by row, one after the other; or None.
+            Shape (m,).
         start: Where the entries of each wall begin, of all blocks' inequalities wall y <= bound. Shape (w + 1,).
         column: Which of its block's variables each entry is of, ascending within a wall. Shape (e,).
         entry: The walls' entries that are not zero. Shape (e,).

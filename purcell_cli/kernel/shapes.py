@@ -29,7 +29,7 @@ def shapes_along(start: ArrayLike, controls: ArrayLike | None, amounts: ArrayLik
 
 
 def control_numbers(controls: ArrayLike | None, n: int) -> Whole | None:
-    """Return the controls of n primitives, or None for moves.
+    """Return the controls of n primitives, shape (n,), or None for moves.
 
     Raises:
         ValueError: Another number of them, or one that is not from 0 to 7.

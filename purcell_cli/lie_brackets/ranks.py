@@ -26,7 +26,7 @@ class Rank:
 
     Attributes:
         dimension: How many directions are above rounding, each base direction measured by its own largest twist.
-        singular_values: Of all the twists, largest first [L, rad].
+        singular_values: Of all the twists, largest first [L, rad]. Shape (k,).
         floor: What rounding can leave of a zero singular value, by the largest.
         basis: An orthonormal basis of the span. Shape (directions, dimension).
         weakest: How much of each direction is in those of the smallest singular value. Shape (directions,).

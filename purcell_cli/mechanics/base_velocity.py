@@ -39,11 +39,12 @@ def kernel_numbers(swimmer: Swimmer) -> Array:
 
 
 def with_tables(swimmer: Swimmer, tables: Array) -> Array:
-    """Return what the kernel needs of a swimmer; see `kernel_numbers`.
+    """Return what the kernel needs of a swimmer; see `kernel_numbers`. Shape (n,).
 
     Args:
         swimmer: The swimmer.
         tables: How many tables of links that feel each other there are, and these; see `bead_table.made_tables`.
+            Shape (m,).
     """
     unit = swimmer.scaled()
     # The kernel's distance counts all lengths alike, so that it is at most what it is by their drags.

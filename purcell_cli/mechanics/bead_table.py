@@ -161,6 +161,9 @@ def made_tables(swimmer: Swimmer, progress: Progress = lambda _done, _of: None, 
         swimmer: The swimmer.
         progress: Is told how far it is.
         grids: Where they are sampled, the one of the largest reach last: from the beads, the others from its table.
+
+    Returns:
+        Numbers one after the other. Shape (m,).
     """
     *near, far = grids
     widest = _table(_samples(swimmer.scaled(), far, progress), far)

@@ -50,5 +50,5 @@ def flow_of(swimmer: Swimmer, accuracy: Accuracy) -> Flow:
 
 
 def flow_with(numbers: Array, accuracy: Accuracy) -> Flow:
-    """Return the flow of a swimmer by its numbers, see `base_velocity.kernel_numbers`, at an accuracy."""
+    """Return the flow of a swimmer by its numbers, see `base_velocity.kernel_numbers`, shape (n,), at an accuracy."""
     return Flow(numbers, Rule(*_collocation(accuracy.stages), accuracy.step, accuracy.settled))

@@ -206,7 +206,7 @@ def clearance_slack(
 
 
 def limits_apart(swimmer: Swimmer, least_m: ArrayLike, near_m: float) -> kernel.Apart:
-    """Return how far limbs must be apart as the kernel takes it; see `clearance_slack`."""
+    """Return how far limbs must be apart [m] as the kernel takes it; see `clearance_slack`. Shape (n,)."""
     small_m, straight_m = TOLERANCE_L * swimmer.length_m, straight_distance(swimmer)
     return kernel.Apart(np.asarray(least_m, dtype=np.float64), _links(swimmer), small_m, straight_m, near_m)
 

@@ -98,7 +98,7 @@ class Encounter:
 
 
 def link_radii(swimmer: Swimmer) -> Array:
-    """Return the radii of `LINKS` [m]: the body's only where there is a body."""
+    """Return the radii of `LINKS` [m]: the body's only where there is a body. Shape (3,) or (4,)."""
     return np.array([*swimmer.radii_m, *([swimmer.body_radius_m] if swimmer.body_radius_m else [])])
 
 

@@ -119,7 +119,7 @@ def slowed(swimmer: Swimmer, pieces: Pieces, stops: NDArray[np.int64]) -> Slowed
     Args:
         swimmer: The swimmer.
         pieces: The motion, row by row. There are n.
-        stops: Rows at which joints rest, whether or not the controls change there.
+        stops: Rows at which joints rest, whether or not the controls change there. Shape (k,).
     """
     changes = np.append(True, np.any(pieces.rates[1:] != pieces.rates[:-1], axis=1))
     changes[stops] = True

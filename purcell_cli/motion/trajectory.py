@@ -32,13 +32,13 @@ class Trajectory:
     """A motion sampled in time; the rates of a row hold until the next row's time.
 
     Attributes:
-        time_s: Times, from 0. Shape (n,).
+        time_s: Times, from 0 [s]. Shape (n,).
         phase: Phase of the reconfiguration. Shape (n,).
         gait: Index into `gaits` of the stroke a row belongs to. Shape (n,).
         gaits: Names of the strokes.
         pose: The base's poses in the world [m]. Shape (n, 4, 4).
         shape: Limb orientations. Shape (n, 2, 3, 3).
-        rate_rad_s: The six controls; 0 in the last row. Shape (n, 6).
+        rate_rad_s: The six controls; 0 in the last row [rad/s]. Shape (n, 6).
     """
 
     time_s: Array

@@ -23,7 +23,7 @@ class Table:
         base: The base's quaternions (w, x, y, z). Shape (n, 4).
         limbs: The limbs' quaternions. Shape (n, 2, 4).
         euler_rad: Euler angles of base, limb 1 and limb 2 [rad]. Shape (n, 3, 3).
-        rate_rad_s: The controls. Shape (n, 6).
+        rate_rad_s: The controls [rad/s]. Shape (n, 6).
     """
 
     time_s: Array

@@ -109,6 +109,6 @@ def make_folder(path: Path) -> None:
 
 
 def control_legs(rate: Array) -> list[tuple[int, int]]:
-    """Return the first row of each stretch of the same controls, and the row that ends it."""
+    """Return the first row of each stretch of the same controls, (n, 6), and the row that ends it."""
     switch = np.flatnonzero(np.any(rate[1:] != rate[:-1], axis=1)) + 1
     return list(zip([0, *switch[:-1]], switch, strict=True)) if len(switch) else []

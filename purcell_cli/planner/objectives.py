@@ -55,7 +55,10 @@ def generated_for(measure: str) -> str:
 
 
 def cost(measure: str, swimmer: Swimmer, blocks: Sequence[Block], start: Array) -> float:
-    """Return what blocks spend together, see `costs`; the end's sensitivity to drag is weighed with joint travel."""
+    """Return what blocks spend together from a shape (2, 3, 3), see `costs`.
+
+    The end's sensitivity to drag is weighed with joint travel.
+    """
     if measure == Objective.SENSITIVITY:
         travel = sum(b.joint_travel_rad for b in blocks)
         return drag_sensitivity(swimmer, blocks, start) * float(power_of(travel, _TRAVEL_POWER)) if travel else 0.0

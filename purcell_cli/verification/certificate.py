@@ -64,7 +64,7 @@ def certify(
         start: The start configuration.
         goal: The goal configuration.
         time_s: Times [s]. Shape (n,).
-        rate_rad_s: Limb rates, each holding until the next time. Shape (n, 6).
+        rate_rad_s: Limb rates, each holding until the next time [rad/s]. Shape (n, 6).
         tolerance_l: Position tolerance, in units of L.
         tolerance_rad: Angle tolerance [rad].
     """

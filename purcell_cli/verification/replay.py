@@ -24,7 +24,7 @@ from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.verification.extended import Real, extended, product, running_products
 from purcell_cli.verification.extrapolation import Displacements, Resistances, Rows, segment_displacements
-from purcell_cli.verification.turns import once, shapes_of, turn_between, turned_along
+from purcell_cli.verification.limb_rotations import once, rotation_between, shapes_of, turned_along
 
 TOLERANCE_L = 1e-9
 """Position tolerance of an arrival, in units of L."""
@@ -173,7 +173,13 @@ class Replay:
         return certificate.reach(self.moves.fine.astype(np.float64), self.which, self.length_m)
 
     def rounded_most(self, reach: Array, left_m: float, left_rad: float) -> Rows:
-        """Return which displacements rounding turns most, so many that the others move the end by no more than this."""
+        """Return which displacements rounding turns most, so many that the others move the end by no more than this.
+
+        Args:
+            reach: What small turns of each move the end by [m], and how often each is made. Shape (2, k).
+            left_m: How far the others may move the end [m].
+            left_rad: How far they may turn it [rad].
+        """
         out = np.zeros(len(self.moves.rounding), dtype=np.bool_)
         for weight, most in zip(reach, (left_m, left_rad), strict=True):
             each = weight * self.moves.rounding
@@ -200,7 +206,7 @@ def replay(
         swimmer: The swimmer.
         start: The configuration at the first time, or what was replayed up to then.
         time_s: Times [s]. Shape (n,).
-        rate_rad_s: Limb rates, each holding until the next time; the last is not used. Shape (n, 6).
+        rate_rad_s: Limb rates, each holding until the next time; the last is not used [rad/s]. Shape (n, 6).
         every_row: Whether to stop at every row, not only where the control changes.
         tolerance_l: Of the base's position at the end, in units of L.
         tolerance_rad: Of the base's orientation at the end [rad].
@@ -219,7 +225,7 @@ def replay(
     turned = turned_along(rates, durations)
     same = np.round(turned[:-1].reshape(len(rates), 8).astype(np.float64), _SAME_SHAPE_DIGITS) + 0.0
     first, which = _distinct(np.concatenate([same, rates, durations[:, None]], axis=1))
-    off = turn_between(turned[first][which], turned[:-1])
+    off = rotation_between(turned[first][which], turned[:-1])
     shapes, rates, durations = shapes_of(shape, turned[first]), rates[first], durations[first]
     drift = _drift(swimmer, shapes, rates, durations, which, off, place)
     begun, which = np.append(place, len(kept)), which[place]

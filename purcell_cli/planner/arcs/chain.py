@@ -71,7 +71,7 @@ class Chains:
         return dataclasses.replace(self, **{name: getattr(self, name)[some] for name in _ARRAYS})
 
     def put(self, some: NDArray[np.int64], others: Chains) -> Chains:
-        """Return the chains with some of them replaced by as many others."""
+        """Return the chains with some of them, shape (k,), replaced by as many others."""
         out = {name: getattr(self, name).copy() for name in _ARRAYS}
         for name, values in out.items():
             values[some] = getattr(others, name)

@@ -52,7 +52,7 @@ class SettledChains:
 
     @classmethod
     def of(cls, chains: Chains, wanted: Array, around: Array, rounds: int) -> SettledChains:
-        """Return chains settled in so many rounds."""
+        """Return chains settled in so many rounds; arguments as the attributes."""
         chains, off, spent = chains.settled(wanted, rounds)
         return cls(chains, wanted, around, rounds, off, spent + around)
 
@@ -65,7 +65,7 @@ class SettledChains:
         return SettledChains(*parts, self.rounds, self.off[some], self.spent[some])
 
     def put(self, some: NDArray[np.int64], others: SettledChains) -> SettledChains:
-        """Return them with some replaced by as many others for the same displacements."""
+        """Return them with some replaced, shape (k,), by as many others for the same displacements."""
         off, spent = self.off.copy(), self.spent.copy()
         off[some], spent[some] = others.off, others.spent
         return dataclasses.replace(self, chains=self.chains.put(some, others.chains), off=off, spent=spent)
@@ -107,7 +107,7 @@ class SettledChains:
         """Return them, some with fewer cycles wherever that will do.
 
         Args:
-            few: Which are tried.
+            few: Which are tried. Shape (k,).
             most_off: What they may miss by then [L, rad].
             times: How many cycles each may lose.
         """

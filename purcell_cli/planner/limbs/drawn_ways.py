@@ -54,7 +54,7 @@ class DrawnWays:
         """Return some of the ways, and as many as asked that differ from one of them by a loop or the straightening.
 
         Args:
-            few: Which.
+            few: Which. Shape (k,).
             most: How many differ.
             rng: Draws which, and what is different.
         """

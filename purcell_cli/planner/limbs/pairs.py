@@ -77,11 +77,11 @@ class OuterPhases:
         return OuterPhases(self.first[_least(first, most)], self.last[_least(last, most)])
 
     def best_first(self, wanted: Array, price: PriceNumbers, most: int) -> Straightenings:
-        """Return the ways at the start that promise most, the best first."""
+        """Return the ways at the start that promise most for a displacement (4, 4), the best first."""
         return self.first[_least(self.promised(wanted, price, 1), most)]
 
     def best_last(self, wanted: Array, price: PriceNumbers, most: int) -> Straightenings:
-        """Return the ways at the goal that promise most, the best first."""
+        """Return the ways at the goal that promise most for a displacement (4, 4), the best first."""
         return self.last[_least(self.promised(wanted, price, 2), most)]
 
     def joint_travel_rad(self, i: int, j: int) -> float:

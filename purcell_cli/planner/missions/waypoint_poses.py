@@ -172,6 +172,7 @@ def cheapest_way(steps: Sequence[Array]) -> tuple[list[int], float]:
 
     Args:
         steps: The prices from each candidate of a layer to each of the next; the first and last layers have one.
+            Shapes (a, b), (b, c) and so on.
     """
     paid = np.zeros(1)
     backs = []

@@ -23,7 +23,7 @@ RECTANGLE = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 
 
 def free_count(tie: Array | None, angles: int) -> int:
-    """Return how many free angles so many angles under a tie depend on; None ties nothing."""
+    """Return how many free angles so many angles under a tie (k, m) depend on; None ties nothing."""
     return angles if tie is None else angles // len(tie) * tie.shape[1]
 
 
@@ -62,8 +62,8 @@ class FreeAngles:
         sign: Its sign. Shape (k,).
         weight: Joint travel per free angle. Shape (n,).
         all: Whether every angle is free, in order.
-        own: The angles that are their free angle.
-        opposite: Those that are its negative.
+        own: The angles that are their free angle. Shape (a,).
+        opposite: Those that are its negative. Shape (b,).
         mixed: The segments whose angles mix free ones.
     """
 

@@ -155,7 +155,7 @@ class EnergyProgram:
         self.walls = Blocks.of(walls, linked, np.zeros(sum(linked)))
 
     def cost(self, turn: Array) -> float:
-        """Return the energy, for a lateral drag per length of 1 and a joint rate of 1 rad/s."""
+        """Return the energy of turns (n, 6) [rad], for a lateral drag per length of 1 and a joint rate of 1 rad/s."""
         work = self.dissipation.work(turn)
         each = durations(work, turn, self.motion.cycles, self.dissipation.total)
         return float(np.add.reduce(self.motion.cycles * work / each))

@@ -98,7 +98,7 @@ class _Search:
         return None if found is None else (here.angle + found[0], found[1])
 
     def begun(self, angle: Array) -> _Point:
-        """Return a point at the arrival to begin from, or as near to it as damped Newton steps come."""
+        """Return a point at the arrival, or as near as damped Newton steps come to it from angles (n,) [rad]."""
         here, reach = self.point(angle), _NEWTON_REACH
         for _ in range(_APPROACHES):
             if here.size < _RESTORED or reach < _LEAST_REACH:

@@ -77,7 +77,7 @@ def twist(swimmer: Swimmer, corner: Array) -> Array:
 
 
 def lasts(corner: Array) -> float:
-    """Return how long one cycle takes at a joint rate of 1 rad/s [s]."""
+    """Return how long one cycle takes at a joint rate of 1 rad/s [s]. Shape (n, 2) to ()."""
     return float(np.sum(np.max(np.abs(cycle(corner)), axis=1)))
 
 

@@ -50,7 +50,7 @@ def shapes_of(start: Real, turned: Real) -> Real:
     return np.asarray(start @ (np.eye(3) + 2.0 * (turned[..., :1, None] * k + k @ k)))
 
 
-def turn_between(first: Real, second: Real) -> Array:
+def rotation_between(first: Real, second: Real) -> Array:
     """Return the small rotation vectors, in the limbs' frames, from quaternions to others. Shape (..., 2, 3)."""
     (w, v), (s, u) = ((q[..., :1], q[..., 1:]) for q in (first, second))
     return np.asarray(2.0 * (w * u - s * v - (hat(v) @ u[..., None])[..., 0]), dtype=np.float64)
