@@ -30,7 +30,7 @@ from benchmarks.resumed import Row, outcomes
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry import se3
 from purcell_cli.motion.verdict import Verdict
-from purcell_cli.solution import plan
+from purcell_cli.planning import plan
 
 _ERROR, _PLANE = 1e-9, 1e-12
 """What a plan may miss, and how far parallel hinges may take the base out of its plane [L, rad]."""

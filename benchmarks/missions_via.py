@@ -24,7 +24,7 @@ from benchmarks import pages
 from benchmarks.resumed import outcomes, printed
 from purcell_cli import Configuration, Mission, Waypoint, plan_mission
 from purcell_cli.motion.verdict import Verdict
-from purcell_cli.solution import planned
+from purcell_cli.planning import planned
 
 SIDE_L = 10.0
 """Side of the cube that positions are in [L]."""

@@ -19,7 +19,7 @@ from purcell_cli.files.builtin import find_scenario
 from purcell_cli.geometry import se3
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.planner.plan_path import PlanPath
-from purcell_cli.solution import plan
+from purcell_cli.planning import plan
 
 NAMES = (
     "along-x",

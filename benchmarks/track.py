@@ -25,7 +25,7 @@ from purcell_cli.feedback.measured import Measuring
 from purcell_cli.feedback.track import track
 from purcell_cli.files.builtin import find_scenario
 from purcell_cli.geometry import se3
-from purcell_cli.solution import plan
+from purcell_cli.planning import plan
 
 SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"
 

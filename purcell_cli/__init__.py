@@ -49,7 +49,8 @@ if TYPE_CHECKING:
     from purcell_cli.motion.options import Controls, Effort, Objective, PlanOptions
     from purcell_cli.motion.trajectory import Trajectory
     from purcell_cli.motion.workspace import Workspace
-    from purcell_cli.solution import Solution, plan
+    from purcell_cli.planning import plan
+    from purcell_cli.solution import Solution
     from purcell_cli.verification.certificate import Certificate, certify
 
 __version__ = "0.2.0"
@@ -102,7 +103,7 @@ _HOMES = {
     "load_plan": "files.plan_file",
     "load_scenario": "files.scenario_file",
     "load_swimmer": "files.swimmer_file",
-    "plan": "solution",
+    "plan": "planning",
     "plan_mission": "missions",
     "read_csv": "files.trajectory_reader",
     "read_measured": "files.measured_reader",

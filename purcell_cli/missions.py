@@ -30,8 +30,9 @@ from purcell_cli.planner.missions.one_motion import one_motion
 from purcell_cli.planner.missions.waypoint_order import cheapest_orders, leg_prices
 from purcell_cli.planner.missions.waypoint_poses import Touring
 from purcell_cli.planner.progress import Progress, silent
+from purcell_cli.planning import plan, planned
 from purcell_cli.query import refuse_bent, refuse_query
-from purcell_cli.solution import Solution, carried_out, plan, planned
+from purcell_cli.solution import Solution, carried_out
 from purcell_cli.wording import counted
 
 _DEARER, _EACH_RAD = 1.4, 25.0

@@ -21,6 +21,7 @@ FLOORS = [
     ("planner",),
     ("files", "query"),
     ("solution",),
+    ("planning",),
     ("missions",),
     ("explanation",),
     ("pictures", "batch", "exports", "feedback"),

@@ -33,7 +33,8 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.workspace import Workspace
-from purcell_cli.solution import carried_out, plan
+from purcell_cli.planning import plan
+from purcell_cli.solution import carried_out
 
 DONE, NOT_REACHED, MISUSE = 0, 1, 2
 SQUARE = [["limb1 yaw", 1.0], ["limb2 yaw", 1.0], ["limb1 yaw", -1.0], ["limb2 yaw", -1.0]]

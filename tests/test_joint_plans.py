@@ -38,7 +38,7 @@ from purcell_cli.planner.joints.loops import loops_of
 from purcell_cli.planner.refine.inequalities import range_rows
 from purcell_cli.planner.refine.segments import Segment
 from purcell_cli.planner.refine.shooting import Equations
-from purcell_cli.solution import plan
+from purcell_cli.planning import plan
 
 QUICK = PlanOptions(effort=Effort.QUICK)
 _QUERIES = [(name, seed) for seed in range(4) for name in EVERY]

@@ -48,7 +48,8 @@ from purcell_cli.planner.missions.waypoint_order import cheapest_orders, leg_pri
 from purcell_cli.planner.missions.waypoint_poses import Touring, cheapest_way
 from purcell_cli.planner.rest import blocks_after
 from purcell_cli.planner.routes.around import ended
-from purcell_cli.solution import Solution, planned
+from purcell_cli.planning import planned
+from purcell_cli.solution import Solution
 
 QUICK = PlanOptions(effort="quick")
 

@@ -14,7 +14,7 @@ from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.motion.on_beads import ACCURACY, end_on_beads
 from purcell_cli.motion.plan import Plan
 from purcell_cli.motion.trajectory import as_table
-from purcell_cli.solution import plan
+from purcell_cli.planning import plan
 
 STOUT = Swimmer(slenderness=0.05)
 GOALS = [

@@ -39,7 +39,8 @@ from purcell_cli.motion.verdict import Verdict
 from purcell_cli.planner.plan_path import PlanPath
 from purcell_cli.planner.refine.minimum_travel import Pace
 from purcell_cli.planner.rest import rest
-from purcell_cli.solution import carried_out, plan
+from purcell_cli.planning import plan
+from purcell_cli.solution import carried_out
 
 L_M = Swimmer().length_m
 

@@ -38,7 +38,8 @@ from purcell_cli.planner.routes.one_motion import ended, one_motion
 from purcell_cli.planner.routes.poses import Region
 from purcell_cli.planner.routes.roadmap import Roadmap
 from purcell_cli.planner.routes.swing import swings
-from purcell_cli.solution import Solution, carried_out, planned
+from purcell_cli.planning import planned
+from purcell_cli.solution import Solution, carried_out
 
 PAPER = Swimmer()
 

@@ -28,7 +28,8 @@ from purcell_cli.mechanics.swimmer import LIMITS
 from purcell_cli.motion.blocks import Block
 from purcell_cli.motion.sensitivity import CHANGE, PARAMETERS, drag_sensitivity, sensitivities
 from purcell_cli.planner.objectives import cost
-from purcell_cli.solution import Solution, plan
+from purcell_cli.planning import plan
+from purcell_cli.solution import Solution
 from purcell_cli.verification.replay import replay
 
 

@@ -322,7 +322,7 @@ def test_a_thorough_plan_is_never_worse_than_a_standard_one(monkeypatch: pytest.
         return reconfigure(*given[:4], "quick", *given[5:])
 
     monkeypatch.setattr("purcell_cli.planner.refine.simultaneous.quickened", hindered)
-    monkeypatch.setattr("purcell_cli.solution.reconfigure", quick)
+    monkeypatch.setattr("purcell_cli.planning.reconfigure", quick)
     found = plan(start, goal, options=PlanOptions(controls="simultaneous", effort="thorough"))
     plain = plan(start, goal, options=PlanOptions(effort="quick"))
     assert efforts == ["standard", "thorough"]

@@ -33,7 +33,7 @@ from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.motion.obstacle_distance import link_distances
 from purcell_cli.motion.trajectory import as_table
 from purcell_cli.motion.trajectory_table import Table
-from purcell_cli.solution import plan
+from purcell_cli.planning import plan
 
 TRUTH = Swimmer(drag_ratio=1.7)
 START = Configuration()

@@ -23,7 +23,8 @@ from purcell_cli.geometry.rotations import about_axis
 from purcell_cli.motion.blocks import starting_shapes
 from purcell_cli.motion.obstacle_distance import link_radii, link_segments
 from purcell_cli.motion.trajectory import as_table
-from purcell_cli.solution import Solution, planned
+from purcell_cli.planning import planned
+from purcell_cli.solution import Solution
 
 TRUTH = Swimmer(drag_ratio=1.6)
 QUICK = PlanOptions(effort="quick")

@@ -15,8 +15,9 @@ from purcell_cli.motion.verdict import Verdict
 from purcell_cli.planner.plan_path import PlanPath
 from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.rest import of_primitives, rest
+from purcell_cli.planning import plan
 from purcell_cli.query import refuse_query
-from purcell_cli.solution import Solution, carried_out, plan
+from purcell_cli.solution import Solution, carried_out
 
 
 @frozen_dataclass(eq=False)
@@ -61,7 +62,7 @@ def replan(
         progress: Is told how far a whole plan's search is.
 
     Raises:
-        ParameterError: See `solution.plan`.
+        ParameterError: See `planning.plan`.
     """
     swimmer, aim = way.plan.swimmer, goal or way.plan.goal
     refuse_query(measured, aim, swimmer, options, "measured")

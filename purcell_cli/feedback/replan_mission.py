@@ -26,8 +26,9 @@ from purcell_cli.motion.verdict import Verdict
 from purcell_cli.planner.plan_path import PlanPath
 from purcell_cli.planner.progress import Progress, silent
 from purcell_cli.planner.rest import of_primitives, rest
+from purcell_cli.planning import plan
 from purcell_cli.query import refuse_query
-from purcell_cli.solution import Solution, carried_out, plan
+from purcell_cli.solution import Solution, carried_out
 
 _TOGETHER = 3
 """Legs along a curve that are brought to their common end at most: ends between them are only marks of the plan's."""
@@ -46,7 +47,7 @@ def replan_once(
     What is left of a mission passes the waypoints that are left, or follows what is left of the curve.
 
     Raises:
-        ParameterError: See `solution.plan`, and a place farther from the curve than its tolerance.
+        ParameterError: See `planning.plan`, and a place farther from the curve than its tolerance.
     """
     refuse_query(measured, made.goal, made.swimmer, options, "measured")
     if made.passages or made.follow is not None:

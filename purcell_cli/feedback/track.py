@@ -171,7 +171,7 @@ def track(
         follow: A curve that the way is to stay near, if there is one: it arrives only where it really did.
 
     Raises:
-        ParameterError: Fewer than no replans, or see `solution.plan`; later, as where a link touches, it ends.
+        ParameterError: Fewer than no replans, or see `planning.plan`; later, as where a link touches, it ends.
     """
     if replans < 0:
         raise ParameterError(f"replans: a number at least 0 is wanted, found {replans}")

@@ -35,7 +35,8 @@ from purcell_cli.planner.effort import AGAIN
 from purcell_cli.planner.plan_path import PlanPath
 from purcell_cli.planner.refine.minimum_travel import Pace
 from purcell_cli.planner.rest import BACK_RAD, blocks_after, rest
-from purcell_cli.solution import Solution, carried_out, plan, planned
+from purcell_cli.planning import plan, planned
+from purcell_cli.solution import Solution, carried_out
 
 TOLERANCE_L = 1e-3
 """Position tolerance of an arrival, in units of L."""
@@ -135,7 +136,7 @@ class Tracker:
             anew: Whether a whole plan is made too, and the one of less joint travel taken.
 
         Raises:
-            ParameterError: See `solution.plan`.
+            ParameterError: See `planning.plan`.
         """
         if self._last is not None:
             self.saw(measured, min(swum_s, self._last.duration_s))

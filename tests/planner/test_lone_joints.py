@@ -18,7 +18,7 @@ from purcell_cli.motion.verdict import Verdict
 from purcell_cli.planner.joints.loop import paired, rectangle, rolled
 from purcell_cli.planner.joints.loops import loops_of
 from purcell_cli.planner.joints.paired import cancelling
-from purcell_cli.solution import plan
+from purcell_cli.planning import plan
 
 QUICK = PlanOptions(effort=Effort.QUICK)
 
