@@ -44,9 +44,15 @@ static inline lane lost(lane a, lane b, lane p) {
 #define NAMED(name) name##_narrow
 #define VARIANT static
 #define LOST lost
-#include "extrapolated.h"
+#include "extrapolated_body.h"
+#include "extrapolated_twice_body.h"
 
 #ifdef WIDE
+#undef LOST
+#undef MANY
+#undef AT_ONCE
+#undef NAMED
+#undef VARIANT
 #include <immintrin.h>
 typedef double quad __attribute__((vector_size(32), aligned(16)));
 #define MANY quad
@@ -54,7 +60,8 @@ typedef double quad __attribute__((vector_size(32), aligned(16)));
 #define NAMED(name) name##_wide
 #define VARIANT __attribute__((target("avx2,fma"))) static
 #define LOST(a, b, p) ((quad)_mm256_fmsub_pd((__m256d)(a), (__m256d)(b), (__m256d)(p))) /* the same to the bit */
-#include "extrapolated.h"
+#include "extrapolated_body.h"
+#include "extrapolated_twice_body.h"
 #define EITHER(name)                                                                                     \
     if (purcell_is_wide()) {                                                                             \
         name##_wide(numbers, n, axes, rates, length, t, parts, r, steps, place, fine, rough);            \
