@@ -1,11 +1,8 @@
-/* Motions brought to their goal, and shortened: Newton steps and linear programs on the angles that are free.
- *
- * A primitive turns by its own angle, or by `sign` times the free angle `index`; one free angle may turn several. */
+/* Motions brought to their goal, and shortened: Newton steps and linear programs on the angles that are free. */
 #include <math.h>
 #include <stddef.h>
 
-#include "kernel.h"
-#include "small.h"
+#include "points.h"
 
 #define RESTORING 8      /* the most Newton steps that move a point back to the arrival */
 #define RESTORED 1e-4    /* a point whose residuals and broken limits sum to less than this is at the arrival [L, rad] */
@@ -27,175 +24,13 @@
 static const double parts[] = {1.0, 0.4, 0.15, 0.05}; /* of a Newton step, tried in turn until the residual falls */
 #define PARTS 4
 
-/* Adds inequalities at the angles that were told it; returns how many, or -1 to stop. */
-typedef SIZE watcher(void);
-
-struct motion {
-    const double *swimmer;
-    struct rule rule;
-    SIZE n, free, equations; /* primitives, free angles, equations */
-    SIZE most, added;        /* inequalities at most, and those of them that the watcher adds */
-    const SIZE *control, *index, *fixed;
-    SIZE k, t;
-    const SIZE *repeats, *stops;
-    const double *start, *given, *sign, *wanted, *ends, *least, *weight;
-    const double *apart, *links; /* see `purcell_clearance_rooms`: `least`, or null, and `numbers` */
-    double near, straight, near_apart, price;
-    watcher *watch;
-    double *told, *more_room, *more_slope; /* the angles for the watcher, and what it adds */
-    double *flow, *columns, *axes, *cut;   /* to work in */
-    int plain;                             /* whether every primitive has a free angle of its own */
-};
-
-/* What an inequality is of: a primitive that turns, or one at angle zero. Its limbs are where they were before, so that
- * matters only where it may turn, and before others at angle zero only with those. */
-enum { TURNING, IDLE, PASSING };
-
-struct point {
-    double *angle, *all, *shapes, *residual, *derivative, *room, *torque, *slope; /* slope: of what the watcher added */
-    SIZE *of, *stop, *kind, rooms, turning, known; /* torques tell the slope of the first `known` rooms */
-    double size, violation, merit;
-    int sloped; /* whether the equations' derivative is known */
-};
-
-static double *taken(double **room, SIZE count) {
-    double *const out = *room;
-    *room += count;
-    return out;
-}
-
-static SIZE *whole_taken(SIZE **room, SIZE count) {
-    SIZE *const out = *room;
-    *room += count;
-    return out;
-}
-
 /* How many numbers are worked in, and whole ones; see `purcell_descend`. */
 API SIZE purcell_descent_room(SIZE n, SIZE free, SIZE equations, SIZE k, SIZE most, SIZE added, SIZE *whole) {
     const SIZE r = equations + most;
-    const SIZE point = free + n + 18 * (n + 1) + equations + equations * free + 7 * most + added * free;
+    const SIZE point = purcell_point_room(n, free, equations, most, added);
     *whole = 9 * most + 3 * r + 4 * free;
     return 3 * point + 94 * n + 36 * k + (equations + 6) * n + CLEARANCE_ROOM + (21 + 2 * r) * free + 10 * r +
            purcell_step_room(r, free);
-}
-
-static void point_of(const struct motion *m, double **room, SIZE **whole, struct point *p) {
-    p->angle = taken(room, m->free);
-    p->all = taken(room, m->n);
-    p->shapes = taken(room, 18 * (m->n + 1));
-    p->residual = taken(room, m->equations);
-    p->derivative = taken(room, m->equations * m->free);
-    p->room = taken(room, m->most);
-    p->torque = taken(room, 6 * m->most);
-    p->slope = taken(room, m->added * m->free);
-    p->of = whole_taken(whole, m->most);
-    p->stop = whole_taken(whole, m->most);
-    p->kind = whole_taken(whole, m->most);
-}
-
-/* Derivatives by the free angles, of those by the angles of all primitives. */
-static void by_free(const struct motion *m, const double *columns, SIZE rows, double *out) {
-    for (SIZE i = 0; i < rows * m->free; i++) out[i] = 0.0;
-    for (SIZE i = 0; i < rows; i++, columns += m->n, out += m->free)
-        for (SIZE p = 0; p < m->n; p++)
-            if (m->index[p] >= 0) out[m->index[p]] += m->sign[p] * columns[p];
-}
-
-static double largest(SIZE n, const double *x) {
-    double out = 0.0;
-    for (SIZE i = 0; i < n; i++) {
-        const double size = fabs(x[i]);
-        if (size != size) return size;
-        out = size > out ? size : out;
-    }
-    return out;
-}
-
-/* The equations at a point's angles, with their derivative or, in half of the time, without. Returns 0, or the number of
- * a piece that is too long, counted from 1. */
-static SIZE equations(const struct motion *m, struct point *p, int sloped) {
-    for (SIZE q = 0; q < m->n; q++) p->all[q] = m->index[q] < 0 ? m->given[q] : m->sign[q] * p->angle[m->index[q]];
-    const SIZE long_piece = purcell_equations(m->swimmer, m->rule.stages, m->rule.nodes, m->rule.weights, m->rule.to_node,
-                                              m->rule.step, m->rule.settled, m->n, m->start, m->control, p->all, m->k,
-                                              m->repeats, m->wanted, m->t, m->stops, m->ends, m->flow, p->shapes,
-                                              p->residual, !sloped ? 0 : m->plain ? p->derivative : m->columns);
-    p->sloped = sloped;
-    if (sloped && !m->plain) by_free(m, m->columns, m->equations, p->derivative);
-    p->size = largest(m->equations, p->residual);
-    return long_piece;
-}
-
-/* Which rooms are of primitives at angle zero; one kind of room after the other. */
-static void find_idle(struct point *p, SIZE first, const SIZE *control) {
-    SIZE later[2] = {-1, -1}; /* the next room that is the same while angles are zero, by the limb that it is of */
-    for (SIZE i = p->rooms - 1; i >= first; i--) {
-        const SIZE primitive = p->of[i];
-        const int limb = control ? LIMB_OF(control[primitive]) : 0, idle = p->all[primitive] == 0.0;
-        int passing = idle && later[limb] >= 0;
-        for (SIZE q = primitive + 1; passing && q <= later[limb]; q++) passing = p->all[q] == 0.0;
-        p->kind[i] = !idle ? TURNING : passing ? PASSING : IDLE;
-        later[limb] = primitive;
-    }
-}
-
-/* The room below the limits there. Returns 0, or -1 to stop. */
-static SIZE limits(const struct motion *m, struct point *p) {
-    p->rooms = purcell_bend_rooms(m->n, m->control, p->all, p->shapes, m->least, m->fixed, m->near, p->room, p->of, p->stop,
-                                  p->torque);
-    find_idle(p, 0, m->control);
-    if (m->apart) {
-        const SIZE first = p->rooms;
-        p->rooms += purcell_clearance_rooms(m->n, m->control, p->all, p->shapes, m->apart, m->links, m->straight,
-                                            m->near_apart, m->cut, p->room + first, p->of + first, p->stop + first,
-                                            p->torque + 6 * first);
-        find_idle(p, first, 0);
-    }
-    p->known = p->rooms;
-    p->turning = 0;
-    for (SIZE i = 0; i < p->rooms; i++) p->turning += p->kind[i] == TURNING;
-    if (!m->watch) return 0;
-    for (SIZE i = 0; m->added && i < m->n; i++) m->told[i] = p->all[i];
-    const SIZE more = m->watch();
-    if (more < 0 || more > m->added) return -1;
-    for (SIZE i = 0; i < more; i++) {
-        p->room[p->rooms] = m->more_room[i];
-        p->kind[p->rooms++] = TURNING;
-        p->turning++;
-    }
-    for (SIZE i = 0; i < more * m->free; i++) p->slope[i] = m->more_slope[i];
-    return 0;
-}
-
-/* How the rooms of the first kinds change with the free angles, kind after kind: (j, free). room: those, (j,). Returns j. */
-static SIZE slopes(const struct motion *m, const struct point *p, SIZE last_kind, double *room, double *slope) {
-    SIZE j = 0;
-    purcell_turning_axes(m->n, m->control, p->shapes, m->axes);
-    for (SIZE kind = TURNING; kind <= last_kind; kind++)
-        for (SIZE i = 0; i < p->rooms; i++) {
-            if (p->kind[i] != kind) continue;
-            double *const out = slope + j * m->free, *const columns = m->plain ? out : m->columns;
-            const SIZE added = i - p->known;
-            room[j++] = p->room[i];
-            for (SIZE u = 0; added >= 0 && u < m->free; u++) out[u] = p->slope[added * m->free + u];
-            if (added >= 0) continue;
-            purcell_room_slope(p->stop[i], p->torque + 6 * i, m->n, m->control, p->shapes, m->axes, columns);
-            if (!m->plain) by_free(m, columns, 1, out);
-        }
-    return j;
-}
-
-/* All of a point but the equations' derivative. Returns 0, -1 to stop, or the number of a piece that is too long. */
-static SIZE evaluate(const struct motion *m, struct point *p) {
-    const SIZE fault = equations(m, p, 0);
-    if (fault) return fault;
-    if (limits(m, p) < 0) return -1;
-    double missed = 0.0, broken = 0.0, travel = 0.0;
-    for (SIZE i = 0; i < m->equations; i++) missed += fabs(p->residual[i]);
-    for (SIZE i = 0; i < p->rooms; i++) broken += p->kind[i] == TURNING && p->room[i] < 0.0 ? p->room[i] : 0.0;
-    for (SIZE j = 0; j < m->free; j++) travel += m->weight[j] * fabs(p->angle[j]);
-    p->violation = missed - broken;
-    p->merit = travel + m->price * p->violation;
-    return 0;
 }
 
 struct descent {
@@ -217,14 +52,14 @@ static SIZE restore(struct descent *d, double reach, double enough, const double
     const struct motion *m = &d->m;
     for (int round = 0; round < RESTORING && !(d->there->violation < enough); round++) {
         const int own = !derivative;
-        SIZE fault = own && !d->there->sloped ? equations(m, d->there, 1) : 0, used = 0;
+        SIZE fault = own && !d->there->sloped ? purcell_point_equations(m, d->there, 1) : 0, used = 0;
         if (fault) return fault;
         if (own) derivative = d->there->derivative;
         const struct point *p = d->there;
         for (SIZE j = 0; j < m->free; j++)
             if (fabs(p->angle[j]) > IN_USE) d->use[used++] = j;
         if (!used) return 0;
-        const SIZE rooms = slopes(m, p, TURNING, d->left, d->kept);
+        const SIZE rooms = purcell_point_slopes(m, p, TURNING, d->left, d->kept);
         for (SIZE i = 0; i < m->equations + rooms; i++) {
             const double *from = i < m->equations ? derivative + i * m->free : d->kept + (i - m->equations) * m->free;
             for (SIZE j = 0; j < used; j++) d->table[i * used + j] = from[d->use[j]];
@@ -233,7 +68,7 @@ static SIZE restore(struct descent *d, double reach, double enough, const double
                              reach, 0, d->work, d->step);
         for (SIZE j = 0; j < m->free; j++) d->next->angle[j] = p->angle[j];
         for (SIZE j = 0; j < used; j++) d->next->angle[d->use[j]] += d->step[j];
-        if ((fault = evaluate(m, d->next))) return fault;
+        if ((fault = purcell_point_evaluated(m, d->next))) return fault;
         const double left = d->next->violation / d->there->violation;
         const int taken = left <= (own ? HELPS : SWIFT);
         if (own && !taken) break;
@@ -247,7 +82,7 @@ static SIZE restore(struct descent *d, double reach, double enough, const double
 static int propose(struct descent *d, double reach, double *merit) {
     const struct motion *m = &d->m;
     const struct point *p = d->here;
-    const SIZE n = m->free, rooms = slopes(m, p, IDLE, d->left, d->table), rows = m->equations + rooms;
+    const SIZE n = m->free, rooms = purcell_point_slopes(m, p, IDLE, d->left, d->table), rows = m->equations + rooms;
     for (SIZE j = 0; j < n; j++) {
         double square = p->derivative[j] * p->derivative[j];
         for (int i = 1; i < 6; i++) square += p->derivative[i * n + j] * p->derivative[i * n + j];
@@ -302,12 +137,12 @@ static SIZE descend(struct descent *d, SIZE steps, int own, double worth, const 
     }
     for (SIZE k = 0; k < steps; k++) {
         double merit;
-        SIZE fault = d->here->sloped ? 0 : equations(&d->m, d->here, 1);
+        SIZE fault = d->here->sloped ? 0 : purcell_point_equations(&d->m, d->here, 1);
         if (fault) return fault;
         if (!propose(d, reach, &merit)) break;
         const double promised = d->here->merit - merit;
         for (SIZE j = 0; j < d->m.free; j++) d->there->angle[j] = d->x[j];
-        if ((fault = evaluate(&d->m, d->there))) return fault;
+        if ((fault = purcell_point_evaluated(&d->m, d->there))) return fault;
         if (d->here->merit - d->there->merit < 0.5 * promised) {
             const double part = SHARE * promised / d->m.price, enough = part < RESTORED ? part : RESTORED;
             fault = restore(d, reach > RETURN_REACH ? reach : RETURN_REACH, enough > LEAST_MISS ? enough : LEAST_MISS,
@@ -328,7 +163,7 @@ static void begin(struct descent *d, double *room, SIZE *whole) {
     const SIZE r = m->equations + m->most;
     m->plain = m->free == m->n;
     for (SIZE p = 0; p < m->n && m->plain; p++) m->plain = m->index[p] == p && m->sign[p] == 1.0;
-    for (int i = 0; i < 3; i++) point_of(m, &room, &whole, d->points + i);
+    for (int i = 0; i < 3; i++) purcell_point_of(m, &room, &whole, d->points + i);
     d->here = d->points;
     d->there = d->points + 1;
     d->next = d->points + 2;
@@ -389,7 +224,7 @@ API SIZE purcell_descend(MOTION, const double *weight, double price, double clos
     int given_up = 0;
     begin(&d, room, whole);
     for (SIZE j = 0; j < free; j++) d.there->angle[j] = angle[j];
-    SIZE fault = evaluate(&d.m, d.there);
+    SIZE fault = purcell_point_evaluated(&d.m, d.there);
     if (!fault && !(d.there->violation < close)) {
         fault = restore(&d, RETURN_REACH, RESTORED, 0);
         given_up = !(d.there->violation < astray);
@@ -429,12 +264,12 @@ API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SI
     SIZE idle = 0, poor = 0, tried = 1;
     begin(&d, room, whole);
     for (SIZE j = 0; j < free; j++) d.here->angle[j] = angle[j];
-    SIZE fault = equations(m, d.here, 1);
+    SIZE fault = purcell_point_equations(m, d.here, 1);
     int part = 0;
     for (int round = 0; round < APPROACHING && !fault; round++) {
         struct point *p = d.here;
         double worst = 0.0;
-        if ((!p->sloped && (fault = equations(m, p, 1))) || (fault = limits(m, p))) break;
+        if ((!p->sloped && (fault = purcell_point_equations(m, p, 1))) || (fault = purcell_point_limits(m, p))) break;
         for (SIZE i = 0; i < p->rooms; i++) worst = p->room[i] < worst ? p->room[i] : worst;
         const double left = p->size < STRICT * -worst ? STRICT * -worst : p->size;
         if (left < best || !round) {
@@ -448,13 +283,13 @@ API SIZE purcell_approach(MOTION, double enough, double reach, SIZE patience, SI
         halved = idle ? halved : best;
         if (best < enough || idle > patience || poor > stuck || !free) break;
         if ((left > hopeless && (!round || tried >= trials)) || tried > most_tried) break;
-        const SIZE rooms = slopes(m, p, PASSING, d.left, d.kept);
+        const SIZE rooms = purcell_point_slopes(m, p, PASSING, d.left, d.kept);
         purcell_bounded_step(m->equations, rooms, free, p->derivative, p->residual, d.left, d.kept, reach,
                              !(COARSE * left < enough), d.work, d.step);
         const int whole_before = !part; /* then this one may be, too */
         for (part = 0; part < PARTS; part++, tried++) {
             for (SIZE j = 0; j < free; j++) d.next->angle[j] = p->angle[j] + parts[part] * d.step[j];
-            if ((fault = equations(m, d.next, whole_before && !part)) || d.next->size < p->size) break;
+            if ((fault = purcell_point_equations(m, d.next, whole_before && !part)) || d.next->size < p->size) break;
             if (!part && p->size < nearly && nearer(&d, reach)) {
                 idle--;
                 break;
