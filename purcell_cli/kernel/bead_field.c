@@ -1,6 +1,4 @@
 /* What a motion needs of the resistance of links that feel each other, along a part of a path: polynomials in time. */
-#include <math.h>
-
 #include "kernel.h"
 #include "small.h"
 

@@ -7,7 +7,6 @@
 #include <math.h>
 
 #include "kernel.h"
-#include "small.h"
 
 /* How many entries of a row are summed: windows begin with P and the couplings of the limb that is not summed over, then
  * come the other's couplings, and what only the power needs. They end with blocks, which may reach into what is not needed. */

@@ -155,7 +155,7 @@ static double missed(const double residual[6], const double wanted[16]) {
 }
 
 struct table {
-    SIZE kinds, rolls;
+    SIZE rolls;
     const double *const *kind; /* of each kind of loops: its numbers, and its series */
     const double *roll, *travel;
     double largest;

@@ -1,6 +1,5 @@
 /* Displacements of pieces of constant limb rates, and the work done on them. */
 #include "kernel.h"
-#include "small.h"
 
 struct flowing {
     const struct swimmer *s;

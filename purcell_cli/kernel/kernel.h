@@ -300,9 +300,6 @@ struct solved {
 struct travelled {
     double pose[16], seen[36], ending[6];
 };
-/* connection.c. Steps of links that do not feel each other. */
-void purcell_solve_steps(const struct swimmer *s, const struct rule *rule, SIZE many, const struct step *steps, int slopes,
-                         struct travelled *out);
 enum wanted { POWER, DISPLACEMENT, CHANGE, PER_RATE };
 void purcell_solve_step(const struct swimmer *s, const struct rule *rule, const struct step *step, enum wanted wanted,
                         struct solved *out);
@@ -331,5 +328,9 @@ struct queue {
  * then none of them is stored. */
 int purcell_queued(struct queue *q, const struct swimmer *s, const struct rule *rule, SIZE piece, const double shape[18],
                    const double rate[6], double duration, struct known *known);
+
+/* connection.c. Steps of links that do not feel each other, side by side. */
+void purcell_solve_steps(const struct swimmer *s, const struct rule *rule, SIZE many, const struct step *steps, int slopes,
+                         struct travelled *out);
 
 #endif

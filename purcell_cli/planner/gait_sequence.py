@@ -56,7 +56,7 @@ class Motion:
     """One motion along or about one body axis.
 
     Attributes:
-        along: One of `gaits.MOTIONS`.
+        along: One of `gait.MOTIONS`.
         amount: How far [L or rad].
     """
 

@@ -118,7 +118,7 @@ class Loops:
 
     Args:
         swimmer: The swimmer, scaled to L = 1.
-        measure: One of `measures.MEASURES`: what costs are.
+        measure: One of `objectives.MEASURES`: what costs are.
         across: Whether the limbs are bent aside across the loops' plane, or in it.
     """
 
@@ -173,7 +173,7 @@ class Loops:
         return LoopValues(found[..., :6], found[..., 6:12])
 
     def costs(self, bend: Array, offset_share: Array) -> tuple[Array, Array]:
-        """Return what a cycle costs, and the ways there and back together, as `measures` has it. Shapes (n,)."""
+        """Return what a cycle costs, and the ways there and back together, as `objectives` has it. Shapes (n,)."""
         if self.measure == "energy":
             found = self._summed(bend, offset_share)[0]
             return found[:, 12], found[:, 13]
