@@ -16,9 +16,6 @@ from purcell_cli.mechanics.swimmer import Swimmer
 from purcell_cli.motion.trajectory_table import Table
 from purcell_cli.pictures.surroundings import NOTHING, Surroundings
 
-ENDINGS = ("gif", "mp4")
-"""The endings of a film."""
-
 LONGEST_S = 10.0
 """A motion that takes longer is shown in this time, where no other is asked for [s]: a slide is looked at as long."""
 
@@ -40,7 +37,7 @@ class FilmOptions:
     """How a film is made.
 
     Attributes:
-        ending: One of `ENDINGS`.
+        ending: That of its file, "gif" or "mp4".
         fps: Frames in a second.
         duration_s: How long the film takes [s]; None for the motion's own time, and at most `LONGEST_S`.
         size: Width and height [pixels].
