@@ -18,15 +18,6 @@
 #define MOST_DEPTH 60 /* of cutting */
 #define MOST_STEPS 2000000 /* of a piece: some seconds, in which Ctrl-C waits */
 
-/* A vector turned by a rotation vector: v + sin(t)/t w x v + (1 - cos t)/t^2 w x (w x v). */
-void purcell_rotate(const double w[3], const double v[3], double out[3]) {
-    double c[3], first[3], second[3];
-    purcell_exp_of(DOT(w, w), c);
-    CROSS(first, w, v);
-    CROSS(second, w, first);
-    for (int i = 0; i < 3; i++) out[i] = v[i] + c[0] * first[i] + c[1] * second[i];
-}
-
 /* The times of nodes k and k + 1; beyond the last it again. */
 static lane node_times(const struct rule *rule, const struct step *step, SIZE k) {
     const SIZE next = k + 1 < rule->stages ? k + 1 : k;

@@ -45,10 +45,8 @@ void purcell_sin_cos_of(double angle, double *sine, double *cosine);
 double purcell_arctan2_of(double y, double x);
 void purcell_exp_of(double angle_squared, double out[3]);
 
-/* collocation.c: a vector turned by a rotation vector. */
+/* shapes.c: a vector turned by a rotation vector, the rotation of one, and one Newton step of the polar factor. */
 void purcell_rotate(const double w[3], const double v[3], double out[3]);
-
-/* shapes.c: the rotation of a rotation vector, and one Newton step of the polar factor. */
 void purcell_rotation_of(const double vector[3], double out[9]);
 void purcell_orthonormalise_of(double rotation[9]);
 

@@ -34,6 +34,15 @@ static void turn_about_base(double r[9], double angle) {
     }
 }
 
+/* A vector turned by a rotation vector: v + sin(t)/t w x v + (1 - cos t)/t^2 w x (w x v). */
+void purcell_rotate(const double w[3], const double v[3], double out[3]) {
+    double c[3], first[3], second[3];
+    purcell_exp_of(DOT(w, w), c);
+    CROSS(first, w, v);
+    CROSS(second, w, first);
+    for (int i = 0; i < 3; i++) out[i] = v[i] + c[0] * first[i] + c[1] * second[i];
+}
+
 /* rotation(w) = 1 + sin(t)/t hat(w) + (1 - cos t)/t^2 hat(w)^2 */
 void purcell_rotation_of(const double w[3], double out[9]) {
     double c[3];
