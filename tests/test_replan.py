@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers import Run, assert_close, flown, runner
+from joint_queries import Query, joint_faults
 
 from purcell_cli import (
     Configuration,
@@ -130,6 +131,20 @@ def test_the_rest_of_a_plan_of_rolled_limbs_is_its_own_strokes(rolled: PlanPath)
     solution = carried_out(found)
     assert solution.verdict == Verdict.REACHED
     assert abs(solution.joint_travel_rad - rolled.travel_rad[place]) < 2.0
+
+
+@pytest.mark.parametrize("name", ["universal-joints", "robot-joints"])
+def test_the_rest_of_a_plan_by_universal_joints_is_its_own_strokes(name: str) -> None:
+    query = find_scenario(name)
+    way = PlanPath.of(plan(query.start, query.goal, swimmer=query.swimmer).plan)
+    assert max(int(np.max(b.sequence.control)) for b in way.plan.blocks) > 5  # psi, which no ball joint turns
+    place = middle(way)
+    aside = at(way, place)
+    measured = dataclasses.replace(aside, pose=aside.pose @ se3.pose(np.eye(3), np.array([0.0, 2e-4, 0.0])))
+    found = replan(way, measured)
+    assert (found.kept, found.solution.verdict) == (True, Verdict.REACHED)
+    faults = joint_faults(Query(query.swimmer, measured, query.goal), found.solution.trajectory)
+    assert faults == []
 
 
 def test_rests_whose_limbs_are_bent_to_their_limit_are_brought_to_the_goal_by_being_shortened(way: PlanPath) -> None:

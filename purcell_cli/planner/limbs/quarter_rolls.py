@@ -75,6 +75,8 @@ class QuarterRolls:
 
     def unplayed(self, blocks: Sequence[Block]) -> tuple[Block, ...]:
         """Return strokes as they are seen: the inverse of what `played` does with them."""
+        if not any(self.turns):
+            return tuple(blocks)
         first, second = self.turns
         return QuarterRolls((-first % 4, -second % 4))._turned(blocks)
 
