@@ -166,7 +166,7 @@ def test_the_json_schema_and_the_check_agree(run: Run, tmp_path: Path, kind: str
 
 
 def test_schema_writes_a_file_and_refuses_a_kind_that_there_is_not(run: Run, tmp_path: Path) -> None:
-    assert run("schema", "gait", "--out", "gait.json") == (0, "", "")
+    assert run("schema", "gait", "--out", "gait.json") == (0, "JSON Schema in gait.json\n", "")
     assert json.loads((tmp_path / "gait.json").read_text()) == SCHEMAS["gait"].json_schema()
     code, out, err = run("schema", "gait", "--json")
     assert (json.loads(out), out.count("\n")) == (SCHEMAS["gait"].json_schema(), 1)

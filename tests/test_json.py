@@ -200,6 +200,7 @@ COMMANDS = {
     "export to urdf": ["export", "swim.csv", "--to", "urdf"],
     "init": ["init", "new"],
     "validate": ["validate", "batch/still.yaml", "batch/refused.yaml", "outside.yaml"],
+    "schema in a file": ["schema", "start", "--out", "start.schema.json"],
     "failure": ["plan", "nowhere.yaml"],
     "misuse": ["plan", "nearby", "--dt", "soon"],
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, get_args
+from typing import TYPE_CHECKING, Annotated, cast, get_args
 
 import typer
 
@@ -13,7 +13,7 @@ from purcell_cli.cli.terminal import DONE, MISUSE, Json, show
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from purcell_cli.cli.documents.files import InitDocument, ValidateDocument
+    from purcell_cli.cli.documents.files import InitDocument, SchemaDocument, ValidateDocument
 
 _KINDS: tuple[str, ...] = get_args(Kind)
 
@@ -30,16 +30,16 @@ def _kinds(begun: str) -> list[str]:
     return [kind for kind in _KINDS if kind.startswith(begun)]
 
 
-def _known(kind: str) -> str:
+def _known(kind: str, place: str) -> Kind:
     from purcell_cli.errors import UnknownNameError
 
     if kind not in _KINDS:
         from purcell_cli.wording import nearest_hint
 
         raise UnknownNameError(
-            f"a kind of document is wanted ({', '.join(_KINDS)}){nearest_hint(kind, _KINDS)}, found {kind!r}"
+            f"{place}: a kind of document is wanted ({', '.join(_KINDS)}){nearest_hint(kind, _KINDS)}, found {kind!r}"
         )
-    return kind
+    return cast(Kind, kind)
 
 
 def init(
@@ -96,7 +96,7 @@ def validate(
     from purcell_cli.cli.documents.files import CheckedPart
     from purcell_cli.files.validate import check_file
 
-    wanted = None if kind is None else _known(kind)
+    wanted = None if kind is None else _known(kind, "--kind")
     found = [check_file(file, wanted) for file in files]
     good = all(checked.error is None for checked in found)
 
@@ -131,9 +131,16 @@ def schema(
 
     if out is not None:
         writable(out, "--out", ("json",))
-    text = as_json(KINDS[_known(kind)].json_schema(), None if json else 2)
+    known = _known(kind, "KIND")
+    text = as_json(KINDS[known].json_schema(), None if json and out is None else 2)
     if out is None:
         print(text)
         return
     with whole_file(out) as stream:
         stream.write(f"{text}\n".encode())
+
+    def table(console: Console, document: SchemaDocument) -> None:
+        console.print(f"JSON Schema in {document['file']}", soft_wrap=True, markup=False)
+
+    document: SchemaDocument = {"schema": "purcell/schema/1", "verdict": "done", "kind": known, "file": str(out)}
+    show(document, json, table)

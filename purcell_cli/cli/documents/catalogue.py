@@ -15,6 +15,7 @@ from purcell_cli.cli.documents.files import (
     FilmDocument,
     InitDocument,
     PlotDocument,
+    SchemaDocument,
     ValidateDocument,
     ViewDocument,
 )
@@ -57,6 +58,7 @@ DOCUMENTS: Mapping[str, Any] = MappingProxyType(
         "purcell/export/1": ExportDocument,
         "purcell/init/1": InitDocument,
         "purcell/validate/1": ValidateDocument,
+        "purcell/schema/1": SchemaDocument,
     }
 )
 """The type of each document; any command may print a `common.Failure` instead."""

@@ -1,4 +1,4 @@
-"""The documents of `purcell init`, `validate`, `plot`, `figures` and `view`."""
+"""The documents of `purcell init`, `validate`, `schema`, `plot`, `figures` and `view`."""
 
 from __future__ import annotations
 
@@ -32,6 +32,15 @@ class ValidateDocument(TypedDict):
     schema: Annotated[Literal["purcell/validate/1"], "the form of the document"]
     verdict: Annotated[Literal["good", "bad"], "whether all files are good"]
     files: Annotated[list[CheckedPart], "the files, in the order given"]
+
+
+class SchemaDocument(TypedDict):
+    """What `purcell schema` prints where `--out` is given; without it, it prints the JSON Schema itself."""
+
+    schema: Annotated[Literal["purcell/schema/1"], "the form of the document"]
+    verdict: Done
+    kind: Annotated[Kind, "the kind of document that the JSON Schema is of"]
+    file: Annotated[str, "the file that it was written to"]
 
 
 class PlotDocument(TypedDict):
