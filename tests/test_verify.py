@@ -214,3 +214,18 @@ def test_a_trajectory_that_is_given_last_is_told(capsys: pytest.CaptureFixture[s
     assert "START: a YAML file or a scenario's name is wanted, found trajectory.csv; the trajectory comes first" in (
         capsys.readouterr().err
     )
+
+
+def test_beads_that_are_solved_anew_show_at_once_that_work_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """That takes minutes, of which reading the file, which is what the bar counts, is the first instant."""
+    monkeypatch.chdir(tmp_path)
+    rows = sample(PAPER, START, (Block(2, "own", PrimitiveSequence.of([("limb1 yaw", 0.1)] * 2)),), 0.0625)
+    write_csv(rows, tmp_path / "swim.csv")
+    (tmp_path / "start.yaml").write_text("{}\n")
+    monkeypatch.setenv("TTY_COMPATIBLE", "1")
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    for words, shown in (([], False), (["--full"], True)):
+        assert _run(["verify", "swim.csv", "start.yaml", "start.yaml", *words]) == 1
+        assert ("re-integrating" in capsys.readouterr().err) == shown

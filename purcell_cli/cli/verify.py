@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from purcell_cli.files.scenario_file import Scenario
 
 _PATIENCE_S, _MB = 2.0, 1_000_000
-"""How long the check lasts before a bar is shown [s], which counts these parts of the file [bytes]."""
+"""How long a check, but for --full, lasts before a bar is shown [s], which counts these parts of the file [bytes]."""
 
 
 def register(app: typer.Typer) -> None:
@@ -42,7 +42,7 @@ def verify(
         float | None,
         typer.Option(
             "--clearance",
-            metavar="M",
+            metavar="METRES",
             help="How far limbs must stay apart, and links from obstacles [m]; default: 0, or the plan document's.",
         ),
     ] = None,
@@ -76,7 +76,7 @@ def verify(
     wanted = Wanted(apart_m, query.workspace, query.obstacles, query.follow, query.via, query.order)
     ready(query.swimmer)
     resistances = solved_anew if full else tabulated
-    with bar("re-integrating", _PATIENCE_S) as told:
+    with bar("re-integrating", 0.0 if full else _PATIENCE_S) as told:
         rows = read_parts(trajectory, lambda done, size: told(done // _MB, size // _MB, "MB"))
         bounds = tolerance, tolerance, wanted
         found = check(rows, query.start, query.goal, query.swimmer, *bounds, resistances)
