@@ -211,7 +211,6 @@ def test_the_command_says_what_happened_and_writes_it(command: Run, tmp_path: Pa
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["roll"], "--truth"),
         (["roll", "--truth", "truth.yaml", "--replans", "-1"], "replans"),
         (["roll", "--truth", "truth.yaml", "--tolerance", "0"], "--tolerance"),
         (["roll", "--truth", "truth.yaml", "--noise", "position=1"], "position_l"),

@@ -27,9 +27,7 @@ def fit(
     measured: Annotated[
         list[Path], typer.Argument(metavar="MEASURED", help="Measured trajectories' CSV files; gaps are allowed.")
     ],
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE", help="Write the fitted swimmer's YAML file.")
-    ] = None,
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="Write the fitted swimmer's YAML file.")],
     swimmer: SwimmerFile = None,
     what: Annotated[
         str,
@@ -44,7 +42,7 @@ def fit(
 ) -> int:
     """Estimate links' drag from measured motion, with standard errors and what the data cannot tell."""
     from purcell_cli.cli.reports.fit import fit_document, remarks, show_fit
-    from purcell_cli.errors import InputError, UnknownNameError
+    from purcell_cli.errors import UnknownNameError
     from purcell_cli.feedback.drag_factors import What
     from purcell_cli.feedback.fit import Left
     from purcell_cli.feedback.fit import fit as fitted
@@ -53,8 +51,6 @@ def fit(
     from purcell_cli.files.swimmer_file import write_swimmer
     from purcell_cli.wording import nearest_hint
 
-    if out is None:
-        raise InputError("--out: the name of the fitted swimmer's file is wanted, found none")
     if what not in _WHAT:
         known = f"one of {', '.join(_WHAT)}{nearest_hint(what, _WHAT)}"
         raise UnknownNameError(f"--what: {known} is wanted, found {what!r}")

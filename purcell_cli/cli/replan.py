@@ -26,9 +26,9 @@ def replan(
         Path, typer.Argument(metavar="PLAN", help="A plan document, as purcell plan --plan-out writes it.")
     ],
     measured: Annotated[
-        str | None,
+        str,
         typer.Option("--from", metavar="FILE", help="Where the swimmer was measured to be: the YAML file of a start."),
-    ] = None,
+    ],
     after: Annotated[
         float, typer.Option("--after", metavar="SECONDS", help="The plan was swum up to this time at least.")
     ] = 0.0,
@@ -41,7 +41,6 @@ def replan(
 ) -> int:
     """Plan the rest of a plan from where the swimmer was measured to be."""
     from purcell_cli.cli.reports.plan import plan_document
-    from purcell_cli.errors import InputError
     from purcell_cli.feedback.replan import done_by
     from purcell_cli.feedback.replan_mission import replan_once
     from purcell_cli.files.atomic_file import whole_file, writable
@@ -50,8 +49,6 @@ def replan(
     from purcell_cli.files.plan_file import load_plan
     from purcell_cli.files.trajectory_formats import write_trajectory
 
-    if measured is None:
-        raise InputError("--from: the file of a measured configuration is wanted, found none")
     here, saved = load_configuration(measured), load_plan(document)
     form, file = trajectory_file(out, form, "trajectory")
     if plan_out is not None:

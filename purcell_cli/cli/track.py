@@ -27,10 +27,10 @@ def track(
             metavar="START", help="The start's YAML file; or, without GOAL, a scenario's file or stored name."
         ),
     ],
-    goal: Annotated[str | None, typer.Argument(metavar="GOAL", help="The goal's YAML file.")] = None,
     truth: Annotated[
-        Path | None, typer.Option("--truth", metavar="FILE", help="The swimmer that really swims: its YAML file.")
-    ] = None,
+        Path, typer.Option("--truth", metavar="FILE", help="The swimmer that really swims: its YAML file.")
+    ],
+    goal: Annotated[str | None, typer.Argument(metavar="GOAL", help="The goal's YAML file.")] = None,
     swimmer: SwimmerFile = None,
     replans: Annotated[
         int, typer.Option("--replans", metavar="N", help="Plan again so often at most, in each leg of a mission.")
@@ -64,7 +64,7 @@ def track(
     """Plan on a model, swim on the truth, measure, plan again, until the goal, or each leg of a mission, is reached."""
     from purcell_cli.cli.options import query_of, trajectory_file
     from purcell_cli.cli.reports.track import show_track, track_document
-    from purcell_cli.errors import InputError, ParameterError
+    from purcell_cli.errors import ParameterError
     from purcell_cli.feedback.learn import Learning
     from purcell_cli.feedback.measured import Measuring
     from purcell_cli.feedback.track import Tracking
@@ -74,8 +74,6 @@ def track(
     from purcell_cli.files.trajectory_formats import write_trajectory
     from purcell_cli.motion.options import PlanOptions
 
-    if truth is None:
-        raise InputError("--truth: the file of the swimmer that really swims is wanted, found none")
     for name, value, most in (("--tolerance", tolerance, 1.0), ("--tolerance-deg", tolerance_deg, 45.0)):
         if not 0.0 < value < most:
             raise ParameterError(f"{name}: a number above 0 and below {most:g} is wanted, found {value!r}")
