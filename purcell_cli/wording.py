@@ -26,7 +26,7 @@ def counted(number: int, thing: str) -> str:
     return f"{number} {thing}{'s' * (number != 1)}"
 
 
-def nearest(name: str, choices: Iterable[str], likeness: float = 0.6) -> str | None:
+def nearest(name: str, choices: Iterable[str]) -> str | None:
     """Return the choice that a name means or is most like, case aside; None if none is like it.
 
     Who writes psi for yaw, or yaw for psi, means the other.
@@ -34,14 +34,13 @@ def nearest(name: str, choices: Iterable[str], likeness: float = 0.6) -> str | N
     Args:
         name: The name that is not among the choices.
         choices: The names that are known.
-        likeness: How like it must be at least, from 0 to 1 (the ratio of `difflib.SequenceMatcher`).
     """
     folded = {choice.casefold(): choice for choice in reversed(list(choices))}  # the first of two that are alike
     name = name[:_LONGEST_NAME].casefold()
     for meant in (name, " ".join(_OTHER_NAMES.get(word, word) for word in name.split(" "))):
         if meant in folded:
             return folded[meant]
-    close = difflib.get_close_matches(name, list(folded)[::-1], n=1, cutoff=likeness)
+    close = difflib.get_close_matches(name, list(folded)[::-1], n=1)
     return folded[close[0]] if close else None
 
 

@@ -548,6 +548,14 @@ BAD_COMMANDS: dict[str, tuple[list[str], str]] = {
     ),
     "no trajectory": (["verify", "goal.yaml", "start.yaml", "goal.yaml"], "goal.yaml:1: column 1: wanted 't_s'"),
     "check of nothing": (["verify"], "Missing argument 'TRAJECTORY'"),
+    "no truth": (["track", "roll"], "Missing option '--truth'"),
+    "no measured configuration": (["replan", "plan.json"], "Missing option '--from'"),
+    "no fitted file": (["fit", "x.csv"], "Missing option '--out'"),
+    "an amplitude of a trajectory": (
+        ["plot", "x.csv", "--amplitude", "1"],
+        "--amplitude: none is wanted for a traject",
+    ),
+    "validate no kind": (["validate", "goal.yaml", "--kind", "gaol"], "--kind: a kind of document is wanted"),
     "a tolerance of nothing": (
         ["verify", "x.csv", "start.yaml", "goal.yaml", "--tolerance", "0"],
         "--tolerance: a number above 0",

@@ -324,6 +324,9 @@ def test_missing_columns_are_told(tmp_path: Path, table: list[dict[str, str]]) -
     (tmp_path / "bad.csv").write_text("t_s,t_s\n")
     with pytest.raises(InputError, match="'t_s' twice"):
         read_measured(tmp_path / "bad.csv")
+    (tmp_path / "bad.csv").write_text("t_s;x_m;y_m\n")
+    with pytest.raises(InputError, match=r":1: .*columns are parted by commas, not by ';'"):
+        read_measured(tmp_path / "bad.csv")
 
 
 def test_motion_that_says_nothing_is_refused() -> None:

@@ -318,9 +318,10 @@ def test_an_unknown_name_proposes_the_nearest(typed: str, nearest: str) -> None:
         find(GAITS, typed)
 
 
-def test_a_name_like_nothing_proposes_the_list() -> None:
-    with pytest.raises(UnknownNameError, match=r"no gait is called '012345'.*--list") as caught:
-        find(GAITS, "012345")
+@pytest.mark.parametrize("typed", ["012345", "mygait", "foo"])
+def test_a_name_like_nothing_proposes_the_list(typed: str) -> None:
+    with pytest.raises(UnknownNameError, match=rf"no gait is called '{typed}'.*--list") as caught:
+        find(GAITS, typed)
     assert "did you mean" not in str(caught.value)
 
 

@@ -228,6 +228,15 @@ def command(
     return runner(capsys, "replan")
 
 
+def test_a_plan_document_is_no_scenario_and_what_takes_it_is_told(
+    capsys: pytest.CaptureFixture[str], command: Run
+) -> None:
+    for words in (["plan", "plan.json"], ["track", "plan.json", "--truth", "planar"]):
+        code, out, err = runner(capsys)(*words)
+        assert (code, out) == (2, "")
+        assert "purcell run plays it again, purcell replan plans the rest" in err
+
+
 @pytest.mark.slow
 def test_the_command_writes_what_plan_writes(command: Run) -> None:
     code, out, _ = command("--from", "measured.yaml", "plan.json", "--out", "a.csv", "--plan-out", "b.json", "--json")
@@ -245,7 +254,6 @@ def test_the_command_writes_what_plan_writes(command: Run) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["plan.json"], "--from"),
         (["--from", "measured.yaml", "measured.yaml"], "measured.yaml"),
         (["--from", "plan.json", "plan.json"], "plan.json"),
         (["--from", "measured.yaml", "plan.json", "--after", "-1"], "after"),

@@ -142,6 +142,7 @@ def query_of(start: str, goal: str | None, swimmer: Path | None) -> Scenario:
     from purcell_cli.errors import InputError
     from purcell_cli.files.builtin import find_scenario, refuse_lone_part, refuse_whole_scenario
     from purcell_cli.files.configuration_file import load_configuration, load_goal
+    from purcell_cli.files.plan_file import is_plan
     from purcell_cli.files.scenario_file import Scenario
 
     if goal is not None:
@@ -152,6 +153,9 @@ def query_of(start: str, goal: str | None, swimmer: Path | None) -> Scenario:
             refuse_whole_scenario(goal)
             raise
         return Scenario("query", begin, end.configuration, _swimmer(swimmer), workspace=end.workspace)
+    if is_plan(start):
+        does = "purcell run plays it again, purcell replan plans the rest of it"
+        raise InputError(f"{start}: wanted a scenario, found a plan document; {does}")
     refuse_lone_part(start)
     scenario = find_scenario(start)
     return scenario if swimmer is None else dataclasses.replace(scenario, swimmer=_swimmer(swimmer))

@@ -79,6 +79,10 @@ def plot(
         raise ParameterError(
             f"--scenario: nothing around a gait, which is drawn by itself, is wanted, found {scenario!r}"
         )
+    if amplitude is not None and is_file:
+        raise ParameterError(
+            f"--amplitude: none is wanted for a trajectory, which is drawn as it is, found {amplitude!r}"
+        )
     file = out or Path(f"{path.stem if is_file else what}.png")
     writable(file, "--out")
     picture_format(file)
@@ -116,10 +120,12 @@ def figures(
     json: Json = False,
 ) -> None:
     """Draw the paper's figures anew: its six motions, and what its printed sequences do."""
+    from purcell_cli.errors import UnknownNameError
     from purcell_cli.files.atomic_file import writable, writable_folder
-    from purcell_cli.pictures.style import make_folder, picture_format, save_figure
+    from purcell_cli.pictures.style import FORMATS, make_folder, save_figure
 
-    picture_format(Path(f"figure.{form}"))
+    if form.lower() not in FORMATS:
+        raise UnknownNameError(f"--format: one of {', '.join(FORMATS)} is wanted, found {form!r}")
     swimmer_of(swimmer)
     writable_folder(out, "--out")
     make_folder(out)
@@ -151,7 +157,7 @@ def view(
     duration: Annotated[
         float | None,
         typer.Option(
-            "--duration", metavar="S", help="Seconds that a film takes; default: the motion's time, 10 at most."
+            "--duration", metavar="SECONDS", help="Seconds that a film takes; default: the motion's time, 10 at most."
         ),
     ] = None,
     size: Annotated[

@@ -95,7 +95,7 @@ def _file_or_stored(name: str, kind: str, stored: Mapping[str, Path]) -> str | P
     if name in stored and not is_file(name):
         return stored[name]
     if status(name) is None and not is_link(name) and name != "-":
-        near = nearest(name, stored, 0.4)
+        near = nearest(name, stored)
         hint = f"; did you mean {near!r}?" if near else ""
         raise UnknownNameError(
             f"{shortened(name, 1000)}: wanted a file, or a stored {kind} ({', '.join(stored)}), "

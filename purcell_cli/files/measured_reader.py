@@ -15,7 +15,7 @@ import numpy as np
 
 from purcell_cli.errors import InputError
 from purcell_cli.files.place import shortened
-from purcell_cli.files.trajectory_reader import other_bytes
+from purcell_cli.files.trajectory_reader import other_bytes, other_separator
 from purcell_cli.files.used_files import note_large_input
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import MEASURED_SLACK, Array, from_euler, from_quaternion
@@ -73,6 +73,8 @@ def read_measured(path: Path | str) -> MeasuredTrajectory:
 
 def _columns(source: Path, header: Sequence[str]) -> dict[str, int]:
     """Return where the columns that are read stand."""
+    if header and (hint := other_separator(header[0])):
+        raise InputError(f"{source}:1: wanted a header line, found '{shortened(header[0], 40)}'{hint}")
     places: dict[str, int] = {}
     for k, name in enumerate(cell.strip() for cell in header):
         if name and name in places:

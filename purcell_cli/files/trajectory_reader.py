@@ -86,6 +86,12 @@ def other_bytes(begun: bytes) -> str:
     return f"{form}; write it as CSV" if form else "other bytes"
 
 
+def other_separator(first: str) -> str:
+    """Return that columns are parted by another sign than a comma, by the first cell of a header; else nothing."""
+    sign = next((sign for sign in (";", "\t") if sign in first), None)
+    return f" (columns are parted by commas, not by {sign!r})" if sign else ""
+
+
 def _check_header(source: Path, stream: IO[bytes]) -> None:
     """Refuse a first line that does not name the columns; a byte order mark and quotes may stand there."""
     try:
@@ -107,8 +113,8 @@ def _check_header(source: Path, stream: IO[bytes]) -> None:
     hint = ""
     if header[1:] == list(COLUMNS):
         hint = " (a column of row names; R leaves it out with row.names = FALSE)"
-    elif header and header[0].startswith((f"{COLUMNS[0]};", f"{COLUMNS[0]}\t")):
-        hint = f" (columns are parted by commas, not by {header[0][len(COLUMNS[0])]!r})"
+    elif other := other_separator(header[0]):
+        hint = other
     elif text.startswith("{"):
         hint = " (purcell run makes the trajectory of a plan document)"
     raise InputError(f"{source}:1: column {wrong + 1}: wanted {wanted}, found {found}{hint}")

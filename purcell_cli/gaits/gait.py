@@ -193,6 +193,6 @@ def find(gaits: Mapping[str, Gait], name: str) -> Gait:
     names = {other: gait for gait in gaits.values() for other in (gait.name, *gait.also)}
     if name in names:
         return names[name]
-    near = nearest(name, names, 0.4)
+    near = nearest(name, names)
     hint = f"did you mean {near!r}? " if near else ""
     raise UnknownNameError(f"no gait is called {name!r}; {hint}`purcell gait --list` shows all")
