@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import signal
 
 import numpy as np
 import pytest
@@ -162,6 +163,34 @@ def test_an_error_or_an_interrupt_between_two_points_ends_a_search() -> None:
         small(lambda angle: (np.ones(2), np.zeros((2, 2))), 1).approached([0.1, -0.2], 1e-6, 0.25, 2, 99)
     unheard = small(watched=False).approached([0.1, -0.2], 1e-6, 0.25, 2, 99)
     assert np.array_equal(unheard[0], small().approached([0.1, -0.2], 1e-6, 0.25, 2, 99)[0])
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs a timer that sends a signal")
+def test_what_a_signal_raises_while_the_kernel_works_ends_a_search() -> None:
+    """It is raised where Python runs next: as the watcher is called, before its first line if it were a function."""
+
+    class RungError(Exception):
+        pass
+
+    def ring(*_: object) -> None:
+        raise RungError
+
+    search = small()
+
+    def searches() -> None:
+        signal.setitimer(signal.ITIMER_REAL, 1e-3)
+        for _ in range(10_000):
+            search.approached([0.1, -0.2], 0.0, 1e-3, 1000, 1000)
+
+    before = signal.signal(signal.SIGALRM, ring)
+    try:
+        for _ in range(20):
+            with pytest.raises(RungError):
+                searches()
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    assert search.approached([0.1, -0.2], 1e-6, 0.25, 2, 99)[-1] < 1e-6
 
 
 def test_a_search_may_begin_another_between_two_points() -> None:

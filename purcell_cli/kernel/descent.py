@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -94,7 +94,9 @@ class Descent:
         )
         self._size = self._numbers + int(whole[0])
         self._stopped: BaseException | None = None
-        self._watcher = _WATCHER(self._watch)
+        watching = self._watching()
+        next(watching)
+        self._watcher = _WATCHER(watching.__next__)
         arrays = [
             *(control, own, still, parts, stop, doubles(start, "start", (2, 3, 3)), known, doubles(sign, "sign", (n,))),
             doubles(wanted_inverse, "wanted_inverse", (4, 4)),
@@ -194,19 +196,31 @@ class Descent:
         self._searched(KERNEL.purcell_approach, float(enough), float(reach), *given_up, *places)
         return angle, residual, derivative, shapes, float(off[0])
 
-    def _watch(self) -> int:
-        """Give more inequalities to the kernel; between two points, Ctrl-C is heard."""
-        try:
-            if self._more is None:
-                return 0
-            room, slope = self._more(self._angles)
-            if len(room) > self._most or slope.shape != (len(room), self.free):
-                raise ValueError(f"more: at most {self._most} inequalities are wanted, found {len(room)}")
-            self._room[: len(room)], self._slope[: len(room)] = room, slope
-            return len(room)
-        except BaseException as error:  # the kernel ends, and it is raised then
-            self._stopped = error
-            return -1
+    def _watching(self) -> Iterator[int]:
+        """Give more inequalities to the kernel at each point: how many they are; between two points, Ctrl-C is heard.
+
+        What a signal raises is raised as soon as Python runs again. A function that the kernel calls would not have
+        come to its first line then, and nobody would hear of it; this goes on where it was left, which is in the `try`.
+        """
+        given = 0
+        while True:
+            try:
+                while True:  # within the `try`, since to go round hears of signals, too
+                    yield given
+                    given = self._given()
+            except GeneratorExit:
+                return
+            except BaseException as error:  # the kernel ends, and it is raised then
+                self._stopped, given = error, -1
+
+    def _given(self) -> int:
+        if self._more is None:
+            return 0
+        room, slope = self._more(self._angles)
+        if len(room) > self._most or slope.shape != (len(room), self.free):
+            raise ValueError(f"more: at most {self._most} inequalities are wanted, found {len(room)}")
+        self._room[: len(room)], self._slope[: len(room)] = room, slope
+        return len(room)
 
     def _searched(self, search: Callable[..., int], *rest: float | None) -> None:
         """Make a search in memory of its own: what watches it may begin another one."""
