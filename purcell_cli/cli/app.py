@@ -159,8 +159,9 @@ def _run(arguments: list[str]) -> int:
     command = command if command in _COMMANDS else ""
     json = "--json" in arguments
     program = built(command if command in arguments[:1] else "")
+    written: list[str] = []
     try:
-        with one_command(), warnings_on_stderr(command):
+        with one_command() as written, warnings_on_stderr(command):
             result = program(arguments, prog_name="purcell", standalone_mode=False)
         if result == INTERRUPTED:
             raise KeyboardInterrupt
@@ -187,8 +188,15 @@ def _run(arguments: list[str]) -> int:
         _fail(command, "more memory is needed than there is; ask for fewer rows or cycles", json=json)
         return MISUSE
     except (KeyboardInterrupt, typer.Abort):
-        _fail(command, "interrupted; nothing was written", json=json)
+        _fail(command, f"interrupted; {_told(written)}", json=json)
         return INTERRUPTED
+
+
+def _told(written: list[str]) -> str:
+    """Return which files a command has written that did not come to its end."""
+    if len(written) < 2:
+        return f"{written[0]} was written" if written else "nothing was written"
+    return f"{len(written)} files were written, {written[-1]} the last"
 
 
 def _fail(command: str, message: str, *, json: bool) -> None:

@@ -12,7 +12,7 @@ from typing import IO
 
 from purcell_cli.errors import InputError
 from purcell_cli.files.paths import followed
-from purcell_cli.files.used_files import claim_output
+from purcell_cli.files.used_files import claim_output, note_written
 
 _LONGEST_MARK = 40
 """Characters of a file's name that its temporary name repeats: of four bytes each, they still fit into 255 bytes."""
@@ -102,6 +102,7 @@ def whole_file(path: Path | str) -> Iterator[IO[bytes]]:
             yield stream
         _keep_mode(target, temporary)
         temporary.replace(target)
+        note_written(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from error
     finally:

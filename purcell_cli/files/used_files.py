@@ -46,17 +46,19 @@ class _Output:
 class _Used:
     inputs: dict[Identity, str] = dataclasses.field(default_factory=dict)
     outputs: list[_Output] = dataclasses.field(default_factory=list)
+    written: list[str] = dataclasses.field(default_factory=list)
 
 
 _used: ContextVar[_Used | None] = ContextVar("_used", default=None)
 
 
 @contextlib.contextmanager
-def one_command() -> Iterator[None]:
-    """Keep what is read and what is written apart while a command runs."""
-    token = _used.set(_Used())
+def one_command() -> Iterator[list[str]]:
+    """Keep what is read and what is written apart while a command runs; yield the files that it has written so far."""
+    used = _Used()
+    token = _used.set(used)
     try:
-        yield
+        yield used.written
     finally:
         _used.reset(token)
 
@@ -108,6 +110,13 @@ def claim_output(path: Path | str, target: Path, option: str) -> None:
             raise _refused(option, output.shown, other.shown, f"which {other.option} names")
     if output not in used.outputs:
         used.outputs.append(output)
+
+
+def note_written(path: Path | str) -> None:
+    """Note that a file has been written."""
+    used = _used.get()
+    if used is not None and str(path) not in used.written:
+        used.written.append(str(path))
 
 
 def _refused(option: str, shown: str, other: str, what: str) -> InputError:
