@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from purcell_cli.mechanics.configuration import Configuration
     from purcell_cli.mechanics.connection import connection, shape_from_angles
     from purcell_cli.mechanics.drag import LinkDrag, LinkDrags, LinkSize, LinkSizes
+    from purcell_cli.mechanics.joints import Joint
     from purcell_cli.mechanics.lift import flow, flow_of_rates
     from purcell_cli.mechanics.lift_derivatives import flow_and_jacobian, flow_and_jacobian_of_moves
     from purcell_cli.mechanics.moves import MoveSequence
@@ -65,6 +66,7 @@ _HOMES = {
     "Fit": "feedback.fit",
     "Follow": "motion.mission",
     "Gait": "gaits.gait",
+    "Joint": "mechanics.joints",
     "LinkDrag": "mechanics.drag",
     "LinkDrags": "mechanics.drag",
     "LinkSize": "mechanics.drag",
@@ -126,6 +128,7 @@ __all__ = [
     "Fit",
     "Follow",
     "Gait",
+    "Joint",
     "LinkDrag",
     "LinkDrags",
     "LinkSize",

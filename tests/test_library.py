@@ -16,6 +16,7 @@ import purcell_cli
 from purcell_cli import (
     Configuration,
     Gait,
+    Joint,
     PrimitiveSequence,
     PurcellError,
     Swimmer,
@@ -107,6 +108,21 @@ def test_shapes_from_angles_are_the_configurations() -> None:
     wanted = Configuration.from_angles(limb1_euler_deg=(10, 20, 30), limb2_euler_deg=(-40, 5, 6)).shape
     assert np.array_equal(shape_from_angles((10, 20, 30), (-40, 5, 6)), wanted)
     assert shape_from_angles(np.zeros((7, 3)), np.ones((7, 3))).shape == (7, 2, 3, 3)
+
+
+@pytest.mark.parametrize("given", [[0.0, 0.0], 1.0, ["left", 0, 0], [0.0, np.nan, 0.0], [[0.0] * 3] * 2])
+@pytest.mark.parametrize("name", ["position_m", "base_euler_deg", "limb1_euler_deg", "limb2_euler_deg"])
+def test_what_is_not_three_numbers_is_told_by_its_name(name: str, given: object) -> None:
+    with pytest.raises(ParameterError, match=rf"{name}: three finite numbers are wanted, found"):
+        Configuration.from_angles(**{name: given})
+    assert Configuration.from_angles(**{name: np.zeros(3)}).pose.shape == (4, 4)
+
+
+@pytest.mark.parametrize("joints", [("hinge", "hinge"), (Joint(),), (Joint("universal"), "ball"), None])
+def test_joints_that_are_none_are_refused(joints: tuple[object, ...] | None) -> None:
+    with pytest.raises(ParameterError, match="joints: two of type Joint"):
+        Swimmer(joints=joints)
+    assert Swimmer(joints=(Joint("universal"), Joint("hinge", "yaw"))).joints[1].name == "yaw hinge"
 
 
 def test_other_names_of_gaits_work_and_unknown_ones_are_told_with_the_nearest() -> None:

@@ -64,9 +64,26 @@ class Configuration:
             base_euler_deg: The base's orientation [deg]. Shape (3,).
             limb1_euler_deg: Limb 1's orientation [deg]. Shape (3,).
             limb2_euler_deg: Limb 2's orientation [deg]. Shape (3,).
+
+        Raises:
+            ParameterError: One of them is not three finite numbers.
         """
-        base, *limbs = (from_euler(np.radians(e)) for e in (base_euler_deg, limb1_euler_deg, limb2_euler_deg))
-        return cls(se3.pose(base, position_m), np.stack(limbs))
+        position = _three(position_m, "position_m")
+        base = from_euler(np.radians(_three(base_euler_deg, "base_euler_deg")))
+        limb1 = from_euler(np.radians(_three(limb1_euler_deg, "limb1_euler_deg")))
+        limb2 = from_euler(np.radians(_three(limb2_euler_deg, "limb2_euler_deg")))
+        return cls(se3.pose(base, position), np.stack([limb1, limb2]))
+
+
+def _three(given: ArrayLike, name: str) -> Array:
+    """Return three numbers. Shape (3,)."""
+    try:
+        found = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        found = np.empty(0)
+    if found.shape != (3,) or not np.all(np.isfinite(found)):
+        raise ParameterError(f"{name}: three finite numbers are wanted, found {given!r}")
+    return found
 
 
 @frozen_dataclass

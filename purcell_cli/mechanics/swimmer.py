@@ -30,7 +30,7 @@ from purcell_cli.mechanics.drag import (
     sphere,
 )
 from purcell_cli.mechanics.fluid import Fluid, refuse_unfit
-from purcell_cli.mechanics.joints import ACCELERATION_LIMITS, BALL, Joints
+from purcell_cli.mechanics.joints import ACCELERATION_LIMITS, BALL, Joint, Joints
 from purcell_cli.mechanics.wall import Wall
 
 T = TypeVar("T")
@@ -98,6 +98,9 @@ class Swimmer:
     joint_acceleration_rad_s2: float | None = None
 
     def __post_init__(self) -> None:
+        joints: object = self.joints
+        if not (isinstance(joints, tuple) and [type(joint) for joint in joints] == [Joint, Joint]):
+            raise ParameterError(f"joints: two of type Joint, limb 1's and limb 2's, are wanted, found {joints!r}")
         self._own_sizes()
         for name in LIMITS:
             object.__setattr__(self, name, within_limits(name, getattr(self, name), name))
