@@ -160,6 +160,14 @@ def test_a_smooth_stroke_has_eight_arrows_and_ten_poses() -> None:
     assert poses[-1] == f"{circle.time_s[-1]:.3g} s"
 
 
+def test_the_numbers_beside_a_stroke_that_bends_no_limb_lie_apart() -> None:
+    figure = stroke_figure(PAPER, cycle("printed-phi"), "printed-phi")
+    figure.draw_without_rendering()
+    boxes = [label.get_window_extent() for label in figure.axes[1].get_xticklabels()]
+    assert len(boxes) > 2
+    assert all(left.x1 < right.x0 for left, right in itertools.pairwise(sorted(boxes, key=lambda box: box.x0)))
+
+
 def test_a_spatial_stroke_is_drawn_on_the_sphere_and_unrolled_to_its_bends() -> None:
     trajectory = cycle("x-rotation")
     figure = stroke_figure(PAPER, trajectory, "x-rotation")

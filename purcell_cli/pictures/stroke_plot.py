@@ -175,7 +175,8 @@ def _on_the_sphere(trajectory: Trajectory) -> Figure:
     straight = np.allclose(trajectory.shape[..., 0, 0], 1.0, rtol=0.0, atol=1e-15)
     chart.set_aspect("equal", "box" if straight else "datalim")
     if straight:
-        chart.set(xlim=(-0.1, 0.1), ylim=(-0.1, 0.1))
+        ends = (-0.1, 0.1)
+        chart.set(xlim=ends, ylim=ends, xticks=(*ends, 0.0), yticks=(*ends, 0.0))
     chart.legend(loc="best")
     return figure
 
