@@ -414,6 +414,11 @@ def test_a_folder_of_gaits_that_is_none_is_refused(tmp_path: Path) -> None:
     for path in (tmp_path / "missing", tmp_path / "file"):
         with pytest.raises(InputError, match="wanted a folder of gait files, found none"):
             stored_gaits(path)
+    (tmp_path / "gaits").mkdir()
+    with pytest.raises(InputError, match=r"found no \.yaml or \.yml file there"):
+        stored_gaits(tmp_path / "gaits")
+    (tmp_path / "gaits" / "a.yml").write_text(OWN_GAIT.format(name="wiggle"))
+    assert "wiggle" in set(stored_gaits(tmp_path / "gaits"))
 
 
 @pytest.mark.slow

@@ -39,7 +39,7 @@ def stored_gaits(own: Path | str | None = None) -> Gaits:
         own: A folder of gait files; one with the name of a stored gait takes its place.
 
     Raises:
-        InputError: No such folder, or a file that is no gait, or two gaits of one name.
+        InputError: No such folder, none in it, a file that is no gait, or two gaits of one name.
     """
     return Gaits({**_packaged_gaits(), **({} if own is None else own_gaits(own))})
 
@@ -48,7 +48,7 @@ def own_gaits(folder: Path | str) -> dict[str, Gait]:
     """Return the gaits in a folder of the user's own.
 
     Raises:
-        InputError: No such folder, or a file that is no gait, or two gaits of one name.
+        InputError: No such folder, none in it, a file that is no gait, or two gaits of one name.
     """
     return _gaits_in(Path(folder))
 
@@ -66,7 +66,10 @@ def _gaits_in(folder: Path) -> dict[str, Gait]:
     note_input(folder)
     gaits: dict[str, Gait] = {}
     taken: dict[str, Path] = {}
-    for path in sorted(path for path in folder.iterdir() if path.suffix == ".yaml"):
+    files = sorted(path for path in folder.iterdir() if path.suffix in {".yaml", ".yml"})
+    if not files:
+        raise InputError(f"{folder}: wanted a folder of gait files, found no .yaml or .yml file there")
+    for path in files:
         gait = load_gait(path)
         for name in (gait.name, *gait.also):
             if name in taken:
