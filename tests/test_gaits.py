@@ -419,6 +419,11 @@ def test_a_folder_of_gaits_that_is_none_is_refused(tmp_path: Path) -> None:
         stored_gaits(tmp_path / "gaits")
     (tmp_path / "gaits" / "a.yml").write_text(OWN_GAIT.format(name="wiggle"))
     assert "wiggle" in set(stored_gaits(tmp_path / "gaits"))
+    for text, told in (("base: {position_m: [0, 0, 0]}\n", True), ("name: a\ncycle: 3\n", False), ("a: [", False)):
+        (tmp_path / "gaits" / "b.yaml").write_text(text)
+        with pytest.raises(InputError) as caught:
+            stored_gaits(tmp_path / "gaits")
+        assert ("gaits want a folder of their own" in str(caught.value)) == told
 
 
 @pytest.mark.slow

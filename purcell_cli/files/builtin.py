@@ -70,7 +70,12 @@ def _gaits_in(folder: Path) -> dict[str, Gait]:
     if not files:
         raise InputError(f"{folder}: wanted a folder of gait files, found no .yaml or .yml file there")
     for path in files:
-        gait = load_gait(path)
+        try:
+            gait = load_gait(path)
+        except InputError as error:
+            if {"cycle", "curve"} & (_keys(str(path)) or {"cycle"}):
+                raise
+            raise InputError(f"{error} (gaits want a folder of their own: each file of it is read as one)") from error
         for name in (gait.name, *gait.also):
             if name in taken:
                 raise InputError(f"{path}: wanted a name of its own, found {name!r}, which {taken[name]} has")
