@@ -241,9 +241,17 @@ def test_a_noise_that_is_none_is_refused() -> None:
 
 def test_a_swimmer_that_is_measured_more_often_hides_less() -> None:
     once, often = (Measuring.of_text(f"position_l=1e-3,base_deg=0.1,at_rest={n}") for n in (1, 16))
-    assert_close(once.hidden(1e-3, 0.0), [3.5e-3, math.radians(0.25)], 1e-12)
-    assert_close(often.hidden(1e-3, 0.0), [1.625e-3, math.radians(0.0625)], 1e-12)
+    some = math.radians(0.1)
+    assert_close(once.hidden(1e-3, some), [3.5e-3, math.radians(0.35)], 1e-12)
+    assert_close(often.hidden(1e-3, some), [1.625e-3, math.radians(0.1625)], 1e-12)
     assert Measuring().at_rest == 4
+
+
+def test_what_is_measured_far_worse_than_the_tolerance_is_no_arrival() -> None:
+    some = math.radians(0.1)
+    assert_close(Measuring(1.0, 45.0).hidden(1e-3, some), [1e-2, math.radians(1.0)], 1e-12)
+    found = track(START, GOAL, Swimmer(), measuring=Measuring(0.3), replans=1)
+    assert not found.arrived
 
 
 def test_the_filter_finds_the_drag_that_moved_the_swimmer() -> None:

@@ -24,6 +24,8 @@ half the deviation."""
 _HIDDEN = 2.5
 """An arrival is believed where the mean is so many of its own deviations beyond the tolerance: its three components are
 off by more together once in ten times."""
+_MOST_HIDDEN = 10.0
+"""And at so many tolerances from the goal at the most: what is measured worse is no arrival."""
 
 
 @frozen_dataclass
@@ -80,9 +82,13 @@ class Measuring:
         return Configuration(se3.normalised(pose), configuration.shape)
 
     def hidden(self, tolerance_l: float, tolerance_rad: float) -> tuple[float, float]:
-        """Return tolerances [L, rad] with what the noise may hide added."""
+        """Return tolerances [L, rad] with what the noise may hide added, up to ten times as large as they are."""
         many = _HIDDEN / math.sqrt(self.at_rest)
-        return tolerance_l + many * self.position_l, tolerance_rad + many * math.radians(self.base_deg)
+        noise = self.position_l, math.radians(self.base_deg)
+        first, second = (
+            min(t + many * n, _MOST_HIDDEN * t) for t, n in zip((tolerance_l, tolerance_rad), noise, strict=True)
+        )
+        return first, second
 
 
 EXACTLY = Measuring()
