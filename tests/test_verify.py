@@ -121,6 +121,19 @@ def test_one_wrong_row_is_no_other_swimmer() -> None:
     assert "see --swimmer" not in found
 
 
+@pytest.mark.parametrize(("off", "told"), [(1e-6, True), (1e-12, False)])
+@pytest.mark.parametrize("link", ["base", "limb 1", "limb 2"])
+def test_a_quaternion_of_another_length_is_told(link: str, off: float, told: bool) -> None:
+    table, goal = swum(("limb1 yaw", 0.5), ("limb2 pitch", 0.5))
+    quaternions = {"base": table.base.copy(), "limb 1": table.limbs.copy(), "limb 2": table.limbs.copy()}
+    row = {"base": 0, "limb 1": (3, 0), "limb 2": (3, 1)}[link]
+    quaternions[link][row] *= 1.0 + off
+    field = "base" if link == "base" else "limbs"
+    found = faults(dataclasses.replace(table, **{field: quaternions[link]}), goal)
+    line = 2 if link == "base" else 5
+    assert found == (f"line {line}: the {link}'s quaternion has a length of 1.000001, not 1" if told else "")
+
+
 def solved() -> Solution:
     """Return a plan with a clearance."""
     goal = Configuration.from_angles((0.02, 0.0, 0.0), (20.0, 0.0, 0.0))

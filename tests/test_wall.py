@@ -395,9 +395,9 @@ def test_commands_that_do_not_know_a_wall_say_so(
     ("wall", "why"),
     [
         ("wall: {point_m: [0, 0, 0]}", "normal"),
-        ("wall: {point_m: [0, 0], normal: [0, 0, 1]}", "wall.point_m"),
-        ("wall: {point_m: [0, 0, 0], normal: [0, 0, 0]}", "wall.normal"),
-        ("wall: {point_m: [0, 0, 0], normal: [0, 0, .nan]}", "wall.normal"),
+        ("wall: {point_m: [0, 0], normal: [0, 0, 1]}", ": wall.point_m: wanted"),
+        ("wall: {point_m: [0, 0, 0], normal: [0, 0, 0]}", ": wall.normal: wanted"),
+        ("wall: {point_m: [0, 0, 0], normal: [0, 0, .nan]}", ": wall.normal[2]: wanted"),
         ("wall: {point: [0, 0, 0], normal: [0, 0, 1]}", "point"),
         ("wall: ceiling", "wall"),
     ],

@@ -42,11 +42,11 @@ class Wall:
         for name in ("point_m", "normal"):
             value = getattr(self, name)
             if not isinstance(value, Sequence | np.ndarray) or len(value) != 3 or not all(map(_finite, value)):
-                raise ParameterError(f"wall.{name}: three finite numbers of at most {FARTHEST_M:g} are wanted")
+                raise ParameterError(f"{name}: three finite numbers of at most {FARTHEST_M:g} are wanted")
             object.__setattr__(self, name, tuple(float(x) for x in value))
         size = math.sqrt(sum(x * x for x in self.normal))
         if not size > 1e-12:
-            raise ParameterError(f"wall.normal: a vector with a direction is wanted, found {list(self.normal)}")
+            raise ParameterError(f"normal: a vector with a direction is wanted, found {list(self.normal)}")
         if abs(size - 1.0) > 1e-15:
             object.__setattr__(self, "normal", tuple(x / size for x in self.normal))
 

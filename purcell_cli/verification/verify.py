@@ -116,6 +116,7 @@ def verify(
             ("rows", _rows(table, poses, shapes, found, row, limit, tolerance_rad)),
             ("phases", _phases(table, row, again)),
             ("controls", _controls(table, shapes, swimmer, row)),
+            ("lengths", _lengths(table, tolerance_rad, row)),
             ("angles", _angles(table, poses, shapes, tolerance_rad, row)),
         ):
             faults[kind] = faults.get(kind) or new
@@ -135,7 +136,7 @@ def verify(
     if np.any(rest != 0.0):
         faults["rest"] = [f"line {row + 2}: the controls of the last row must be 0"]
     faults["waypoints"] = passed.faults()
-    order = ("swimmer", "start", "end", "goal", "waypoints", "rows", "phases", "controls", "rest", "angles")
+    order = ("swimmer", "start", "end", "goal", "waypoints", "rows", "phases", "controls", "rest", "lengths", "angles")
     told = [text for kind in order for text in faults.get(kind, [])] + list(kept.faults.values())
     return Verification(Deviation.between(first, start), certificate, kept, passed.passings, tuple(told))
 
@@ -237,6 +238,16 @@ def _controls(table: Table, shapes: Array, swimmer: Swimmer, row: int) -> list[s
         return []
     n, rate, most = found
     return [f"line {row + n + 2}: a joint turns at {rate:.9g} rad/s, more than {most:g}"]
+
+
+def _lengths(table: Table, limit_rad: float, row: int) -> list[str]:
+    """Return the first row with a quaternion not of length 1, which the rotations that are compared do not show."""
+    for name, quaternion in (("base", table.base), ("limb 1", table.limbs[:, 0]), ("limb 2", table.limbs[:, 1])):
+        length = np.linalg.norm(quaternion, axis=1)
+        if len(off := np.flatnonzero(np.abs(length - 1.0) > max(limit_rad, 1e-9))):
+            n = int(off[0])
+            return [f"line {row + n + 2}: the {name}'s quaternion has a length of {length[n]:.9g}, not 1"]
+    return []
 
 
 def _angles(table: Table, poses: Array, shapes: Array, limit_rad: float, row: int) -> list[str]:
