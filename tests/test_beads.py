@@ -293,6 +293,28 @@ def test_a_swimmer_has_one_table_whatever_its_size(monkeypatch: pytest.MonkeyPat
     assert len(made) == 3
 
 
+@pytest.mark.parametrize(
+    "uneven",
+    [
+        Swimmer(0.1, 0.07, fluid="beads", slenderness=0.125),
+        Swimmer(0.07, 0.1, fluid="beads", slenderness=0.125),
+        Swimmer(fluid="beads", slenderness=0.125, links=LinkSizes(LinkSize(0.08, 0.1))),
+        Swimmer(fluid="beads", slenderness=0.125, links=LinkSizes(limb1=LinkSize(0.08))),
+        Swimmer(fluid="beads", slenderness=0.125, links=LinkSizes(LinkSize(0.12), LinkSize(0.08), LinkSize(0.1, 0.1))),
+    ],
+    ids=["short limbs", "long limbs", "base", "limb 1", "all links"],
+)
+def test_links_of_unequal_sizes_have_a_table_of_their_own_sizes(uneven: Swimmer) -> None:
+    """That of the same links in another order, the foil, is another swimmer's."""
+    axes = np.stack([shape_from_angles((30, 12, 0), (-22, 9, 0)), shape_from_angles((-5, 40, 0), (50, 3, 0))])[..., 0]
+    assert bead_table.table_error(uneven, axes) < 1e-9
+    unit = uneven.scaled()
+    other = LinkSizes(*(LinkSize(unit.halves_m[k], unit.slenderness_of(k)) for k in (1, 2, 0)))
+    found = bead_table.tabulated(dataclasses.replace(unit, limb_half_length_m=1.0, links=other), axes)
+    wanted = solved_anew(unit, axes)
+    assert not is_close(found, wanted, 1e-2, float(np.abs(wanted).max()))
+
+
 def test_small_bends_are_looked_up_in_a_table_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
     """One too coarse spoils only them, and so does one for all bends, the foil, where the other would serve."""
     fine = connection_error(1.0)

@@ -223,9 +223,9 @@ _known: dict[str, Array] = {}
 def _unit(swimmer: Swimmer) -> Swimmer:
     """Return a swimmer with L = 1, its lengths to so many digits that the same swimmer scaled already is no other."""
     unit = swimmer.scaled()
-    base, *limbs = (round(half, _DIGITS) for half in unit.halves_m)
-    links = LinkSizes(*(LinkSize(half, unit.slenderness_of(1 + k)) for k, half in enumerate(limbs)))
-    return dataclasses.replace(unit, base_half_length_m=base, limb_half_length_m=limbs[0], links=links)
+    halves = [round(half, _DIGITS) for half in unit.halves_m]
+    links = LinkSizes(*(LinkSize(half, unit.slenderness_of(k)) for k, half in enumerate(halves)))
+    return dataclasses.replace(unit, limb_half_length_m=halves[1], links=links)
 
 
 def bead_tables(swimmer: Swimmer, progress: Progress = lambda _done, _of: None) -> Array:
