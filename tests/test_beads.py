@@ -315,6 +315,17 @@ def test_links_of_unequal_sizes_have_a_table_of_their_own_sizes(uneven: Swimmer)
     assert not is_close(found, wanted, 1e-2, float(np.abs(wanted).max()))
 
 
+@pytest.mark.parametrize("slenderness", [0.08, 0.15, 0.2])
+def test_spheres_with_gaps_between_them_are_less_smooth(slenderness: float) -> None:
+    """Beside a bent joint they begin to overlap; ones without gaps, the foil, overlap from the start."""
+    turns = [((b, 12, 0), (-b, 20, 0)) for b in (15, 30, 45)]
+    axes = np.stack([shape_from_angles(*angles) for angles in turns])[..., 0]
+    swimmer = Swimmer(fluid="beads", slenderness=slenderness)
+    assert 1e-7 < bead_table.table_error(swimmer, axes) < 6e-6
+    fuller = 1.0 / (2.0 * (np.round(1.0 / (2.0 * slenderness)) + 0.9))
+    assert bead_table.table_error(dataclasses.replace(swimmer, slenderness=fuller), axes) < 1e-9
+
+
 def test_small_bends_are_looked_up_in_a_table_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
     """One too coarse spoils only them, and so does one for all bends, the foil, where the other would serve."""
     fine = connection_error(1.0)
