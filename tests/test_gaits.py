@@ -20,17 +20,19 @@ from purcell_cli.cli.reports.gait import gait_document
 from purcell_cli.errors import GaitError, InputError, ParameterError, UnknownNameError
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.files.gait_file import load_gait
-from purcell_cli.gaits.gait import MOTIONS, Stroke, find
+from purcell_cli.gaits.gait import MOTIONS, Stroke, Turn, find
 from purcell_cli.gaits.pure_stroke import realise
 from purcell_cli.gaits.sampling import sample_stroke
 from purcell_cli.geometry import se3
-from purcell_cli.geometry.rotations import Array
+from purcell_cli.geometry.rotations import Array, angle_between
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.lift import flow
 from purcell_cli.mechanics.primitives import PrimitiveSequence
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.trajectory import as_table
 from purcell_cli.verification.replay import replay
+from purcell_cli.verification.verify import verify
 
 PURE, CLOSED = 1e-10, 1e-12
 PAPERS = Swimmer()
@@ -278,6 +280,26 @@ def test_cycles_are_what_the_flow_of_all_their_primitives_is(name: str) -> None:
     stroke = realise(GAITS[name], PAPERS)
     wanted = flow(PAPERS, stroke.played(40))
     assert_close(in_lengths(PAPERS, stroke.displacement(PAPERS, 40)), in_lengths(PAPERS, wanted), 1e-11)
+
+
+@pytest.mark.parametrize("approach", [(), (Turn(1, {"": 0.3}),)], ids=["straight", "bent first"])
+def test_a_cycle_that_does_not_close_goes_on_from_where_it_left_the_limbs(approach: tuple[Turn, ...]) -> None:
+    """Limbs that jump back between the cycles are the foil. The rows replay, and end where all primitives end."""
+    turns = Turn(2, {"a": 1.0}), Turn(4, {"a": 0.5}), Turn(0, {"a": 1.0})
+    gait = dataclasses.replace(GAITS["x-motion"], name="open", moves="none", symbol="a", approach=approach, cycle=turns)
+    stroke = realise(gait, PAPERS, 0.2)
+    whole = stroke.played(3)
+    wanted = flow(PAPERS, whole)
+    found = stroke.displacement(PAPERS, 3)
+    assert_close(in_lengths(PAPERS, found), in_lengths(PAPERS, wanted), 1e-12)
+    once = flow(PAPERS, stroke.played())
+    assert not is_close(in_lengths(PAPERS, np.linalg.matrix_power(once, 3)), in_lengths(PAPERS, wanted), 1e-2)
+    rows = sample_stroke(PAPERS, Configuration(), stroke, 3)
+    assert_close(rows.end.shape, whole.shapes(COLLINEAR)[-1], 1e-12)
+    assert verify([as_table(rows)], Configuration(), rows.end, PAPERS, 1e-9, 1e-9).holds
+    document = gait_document(gait, stroke, PAPERS, 3, None)
+    assert document["displacement"]["y_m"] == found[1, 3]
+    assert_close(document["closure_rad"], float(np.max(angle_between(COLLINEAR, rows.end.shape))), 1e-12)
 
 
 def test_a_pitch_past_a_right_angle_is_reported_as_pure() -> None:

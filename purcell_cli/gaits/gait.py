@@ -30,6 +30,10 @@ from purcell_cli.wording import nearest
 MOTIONS = ("x", "y", "z", "roll", "pitch", "yaw")
 """What a gait can be made to do, in the order of the twist (v, omega)."""
 
+IMPURE = 1e-9
+"""Cross-talk and closure (L, rad) that are a fault: a thousand times the rounding errors of the longest strokes, and
+no more than plans may miss their goal by."""
+
 
 @frozen_dataclass
 class Turn:
@@ -149,16 +153,23 @@ class Stroke:
         """Return all primitives or moves of a number of cycles, from the collinear shape."""
         return chained([self.approach, *[self.cycle] * cycles, self.approach.inverse()])
 
+    def closes(self) -> bool:
+        """Return whether a cycle brings the limbs back, so that it can be repeated as it is."""
+        return self.closure_rad() <= IMPURE
+
     def parts(self, cycles: int) -> list[tuple[ControlSequence, int]]:
-        """Return what is played one after the other, and how often."""
-        return [(self.approach, 1), (self.cycle, cycles), (self.approach.inverse(), 1)]
+        """Return what is played one after the other, and how often; each cycle by itself where it does not close."""
+        repeated = (self.cycle, cycles) if self.closes() else (chained([self.cycle] * cycles), 1)
+        return [(self.approach, 1), repeated, (self.approach.inverse(), 1)]
 
     def inverse(self) -> Stroke:
         """Return the stroke run backwards, which makes the inverse displacement."""
         return dataclasses.replace(self, amplitude_rad=-self.amplitude_rad, cycle=self.cycle.inverse())
 
     def displacement(self, swimmer: Swimmer, cycles: int = 1) -> Array:
-        """Return the body displacement of a number of cycles [m]: one cycle and a power. Shape (4, 4)."""
+        """Return the body displacement of a number of cycles [m]: a power of one that closes. Shape (4, 4)."""
+        if not self.closes():
+            return flow(swimmer, self.played(cycles))
         inner = self.approach.shapes(COLLINEAR)[-1]
         entry = flow(swimmer, self.approach)
         return matmul(matmul(entry, se3.power(flow(swimmer, self.cycle, inner), cycles)), se3.inverse(entry))
@@ -167,9 +178,9 @@ class Stroke:
         """Return how far a limb's axis bends from the base's, at most where a primitive ends [rad]."""
         return float(np.max(arccos(np.clip(self.played().shapes(COLLINEAR)[..., 0, 0], -1.0, 1.0))))
 
-    def closure_rad(self) -> float:
-        """Return how far one cycle leaves the limbs from the collinear shape, the larger angle [rad]."""
-        return float(np.max(angle_between(COLLINEAR, self.played().shapes(COLLINEAR)[-1])))
+    def closure_rad(self, cycles: int = 1) -> float:
+        """Return how far a number of cycles leaves the limbs from the collinear shape, the larger angle [rad]."""
+        return float(np.max(angle_between(COLLINEAR, self.played(cycles).shapes(COLLINEAR)[-1])))
 
 
 class Gaits(dict[str, Gait]):

@@ -16,7 +16,7 @@ import numpy as np
 
 from purcell_cli.errors import GaitError, ParameterError
 from purcell_cli.frozen_dataclass import frozen_dataclass
-from purcell_cli.gaits.gait import MOTIONS, Gait, Stroke
+from purcell_cli.gaits.gait import IMPURE, MOTIONS, Gait, Stroke
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.linear_systems import least_squares, singular_values
 from purcell_cli.geometry.reproducible import matmul
@@ -39,9 +39,6 @@ PURE = 3e-13
 """Cross-talk and closure (L, rad) of a stroke that count as none."""
 _PURE_ON_BEADS = 1e-10
 """The same of links that feel each other's flow: rounding in their table leaves up to some 1e-11."""
-_IMPURE = 1e-9
-"""Cross-talk and closure (L, rad) that are a fault: a thousand times the rounding errors of the longest strokes, and
-no more than plans may miss their goal by."""
 _FREED_STEPS, _FREED_RAD = 60, 0.2
 """Newton steps with all angles free, at most (8 are usual), and the largest change of an angle in one [rad]."""
 _FREED_RANK = 1e-9
@@ -239,11 +236,11 @@ def fault(stroke: Stroke, moves: str, swimmer: Swimmer) -> str:
     worst = int(np.argmax(others))
     along = MOTIONS[worst + (worst >= own)]
     found = []
-    if closure > _IMPURE:
+    if closure > IMPURE:
         found.append(f"its cycle leaves a limb {closure:.3g} rad from where it began")
-    if others[worst] > _IMPURE:
+    if others[worst] > IMPURE:
         found.append(f"it moves {along} too, by {others[worst]:.3g} {'L' if along in 'xyz' else 'rad'} a cycle")
-    if abs(twist[own]) <= _IMPURE:
+    if abs(twist[own]) <= IMPURE:
         found.append(f"it does not move {moves}")
     return " and ".join(found)
 
