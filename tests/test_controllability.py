@@ -188,6 +188,22 @@ def test_the_command_takes_a_shape_and_a_swimmer(capsys: pytest.CaptureFixture[s
     assert out.endswith("not shown\n")
 
 
+@pytest.mark.parametrize("width", [80, 132])
+def test_directions_of_bent_shapes_do_not_push_columns_out(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, width: int
+) -> None:
+    """Each has parts of all six there, and had left no room for the singular values, nor for the headings."""
+    (tmp_path / "bent.yaml").write_text("limb2: {euler_deg: [60, 40, 0]}\n")
+    monkeypatch.setenv("COLUMNS", str(width))
+    code, out, _ = played(capsys, "--shape", str(tmp_path / "bent.yaml"), "--depth", "2")
+    assert code == 0
+    assert "limb 2 at (60, 40, 0)" in out
+    spaces = out[out.index("Spaces of appendix A") : out.index("Which bracket")]
+    assert "\N{HORIZONTAL ELLIPSIS}" not in out
+    assert " ".join(spaces.split()).count("values") == 1
+    assert max(map(len, out.splitlines())) <= width
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

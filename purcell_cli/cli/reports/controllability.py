@@ -30,6 +30,10 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
+_WHOLE = 24
+"""Characters of a direction up to which none is broken: at bent shapes each has parts of all six."""
+
+
 def _named(rows: Array, names: Sequence[str]) -> list[dict[str, float]]:
     """Return vectors as what they have of each name, zeros left out."""
     return [{name: float(x) for name, x in zip(names, row, strict=True) if x != 0.0} for row in rows]
@@ -148,7 +152,7 @@ def show_controllability(console: Console, document: ControllabilityDocument) ->
     """Show what can be reached from a shape as tables and sentences."""
     shape, swimmer = document["shape"], "planar swimmer" if document["planar"] else "swimmer"
     limbs = shape["limb1_euler_deg"], shape["limb2_euler_deg"]
-    angles = [", ".join(f"{x + 0.0:.6g}" for x in limb) for limb in limbs]
+    angles = [", ".join(f"{round(x, 9) + 0.0:.6g}" for x in limb) for limb in limbs]
     console.print(f"{swimmer}, limb 1 at ({angles[0]}), limb 2 at ({angles[1]}): psi, theta, phi [deg]")
     if "beside" in document:
         normal = ", ".join(f"{x + 0.0:.4g}" for x in document["beside"]["normal"])
@@ -164,8 +168,10 @@ def show_controllability(console: Console, document: ControllabilityDocument) ->
         table = plain_table(title)
         for heading in ("depth" if low else "space", "brack-\nets", "dimen-\nsion", "not\nweak"):
             table.add_column(heading, justify="right", no_wrap=True)
-        for heading, whole in (("new\ndirections", True), ("singular values\n[L, rad]", False)):
-            table.add_column(heading, no_wrap=whole)
+        directions = [sum_text(d) for level in levels for d in level["new_directions"]]
+        whole = max(map(len, directions), default=0) <= _WHOLE
+        for heading, unbroken in (("new\ndirections", whole), ("singular values\n[L, rad]", False)):
+            table.add_column(heading, no_wrap=unbroken)
         for heading in ("gap", "rank\nis"):
             table.add_column(heading, no_wrap=True)
         if low:
@@ -177,7 +183,7 @@ def show_controllability(console: Console, document: ControllabilityDocument) ->
                 str(level["brackets"]),
                 str(low + level["dimension"]),
                 str(low + level["not_weak"]),
-                "\n".join(sum_text(d) for d in level["new_directions"]),
+                ("\n" if whole else ";\n").join(sum_text(d) for d in level["new_directions"]),
                 _values(level),
                 "" if level["gap"] is None else f"{level['gap']:.0e}",
                 level["decision"],
