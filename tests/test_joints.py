@@ -284,6 +284,22 @@ def test_a_gait_that_a_joint_cannot_play_says_so(run: Run) -> None:
         refuse_joints(Swimmer(joints=(YAW, PITCH)), realise(gaits["y-across"], paper))
 
 
+def test_ranges_hold_over_all_cycles_of_a_gait_that_does_not_close(run: Run) -> None:
+    """Two cycles, the foil, stay in them."""
+    Path("own").mkdir()
+    Path("own/open.yaml").write_text(
+        "name: open\nsummary: it leaves a limb bent\nmoves: none\ncycle:\n  - limb1 yaw: a\n"
+        "amplitude: {symbol: a, means: bend of a cycle, default_rad: 0.4}\n"
+    )
+    Path("narrow.yaml").write_text("joints: {limb1: {kind: hinge, axis: yaw, range_deg: [-57, 57]}}\n")
+    played = "gait", "open", "--gaits", "own", "--swimmer", "narrow.yaml", "--out", "open.csv"
+    assert run(*played, "--cycles", "2")[0] == 0
+    Path("open.csv").unlink()
+    code, _, err = run(*played, "--cycles", "3")
+    assert (code, Path("open.csv").exists()) == (MISUSE, False)
+    assert "limb 1's psi, 11.75 degrees out of its own" in err
+
+
 def _plays(swimmer: Swimmer, stroke: object) -> bool:
     try:
         refuse_joints(swimmer, stroke)  # type: ignore[arg-type]

@@ -95,7 +95,7 @@ def gait(
         _show(compared, json, many_reports.show_ratios)
         return
     stroke = realise(chosen, body, amplitude)
-    refuse_joints(body, stroke)
+    refuse_joints(body, stroke, cycles)
     if why := fault(stroke, chosen.moves, body):
         print(f"gait {chosen.name} is said to move {chosen.moves}, but {why}", file=sys.stderr)
     form, file = trajectory_file(out, form, chosen.name)

@@ -155,7 +155,11 @@ class Stroke:
 
     def closes(self) -> bool:
         """Return whether a cycle brings the limbs back, so that it can be repeated as it is."""
-        return self.closure_rad() <= IMPURE
+        return _left_rad(self.played()) <= IMPURE
+
+    def without_repeats(self, cycles: int) -> ControlSequence:
+        """Return all primitives or moves of a number of cycles; of cycles that close, those of one."""
+        return self.played(1 if self.closes() else cycles)
 
     def parts(self, cycles: int) -> list[tuple[ControlSequence, int]]:
         """Return what is played one after the other, and how often; each cycle by itself where it does not close."""
@@ -180,7 +184,12 @@ class Stroke:
 
     def closure_rad(self, cycles: int = 1) -> float:
         """Return how far a number of cycles leaves the limbs from the collinear shape, the larger angle [rad]."""
-        return float(np.max(angle_between(COLLINEAR, self.played(cycles).shapes(COLLINEAR)[-1])))
+        return _left_rad(self.without_repeats(cycles))
+
+
+def _left_rad(sequence: ControlSequence) -> float:
+    """Return how far controls leave the limbs from the collinear shape, the larger angle [rad]."""
+    return float(np.max(angle_between(COLLINEAR, sequence.shapes(COLLINEAR)[-1])))
 
 
 class Gaits(dict[str, Gait]):

@@ -16,19 +16,20 @@ _AXES = ("roll", "pitch", "yaw")
 """What a limb's turns about its own x, y, z are called."""
 
 
-def refuse_joints(swimmer: Swimmer, stroke: Stroke) -> None:
+def refuse_joints(swimmer: Swimmer, stroke: Stroke, cycles: int = 1) -> None:
     """Refuse a stroke that the joints cannot play.
 
     Args:
         swimmer: The swimmer.
         stroke: The stroke, from the collinear shape.
+        cycles: How often it is played.
 
     Raises:
         ParameterError: It turns a limb about an axis that its joint has not, or leaves a range.
     """
     if swimmer.ball_joints:
         return
-    pieces = Pieces.of(stroke.played(1), COLLINEAR)
+    pieces = Pieces.of(stroke.without_repeats(cycles), COLLINEAR)
     changes, turned = angle_changes(swimmer, pieces)
     wrong = np.argwhere(turned > MISFIT_RAD)
     if len(wrong):

@@ -57,7 +57,7 @@ def gait_document(gait: Gait, stroke: Stroke, swimmer: Swimmer, cycles: int, fil
         "displacement": cast(TwistPart, dict(zip(keys(TwistPart), (moved * scale).tolist(), strict=True))),
         "moves": cast(Moves, gait.moves),
         "cross_talk": None if own is None else float(np.max(np.abs(np.delete(turned, own)))),
-        "closure_rad": stroke.closure_rad() if stroke.closes() else stroke.closure_rad(cycles),
+        "closure_rad": stroke.closure_rad(cycles),
         "energy_j": float(np.sum(energies(pace, played, COLLINEAR))),
         "trajectory": file,
     }
