@@ -153,6 +153,12 @@ def test_joints_that_cannot_follow_a_file_take_its_path_more_slowly() -> None:
     assert_close(slower.losses[-1].ends_s, float(slower.trajectory.time_s[-1]), 1e-12)
     assert _followed(RAMPED, slower.trajectory)
     assert not _followed(RAMPED, same.trajectory)
+    # Its rows are no longer than the file's, but for joints that would take ever so many.
+    longest, lame = np.max(np.diff(rows.time_s)), dataclasses.replace(RAMPED, joint_rate_rad_s=1e-6)
+    for made, most in ((slower, longest), (simulate(as_table(rows), lame), 1e3)):
+        assert np.max(np.diff(made.trajectory.time_s)) <= most * (1.0 + 1e-9)
+        assert len(made.trajectory.time_s) < 250_000
+        assert_close(made.end.pose, rows.end.pose, 1e-9)
     # Without an acceleration limit controls are taken as they are, whatever the joints' rates.
     assert simulate(as_table(rows), Swimmer(joint_rate_rad_s=0.5)).slower_s == 0.0
 

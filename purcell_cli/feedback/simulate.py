@@ -64,7 +64,7 @@ class Simulation:
         swimmer: The swimmer that swims.
         noise: What disturbs it.
         planned: The trajectory's last row.
-        trajectory: What really happens, in the trajectory's rows, or in rows as fine as joints' ramps need.
+        trajectory: What really happens, in the trajectory's rows, or in no longer ones, as fine as joints' ramps need.
         slower_s: By how much longer it takes than the trajectory says, at the pace of the swimmer's joints [s].
         losses: What each stroke does otherwise than planned; neighbouring rows of one phase and stroke are one.
     """
@@ -92,6 +92,9 @@ class Simulation:
         sizes = [loss.position_m / self.swimmer.length_m + loss.angle_rad for loss in self.losses]
         return int(np.argmax(sizes)) if max(sizes, default=0.0) > _NOTHING else None
 
+
+_MOST_ROWS = 200_000
+"""Rows of ramps that are as short as the file's longest, about at most: joints may be a million times slower."""
 
 _NOTHING = 1e-9
 """A loss below this (L, rad) is rounding."""
@@ -153,9 +156,11 @@ def _at_the_joints_pace(table: Table, swimmer: Swimmer, first: Configuration, st
     if swimmer.joint_acceleration_rad_s2 is None or follow(swimmer, table.time_s, asked):
         return _Controls(np.arange(len(seconds)), table.time_s.copy(), table.rate_rad_s)
     found = slowed(swimmer, asked, strokes)
-    time_s = table.time_s[0] + np.concatenate([[0.0], np.cumsum(found.seconds)])
-    row = np.append(found.row, len(seconds) - 1)
-    return _Controls(row, time_s, np.concatenate([found.rates, np.zeros((1, 6))]))
+    longest_s = max(float(np.max(seconds)), float(np.sum(found.seconds)) / _MOST_ROWS)
+    parts = np.ceil(found.seconds / longest_s * (1.0 - 1e-12)).astype(np.int64)
+    time_s = table.time_s[0] + np.concatenate([[0.0], np.cumsum(np.repeat(found.seconds / parts, parts))])
+    row = np.append(np.repeat(found.row, parts), len(seconds) - 1)
+    return _Controls(row, time_s, np.concatenate([np.repeat(found.rates, parts, axis=0), np.zeros((1, 6))]))
 
 
 def _poses(swimmer: Swimmer, begun: Array, pieces: Pieces) -> Array:
