@@ -27,7 +27,7 @@ from purcell_cli import (
 from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.measured import Measuring
 from purcell_cli.feedback.plan_legs import legs_of
-from purcell_cli.feedback.replan import done_by, replan
+from purcell_cli.feedback.replan import done_at, done_by, replan
 from purcell_cli.feedback.replan_mission import replan_once
 from purcell_cli.files.builtin import find_scenario
 from purcell_cli.files.plan_file import PlanDocument, write_plan
@@ -204,6 +204,8 @@ def test_strokes_that_are_said_to_be_swum_are_left_out(way: PlanPath) -> None:
 def test_a_time_says_how_much_joint_travel_is_made(whole: Solution) -> None:
     assert_close(done_by(whole.plan, 7.5), 7.5, 1e-9)  # one joint at a time, at 1 rad/s
     assert_close(done_by(whole.plan, 1e9), whole.joint_travel_rad, 1e-9)
+    times = np.array([0.0, 3.25, 7.5, 1e9])
+    assert done_at(whole.plan, times).tolist() == [done_by(whole.plan, t) for t in times.tolist()]
     quick = dataclasses.replace(whole.plan, swimmer=Swimmer(joint_rate_rad_s=2.0))
     assert_close(done_by(quick, 7.5), 15.0, 1e-9)
     with pytest.raises(ParameterError, match="at least 0 s"):

@@ -91,6 +91,17 @@ def test_a_model_that_is_the_truth_needs_no_second_plan() -> None:
     assert found.off.within(1e-10, 1e-9)
 
 
+def test_a_truth_that_ramps_more_slowly_than_the_model_is_measured_in_the_plans_time() -> None:
+    """What is seen on the way had been taken for what the plan does at the truth's later times: it led far astray."""
+    goal = Configuration.from_angles((0.02, 0.01, 0.005))
+    model = Swimmer(joint_acceleration_rad_s2=3.0)
+    truth = Swimmer(drag="cylinder", joint_acceleration_rad_s2=2.0)
+    found = track(Configuration(), goal, truth, model=model, replans=6)
+    assert found.arrived
+    assert found.parts[0].trajectory.time_s[-1] > 1.01 * _until(found.parts[0].solution, first=True)  # it is slower
+    assert found.joint_travel_rad < 2.0 * found.parts[0].solution.joint_travel_rad
+
+
 def test_the_last_fifth_of_a_long_plan_is_planned_again_on_the_way() -> None:
     long = plan(START, Configuration.from_angles((2.0, 0.0, 0.0)))
     done = done_by(long.plan, _until(long, first=False)) / long.joint_travel_rad

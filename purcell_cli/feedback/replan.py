@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from purcell_cli.errors import ParameterError
 from purcell_cli.frozen_dataclass import frozen_dataclass
+from purcell_cli.geometry.rotations import Array
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.motion.limits import Limits
 from purcell_cli.motion.options import PlanOptions
@@ -94,10 +97,15 @@ def done_by(made: Plan, time_s: float) -> float:
     """
     if not (math.isfinite(time_s) and time_s >= 0.0):
         raise ParameterError(f"after: a time of at least 0 s, and finite, is wanted, found {time_s!r}")
+    return float(done_at(made, np.array([time_s]))[0])
+
+
+def done_at(made: Plan, time_s: Array) -> Array:
+    """Return the joint travel that a plan has made at each of many times, see `done_by` [rad]. Shape (n,) to (n,)."""
     swimmer, blocks = paced(made.swimmer, made.start.shape, made.blocks)
-    left, done = time_s, 0.0
+    left, done = time_s, np.zeros_like(time_s)
     for block, played in zip(made.blocks, blocks, strict=True):
         lasts = played.duration / swimmer.joint_rate_rad_s
-        done += block.joint_travel_rad * (min(left / lasts, 1.0) if lasts > 0.0 else 1.0)
-        left = max(left - lasts, 0.0)
+        done = done + block.joint_travel_rad * (np.minimum(left / lasts, 1.0) if lasts > 0.0 else 1.0)
+        left = np.maximum(left - lasts, 0.0)
     return done

@@ -20,7 +20,7 @@ import numpy as np
 from purcell_cli.environment.scene import Scene
 from purcell_cli.errors import ParameterError, PurcellWarning
 from purcell_cli.feedback.measured import EXACTLY, Measuring, in_its_plane
-from purcell_cli.feedback.replan import done_by, way_of
+from purcell_cli.feedback.replan import done_at, done_by, way_of
 from purcell_cli.feedback.simulate import refuse_other_joints, simulate
 from purcell_cli.feedback.tracker import TOLERANCE_L, TOLERANCE_RAD, Aim, Tracker
 from purcell_cli.frozen_dataclass import frozen_dataclass
@@ -238,8 +238,9 @@ def _swum(
     It is swum to its end where what is left of it is believed to arrive. The tracker is told what is seen on the way.
     """
     while True:
-        swum = simulate(as_table(solution.trajectory.until(swum_s)), truth, begun=here.pose).trajectory
-        rows = _seen_on_the_way(swum)
+        found = simulate(as_table(solution.trajectory.until(swum_s)), truth, begun=here.pose)
+        swum = found.trajectory
+        rows = [] if found.slower_s else _seen_on_the_way(swum)  # its times are the plan's only at the plan's pace
         seen = [
             (float(swum.time_s[row]), measured_at(Configuration(swum.pose[row], swum.shape[row]), 1)) for row in rows
         ]
@@ -275,7 +276,7 @@ def _until(solution: Solution, first: bool) -> float:
     switches = rows.time_s[1:-1][np.any(rows.rate_rad_s[1:-1] != rows.rate_rad_s[:-2], axis=1)]
     if not len(switches):
         return math.inf
-    done = np.array([done_by(solution.plan, t) for t in switches.tolist()])
+    done = done_at(solution.plan, switches)
     return float(switches[int(np.argmin(np.abs(done - wanted)))])
 
 
