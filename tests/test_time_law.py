@@ -140,6 +140,18 @@ def test_parts_of_a_file_are_judged_as_the_whole() -> None:
         assert (set(told) == {None}) == holds
 
 
+def test_the_steps_of_a_ramp_are_one_turn_where_it_is_taken_more_slowly() -> None:
+    """From rest to rest at each step, the foil, would take several times as long."""
+    stroke = realise(stored_gaits()["x-motion"], Swimmer(), 0.5)
+    gentle = Swimmer(joint_acceleration_rad_s2=1.5)
+    rows, wanted = (sample_stroke(swimmer, Configuration(), stroke, 2) for swimmer in (RAMPED, gentle))
+    found = simulate(as_table(rows), gentle)
+    assert found.slower_s > 1.0
+    assert_close(float(found.trajectory.time_s[-1]), float(wanted.time_s[-1]), 0.1)
+    assert_close(found.end.pose, rows.end.pose, 1e-12)
+    assert _followed(gentle, found.trajectory)
+
+
 def test_joints_that_cannot_follow_a_file_take_its_path_more_slowly() -> None:
     stroke = realise(stored_gaits()["x-motion"], Swimmer(), 0.5)
     rows = sample_stroke(Swimmer(), Configuration(), stroke, 2)

@@ -113,20 +113,28 @@ class Slowed:
     seconds: Array
 
 
+_SAME_WAY = 1e-12
+"""Directions of controls, as unit vectors, that differ by less are one: the steps of a ramp are one turn."""
+
+
 def slowed(swimmer: Swimmer, pieces: Pieces, stops: NDArray[np.int64]) -> Slowed:
-    """Return controls as fast as joints can follow them, from rest to rest at every change, on the same path.
+    """Return controls as fast as joints can follow them, from rest to rest where other joints turn, on the same path.
 
     Args:
         swimmer: The swimmer.
         pieces: The motion, row by row. There are n.
         stops: Rows at which joints rest, whether or not the controls change there. Shape (k,).
     """
-    changes = np.append(True, np.any(pieces.rates[1:] != pieces.rates[:-1], axis=1))
+    pace = np.sqrt(np.sum(pieces.rates**2, axis=1))
+    ways = pieces.rates / np.where(pace > 0.0, pace, 1.0)[:, None]
+    changes = np.append(True, np.any(np.abs(ways[1:] - ways[:-1]) > _SAME_WAY, axis=1))
     changes[stops] = True
     begins = np.flatnonzero(changes)
+    first = np.repeat(pace[begins], np.diff(np.append(begins, len(pace))))
+    lengths = pieces.durations * np.divide(pace, first, out=np.ones_like(pace), where=first > 0.0)
     sizes = joint_rates(swimmer, pieces.shapes[begins], pieces.rates[begins])
     row, rates, seconds = list[int](), [np.empty((0, 6))], [np.empty(0)]
-    for k, size, way in zip(begins.tolist(), sizes, np.add.reduceat(pieces.durations, begins).tolist(), strict=True):
+    for k, size, way in zip(begins.tolist(), sizes, np.add.reduceat(lengths, begins).tolist(), strict=True):
         if way == 0.0:
             continue
         parts, times = _ramped(way, *(_factors(swimmer, size) if np.any(size) else (1.0, math.inf)))
