@@ -22,6 +22,7 @@ from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.files.containers import Field, ListOf, Pair, Record
 from purcell_cli.files.documents import Document, Made
 from purcell_cli.files.option_elements import OPTION_FIELDS, options_read, options_written
+from purcell_cli.files.paths import is_file
 from purcell_cli.files.place import Place
 from purcell_cli.files.plan_way import WAY_FIELDS, way_written
 from purcell_cli.files.scalars import Choice, Number, Text, Whole
@@ -222,7 +223,9 @@ def is_plan(path: Path | str) -> bool:
 
 
 def _beginning(path: Path | str) -> bytes:
-    """Return a file's first bytes, none where it cannot be read."""
+    """Return a file's first bytes, none where it cannot be read, or only once, as a pipe."""
+    if not is_file(path):
+        return b""
     try:
         with Path(path).open("rb") as stream:
             return stream.read(_BEGIN_BYTES).lstrip()
