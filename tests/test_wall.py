@@ -311,7 +311,7 @@ def test_what_a_wall_cannot_be_is_refused() -> None:
         ((0, 0, math.nan), (0, 0, 1)),
         ((0, 0, 1e9), (0, 0, 1)),
     ):
-        with pytest.raises(ParameterError, match="^(point_m|normal): "):
+        with pytest.raises(ParameterError, match=r"^(point_m|normal): "):
             Wall(point, normal)  # type: ignore[arg-type]
     with pytest.raises(ParameterError, match="'beads', which a wall goes with"):
         Swimmer(wall=BELOW)
