@@ -8,9 +8,7 @@ from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel import shooting
 
 
-def bounded_step(
-    arrival: Array, missing: Array, slack: Array, slack_derivative: Array, reach: float, fine: bool = True
-) -> Array:
+def bounded_step(arrival: Array, missing: Array, slack: Array, slack_derivative: Array, reach: float) -> Array:
     """Return the least step to the arrival that leaves no limb bent too far, as far as is linear. Shape (n,).
 
     An angle that moves the base by much counts for more: its changes are what is least linear.
@@ -23,9 +21,8 @@ def bounded_step(
         slack: What is left below the bend limit, in the cosine of the bend. Shape (k,).
         slack_derivative: Its derivative. Shape (k, n).
         reach: The largest component of the step [rad].
-        fine: Whether it is right to all digits, or to some six of them, as in searches where more steps follow.
     """
-    return shooting.bounded_step(arrival, missing, slack, slack_derivative, reach, fine)
+    return shooting.bounded_step(arrival, missing, slack, slack_derivative, reach)
 
 
 def loose(arrival: Array) -> Array:

@@ -118,18 +118,17 @@ def approach(
     return equations.of(equations.with_angles(angle)), equations.values(angle, *known), off
 
 
-def newton_step(here: Linearised, reach: float = REACH_RAD, fine: bool = True) -> Array:
+def newton_step(here: Linearised, reach: float = REACH_RAD) -> Array:
     """Return the least step to the arrival that breaks no limit, as far as is linear. Shape (n,).
 
     Args:
         here: The motion where it starts.
         reach: The step's largest component [rad].
-        fine: Whether it is right to all digits, or to some six of them, as in searches where more steps follow.
     """
     derivative, residual, slack, slope = here.values.derivative, here.values.residual, here.slack, here.slope
     step, near = np.zeros(derivative.shape[1]), slack < _NEAR_LIMIT * np.max(slack, initial=0.0)
     for _ in range(2):
-        step = bounded_step(derivative, residual, slack[near], slope[near], reach, fine)
+        step = bounded_step(derivative, residual, slack[near], slope[near], reach)
         broken = slack + (slope * step).sum(axis=1) < 0.0
         if not np.any(broken & ~near):
             break

@@ -103,7 +103,7 @@ class _Search:
         for _ in range(_APPROACHES):
             if here.size < _RESTORED or reach < _LEAST_REACH:
                 break
-            there = self.point(here.angle + newton_step(here.linear, reach, fine=False))
+            there = self.point(here.angle + newton_step(here.linear, reach))
             better = there.merit < here.merit
             here, reach = (there, min(2.0 * reach, _NEWTON_REACH)) if better else (here, 0.4 * reach)
         return here
@@ -115,7 +115,7 @@ class _Search:
         steps; Newton's method changes a few angles of a roll stroke to correct it after a long one.
         """
         for _ in range(_RESTORATIONS):
-            moved = self.point(there.angle + newton_step(there.linear, _NEWTON_REACH, fine=False))
+            moved = self.point(there.angle + newton_step(there.linear, _NEWTON_REACH))
             if moved.merit > there.merit:
                 break
             there = moved
