@@ -114,6 +114,39 @@ def test_plain_values_are_what_typer_makes_of_them() -> None:
     assert set(refused) > PYTHONS
 
 
+_INTERRUPTED = """
+import atexit, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+during = sys.argv[1]
+
+class Interrupting:
+    def find_spec(self, name, *_):
+        if name == during:
+            signal.raise_signal(signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupting())
+if during == "atexit":
+    atexit.register(signal.raise_signal, signal.SIGINT)
+from purcell_cli.__main__ import main
+sys.argv[1:] = ["--version"]
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("during", "code", "err"),
+    [
+        ("purcell_cli.cli.app", 130, "purcell: interrupted\n"),
+        ("typer", 130, "purcell: interrupted\n"),
+        ("atexit", 0, ""),
+    ],
+)
+def test_an_interrupt_while_python_begins_or_ends_is_no_traceback(during: str, code: int, err: str) -> None:
+    done = subprocess.run([sys.executable, "-c", _INTERRUPTED, during], capture_output=True, encoding="utf-8")
+    assert (done.returncode, done.stderr) == (code, err)
+    assert done.stdout.startswith("purcell ") == (code == 0)
+
+
 def test_the_package_itself_imports_nothing_slow() -> None:
     program = f"import sys, purcell_cli; print(sorted({SLOW!r} & set(sys.modules)), purcell_cli.__version__)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, encoding="utf-8", check=True)

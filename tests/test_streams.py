@@ -265,6 +265,28 @@ def test_tables_fit_eighty_columns_and_cut_no_cell(
     assert "…" not in out
 
 
+@pytest.mark.parametrize("width", [120, 100, 80, 72, 66, 60])
+def test_a_plans_table_leaves_out_columns_before_names_are_broken(
+    run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, width: int
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", str(width))
+    code, out, _ = run("plan", "nearby")
+    assert code == 0
+    assert max(map(len, out.partition("joint travel")[0].splitlines())) <= width
+    assert "…" not in out
+    names = (
+        "1 limbs to collinear",
+        "2 base displacement",
+        "refined strokes",
+        "3 limbs to the goal shape",
+        "re-integrated",
+    )
+    assert [sum(name in line for line in out.splitlines()) for name in names] == [1] * len(names)
+    headings = {"amplitude": 120, "psi, theta, phi": 100, "x, y, z": 66}
+    assert {name for name in headings if name in out} == {name for name, least in headings.items() if width >= least}
+
+
 def test_a_table_takes_its_cells_as_they_are(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

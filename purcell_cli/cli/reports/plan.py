@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
 
@@ -18,6 +18,7 @@ from purcell_cli.wording import counted
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
 from purcell_cli.cli.documents.common import as_part
 from purcell_cli.cli.documents.plan import (
@@ -40,6 +41,7 @@ from purcell_cli.cli.reports.common import (
     deviation_document,
     displacement_cells,
     displacement_document,
+    plain_table,
     swimmer_document,
     turned_from_curve,
 )
@@ -181,41 +183,48 @@ def _curve(solution: Solution) -> CurvePart | None:
     }
 
 
-_ROOMY = 116
-"""Columns a terminal needs to show a plan with amplitudes and times."""
+_COLUMNS = ("amplitude [rad]", "cycles", "travel [rad]", "time [s]", "x, y, z [mm]", "psi, theta, phi [deg]")
+_WIDEST = 10_000
+"""Columns in which any table has room."""
+_LEFT_OUT = ((), (0, 3), (0, 3, 5), (0, 3, 4, 5))
+"""Which of `_COLUMNS` are left out of a plan's table: as many as a terminal has no room for."""
 
 
-def show_plan(console: Console, document: PlanDocument) -> None:
-    """Show a plan's document as tables."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(title="Reconfiguration", title_justify="left", box=SIMPLE_HEAD)
-    narrow = console.width < _ROOMY
-    table.add_column("stroke", no_wrap=not narrow)
-    headings = ("cycles", "travel [rad]", "x, y, z [mm]", "psi, theta, phi [deg]")
-    for heading in headings if narrow else ("amplitude [rad]", *headings[:2], "time [s]", *headings[2:]):
-        table.add_column(heading.replace(" [", "\n["), justify="right", no_wrap=True)
+def _strokes(document: PlanDocument, left_out: Sequence[int]) -> Table:
+    """Return a table of a plan's phases, and of the strokes of phase 2, without some columns."""
+    table = plain_table("Reconfiguration")
+    table.add_column("stroke", overflow="fold")
+    shown = [k for k in range(len(_COLUMNS)) if k not in left_out]
+    for k in shown:
+        table.add_column(_COLUMNS[k].replace(" [", "\n["), justify="right", no_wrap=True)
     length_m = document["swimmer"]["L_m"]
 
     def row(label: str, amplitude: str, cycles: str, part: PhasePart | StrokePart, style: str) -> None:
         travel, time = f"{part['joint_travel_rad']:.4f}", f"{part['duration_s']:.2f}"
         moved = (
-            displacement_cells(part["displacement"], length_m, 3 if narrow else 4)
+            displacement_cells(part["displacement"], length_m, 3 if left_out else 4)
             if part["joint_travel_rad"]
             else ["", ""]
         )
-        cells = (cycles, travel) if narrow else (amplitude, cycles, travel, time)
-        table.add_row(label, *cells, *moved, style=style)
+        cells = (amplitude, cycles, travel, time, *moved)
+        table.add_row(label, *(cells[k] for k in shown), style=style)
 
     for phase in document["phases"]:
         row(f"{phase['phase']} {phase['name']}", "", "", phase, "bold")
         for s in phase["strokes"] if phase["phase"] == 2 else []:
             amplitude = "" if s["amplitude_rad"] is None else f"{s['amplitude_rad']:.5f}"
             row(f"  {s['gait']}", amplitude, str(s["cycles"]), s, "")
-    console.print(table)
-    errors = Table(title="Distance from the goal", title_justify="left", box=SIMPLE_HEAD)
-    errors.add_column("")
+    return table
+
+
+def show_plan(console: Console, document: PlanDocument) -> None:
+    """Show a plan's document as tables."""
+    tables = [_strokes(document, left_out) for left_out in _LEFT_OUT]
+    widths = (console.measure(table, options=console.options.update(width=_WIDEST)).maximum for table in tables)
+    fits = (table for table, width in zip(tables, widths, strict=True) if width <= console.width)
+    console.print(next(fits, tables[-1]))
+    errors = plain_table("Distance from the goal")
+    errors.add_column("", no_wrap=True)
     for heading in ("position [L]", "base [rad]", "limb 1 [rad]", "limb 2 [rad]"):
         errors.add_column(heading, justify="right")
     for label, e in (("planned", document["planned_error"]), ("re-integrated", document["verified_error"])):
