@@ -14,6 +14,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from purcell_cli.environment.scene import Scene
+    from purcell_cli.environment.solids import Box, Capsule, HalfSpace, Sphere
+    from purcell_cli.environment.tube import Tube
     from purcell_cli.errors import PurcellError
     from purcell_cli.feedback.fit import Fit, fit
     from purcell_cli.files.builtin import stored_gaits, stored_scenarios
@@ -57,6 +60,8 @@ if TYPE_CHECKING:
 __version__ = "0.2.0"
 
 _HOMES = {
+    "Box": "environment.solids",
+    "Capsule": "environment.solids",
     "Certificate": "verification.certificate",
     "Configuration": "mechanics.configuration",
     "Controls": "motion.options",
@@ -66,6 +71,7 @@ _HOMES = {
     "Fit": "feedback.fit",
     "Follow": "motion.mission",
     "Gait": "gaits.gait",
+    "HalfSpace": "environment.solids",
     "Joint": "mechanics.joints",
     "LinkDrag": "mechanics.drag",
     "LinkDrags": "mechanics.drag",
@@ -80,10 +86,13 @@ _HOMES = {
     "PlanOptions": "motion.options",
     "PrimitiveSequence": "mechanics.primitives",
     "PurcellError": "errors",
+    "Scene": "environment.scene",
     "Solution": "solution",
+    "Sphere": "environment.solids",
     "Stroke": "gaits.gait",
     "Swimmer": "mechanics.swimmer",
     "Trajectory": "motion.trajectory",
+    "Tube": "environment.tube",
     "Wall": "mechanics.wall",
     "Waypoint": "motion.mission",
     "Workspace": "motion.workspace",
@@ -119,6 +128,8 @@ _HOMES = {
 }
 
 __all__ = [
+    "Box",
+    "Capsule",
     "Certificate",
     "Configuration",
     "Controls",
@@ -128,6 +139,7 @@ __all__ = [
     "Fit",
     "Follow",
     "Gait",
+    "HalfSpace",
     "Joint",
     "LinkDrag",
     "LinkDrags",
@@ -142,10 +154,13 @@ __all__ = [
     "PlanOptions",
     "PrimitiveSequence",
     "PurcellError",
+    "Scene",
     "Solution",
+    "Sphere",
     "Stroke",
     "Swimmer",
     "Trajectory",
+    "Tube",
     "Wall",
     "Waypoint",
     "Workspace",

@@ -13,6 +13,21 @@ class ParameterError(PurcellError, ValueError):
     """A number or array that no swimmer, shape or motion can have."""
 
 
+def refuse_types(**given: tuple[object, type]) -> None:
+    """Refuse what is not of the type that is wanted.
+
+    Args:
+        given: What is given, and its type, by what it is called.
+
+    Raises:
+        ParameterError: One is of another type.
+    """
+    for name, (value, wanted) in given.items():
+        if not isinstance(value, wanted):
+            article = "an" if wanted.__name__[0] in "AEIOU" else "a"
+            raise ParameterError(f"{name}: {article} {wanted.__name__} is wanted, found {value!r:.80}")
+
+
 class PointError(ParameterError):
     """A point of a line that cannot be.
 

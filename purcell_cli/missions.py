@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from purcell_cli.errors import refuse_types
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
@@ -68,6 +69,7 @@ def plan_mission(
         GaitError: No stored gait for a motion that is needed.
     """
     body = swimmer or Swimmer()
+    refuse_types(mission=(mission, Mission), swimmer=(body, Swimmer), options=(options, PlanOptions))
     if mission.plain:
         return plan(mission.start, mission.goal, swimmer=body, options=options, gaits=gaits, progress=progress)
     refuse_query(mission.start, mission.goal, body, options)

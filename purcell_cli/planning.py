@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 
-from purcell_cli.errors import ParameterError
+from purcell_cli.errors import ParameterError, refuse_types
 from purcell_cli.files.builtin import stored_gaits
 from purcell_cli.gaits.gait import Gait
 from purcell_cli.mechanics.configuration import Configuration
@@ -49,16 +49,24 @@ def plan(
         progress: Is told how far the search is.
 
     Raises:
+        ParameterError: An argument of another type.
         ParameterError: A start or goal that does not keep the clearance.
         ParameterError: A coordinate of the start or the goal too large to be said exactly.
         ParameterError: A motion that takes too much memory.
         ParameterError: A start, a goal or an option that the swimmer's joints do not allow.
         GaitError: No stored gait for a motion that is needed.
     """
+    body = swimmer or Swimmer()
+    refuse_types(
+        start=(start, Configuration),
+        goal=(goal, Configuration),
+        swimmer=(body, Swimmer),
+        options=(options, PlanOptions),
+    )
     efforts = [options.effort]
     if options.controls == Controls.SIMULTANEOUS and options.effort == Effort.THOROUGH:
         efforts.insert(0, Effort.STANDARD)  # so that it is never worse
-    body, tried = swimmer or Swimmer(), []
+    tried = []
     for effort in efforts:
         asked = dataclasses.replace(options, effort=effort)
         made = planned(start, goal, swimmer=body, options=asked, gaits=gaits, progress=progress)

@@ -129,6 +129,7 @@ def test_a_finished_batch_is_not_done_again_and_a_changed_scenario_is(run: Run, 
     before = results(tmp_path / "purcell-results")
     code, out, _ = run("s", "--json", "--resume")
     assert (code, json.loads(out)["solved"]) == (0, 0)
+    assert run("s", "--resume")[2] == "2 of 2 scenarios, all finished before\n"
     assert results(tmp_path / "purcell-results") == before
     (folder / "001.yaml").write_text(still("b", 11))
     (tmp_path / "purcell-results" / "a.csv").write_text("torn by a power cut")

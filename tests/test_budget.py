@@ -186,6 +186,8 @@ def test_the_largest_coordinate_says_a_quarter_of_the_tolerance() -> None:
     for place in (1.001 * largest, -1e15):
         with pytest.raises(ParameterError, match=r"goal: position_m: coordinates up to 112589 m are wanted, found"):
             refuse_large(swimmer, "goal", Configuration.from_angles((0.0, 0.0, place)))
+    with pytest.raises(ParameterError, match=r"coordinates up to 1\.1e-16 m are wanted, found 0\.01"):
+        refuse_large(swimmer, "goal", Configuration.from_angles((0.01, 0.0, 0.0)), 1e-30)
 
 
 @pytest.mark.slow

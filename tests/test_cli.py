@@ -882,3 +882,28 @@ def test_an_interrupt_after_writing_says_what_was_written(
     assert code not in {DONE, NOT_REACHED, MISUSE}
     assert (folder / "x-motion.csv").exists()
     assert err == "purcell gait: interrupted; x-motion.csv was written\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["plan", "start.yaml", "far.yaml"], "far.yaml: goal: position_m: coordinates up to 112589 m are wanted"),
+        (["plan", "far.yaml", "goal.yaml"], "far.yaml: start: position_m: coordinates"),
+        (["verify", "good.csv", "start.yaml", "far.yaml"], "far.yaml: goal: position_m: coordinates"),
+        (["track", "start.yaml", "far.yaml", "--truth", "level.yaml"], "far.yaml: goal: position_m: coordinates"),
+        (["plan", "far-scenario.yaml"], "far-scenario.yaml: goal: position_m: coordinates"),
+        (["plan", "still.yaml"], "still.yaml: swimmer: joints that can move the base"),
+        (["plan", "level.yaml", "level.yaml", "--swimmer", "fixed.yaml"], "fixed.yaml: swimmer: joints that can move"),
+        (["plan", "start.yaml", "goal.yaml", "--dt", "-1"], "--dt: a time above 0 s"),
+    ],
+)
+def test_refusals_of_what_was_read_name_its_file(run: Run, good: Path, words: list[str], message: str) -> None:
+    far, fixed = "{base: {position_m: [1e9, 0, 0]}}", "{joints: {limb1: hinge, limb2: fixed}}"
+    Path("far.yaml").write_text(far)
+    Path("far-scenario.yaml").write_text(f"name: far\nstart: {{}}\ngoal: {far}\n")
+    Path("level.yaml").write_text("{}")
+    Path("fixed.yaml").write_text(fixed)
+    Path("still.yaml").write_text(f"name: still\nstart: {{}}\ngoal: {{}}\nswimmer: {fixed}\n")
+    code, out, err = run(*words)
+    assert (code, out) == (2, "")
+    assert err.splitlines()[-1].startswith(f"purcell {words[0]}: {message}")

@@ -360,6 +360,7 @@ def test_misuse_is_refused_and_nothing_written(command: Run, tmp_path: Path, tab
         ((real, "--out", str(out), "--what", "kind"), "nearest: kinds"),
         ((real, bad, "--out", str(out)), "torn.csv:7: l1_qw to l1_qz"),
         ((real, "--out", real), "real.csv"),
+        ((real, str(tmp_path / "." / "torn.csv" / ".." / "real.csv"), "--out", str(out)), "once is wanted, found it 2"),
     ):
         code, _, err = command(*arguments)
         assert code == 2

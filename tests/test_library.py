@@ -6,6 +6,7 @@ import functools
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,26 +15,38 @@ from pages import PAGES
 
 import purcell_cli
 from purcell_cli import (
+    Box,
+    Capsule,
     Configuration,
     Gait,
+    HalfSpace,
     Joint,
+    Mission,
+    PlanOptions,
     PrimitiveSequence,
     PurcellError,
+    Scene,
+    Sphere,
     Swimmer,
+    Tube,
     connection,
     curvature,
     flow,
     flow_and_jacobian,
     flow_of_rates,
+    load_scenario,
     plan,
+    plan_mission,
     read_csv,
     shape_from_angles,
     stored_gaits,
+    stored_scenarios,
 )
 from purcell_cli.errors import ParameterError, UnknownNameError
 from purcell_cli.geometry.rotations import from_euler
 from purcell_cli.lie_brackets.controllability import controllability
 
+BALL = Sphere((0.0, 1.0, 0.0), 0.2)
 PAGE = PAGES["docs/reference/library.md"].partition("## All names\n")[2].partition("\n## ")[0]
 ROWS = re.findall(r"^\| \[`(\w+)`\]\(#[\w.]+\) \| [^|]+ \| `(.+?)` \| `(.+?)` \|$", PAGE, re.MULTILINE)
 SQUARE = PrimitiveSequence.of([("limb1 yaw", 0.5), ("limb2 yaw", 0.5), ("limb1 yaw", -0.5), ("limb2 yaw", -0.5)])
@@ -123,6 +136,46 @@ def test_joints_that_are_none_are_refused(joints: tuple[object, ...] | None) -> 
     with pytest.raises(ParameterError, match="joints: two of type Joint"):
         Swimmer(joints=joints)
     assert Swimmer(joints=(Joint("universal"), Joint("hinge", "yaw"))).joints[1].name == "yaw hinge"
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda here: plan(here, None), "goal: a Configuration is wanted, found None"),
+        (lambda here: plan({}, here), "start: a Configuration is wanted, found {}"),
+        (lambda here: plan(here, here, swimmer="planar"), "swimmer: a Swimmer is wanted, found 'planar'"),
+        (lambda here: plan(here, here, options={"dt_s": 0.1}), "options: a PlanOptions is wanted, found {'dt_s': 0.1}"),
+        (lambda here: plan_mission(here), "mission: a Mission is wanted, found <Configuration"),
+        (lambda here: plan_mission(Mission(here, here), options={}), "options: a PlanOptions is wanted, found {}"),
+        (lambda here: plan_mission(Mission(here, here), swimmer="beads"), "swimmer: a Swimmer is wanted"),
+        (lambda here: Mission(here, None), "goal: a Configuration is wanted, found None"),
+        (lambda here: Mission(here, here, [here]), r"via\[0\]: a Waypoint is wanted, found <Configuration"),
+        (lambda _: PlanOptions(obstacles=[BALL]), r"obstacles: a Scene is wanted, found \[Sphere\("),
+        (lambda _: PlanOptions(workspace=(0, 1)), r"workspace: a Workspace is wanted, found \(0, 1\)"),
+        (lambda _: Scene([BALL, "box"]), r"obstacles\[1\]: an Obstacle is wanted, found 'box'"),
+    ],
+)
+def test_arguments_of_another_type_are_told_with_what_is_wanted(call: Callable[[object], object], message: str) -> None:
+    with pytest.raises(ParameterError, match=f"^{message}"):
+        call(Configuration())
+
+
+def test_obstacles_from_python_are_those_of_files(tmp_path: Path) -> None:
+    file = tmp_path / "past.yaml"
+    file.write_text("""name: past
+start: {}
+goal: {base: {position_m: [1, 0, 0]}}
+obstacles:
+  - sphere: {centre_m: [0, 1, 0], radius_m: 0.2}
+  - capsule: {from_m: [0, 2, 0], to_m: [1, 2, 0], radius_m: 0.1}
+  - box: {centre_m: [0, 0, 3], size_m: [1, 2, 1]}
+  - half_space: {point_m: [0, 0, -5], normal: [0, 0, 2]}
+""")
+    rod, box = Capsule((0, 2, 0), (1, 2, 0), 0.1), Box((0, 0, 3), (1, 2, 1))
+    assert load_scenario(file).obstacles == Scene([BALL, rod, box, HalfSpace((0, 0, -5), (0, 0, 1))])
+    vessel = load_scenario(stored_scenarios()["vessel"]).obstacles
+    assert vessel is not None
+    assert Scene([Tube(one.points_m, one.radii_m) for one in vessel.tubes]) == vessel
 
 
 def test_other_names_of_gaits_work_and_unknown_ones_are_told_with_the_nearest() -> None:

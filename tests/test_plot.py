@@ -343,6 +343,7 @@ def test_plot_draws_trajectories_and_gaits_and_figures_the_papers_motions(
         (["plot", "x-motion", "--out", "a.gif"], "a.gif: wanted a picture's ending (png, svg, pdf), found .gif"),
         (["plot", "x-motion", "--out", "no/a.png"], "no/a.png: wanted a file in a folder that exists"),
         (["plot", "x-motion", "--scenario", "roll"], "--scenario: nothing around a gait"),
+        (["plot", "swim.csv", "--gaits", "own"], "--gaits: no folder is wanted for a trajectory"),
         (["figures", "--format", "gif"], "--format: one of png, svg, pdf is wanted, found 'gif'"),
         (["figures", "--out", "file"], "file: wanted a folder to write to, found none that can be made"),
     ],

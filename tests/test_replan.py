@@ -27,7 +27,7 @@ from purcell_cli import (
 from purcell_cli.errors import ParameterError
 from purcell_cli.feedback.measured import Measuring
 from purcell_cli.feedback.plan_legs import legs_of
-from purcell_cli.feedback.replan import done_at, done_by, replan
+from purcell_cli.feedback.replan import done_at, done_by, refuse_time, replan
 from purcell_cli.feedback.replan_mission import replan_once
 from purcell_cli.files.builtin import find_scenario
 from purcell_cli.files.plan_file import PlanDocument, write_plan
@@ -208,8 +208,10 @@ def test_a_time_says_how_much_joint_travel_is_made(whole: Solution) -> None:
     assert done_at(whole.plan, times).tolist() == [done_by(whole.plan, t) for t in times.tolist()]
     quick = dataclasses.replace(whole.plan, swimmer=Swimmer(joint_rate_rad_s=2.0))
     assert_close(done_by(quick, 7.5), 15.0, 1e-9)
-    with pytest.raises(ParameterError, match="at least 0 s"):
-        done_by(whole.plan, math.nan)
+    refuse_time(whole.plan, round(whole.duration_s + 4e-4, 4))  # as far as a duration is shown
+    for wrong in (math.nan, -1e-9, whole.duration_s + 1e-3, 1e9):
+        with pytest.raises(ParameterError, match=rf"0 s to {whole.duration_s:.3f} s, the plan's end, is wanted, found"):
+            refuse_time(whole.plan, wrong)
 
 
 def test_a_plan_that_moves_nothing_is_planned_anew() -> None:
@@ -259,16 +261,19 @@ def test_the_command_writes_what_plan_writes(command: Run) -> None:
         (["--from", "measured.yaml", "measured.yaml"], "measured.yaml"),
         (["--from", "plan.json", "plan.json"], "plan.json"),
         (["--from", "measured.yaml", "plan.json", "--after", "-1"], "after"),
+        (["--from", "measured.yaml", "plan.json", "--after", "1e9"], "--after: a time from 0 s to "),
+        (["--from", "far.yaml", "plan.json"], "far.yaml: measured: position_m: coordinates up to 112589 m"),
         (["--from", "measured.yaml", "plan.json", "--out", "plan.json"], "plan.json"),
         (["--from", "missing.yaml", "plan.json"], "no such file"),
     ],
 )
 def test_bad_input_is_refused(command: Run, arguments: list[str], message: str) -> None:
+    Path("far.yaml").write_text("base: {position_m: [1e9, 0, 0]}\n")
     code, out, err = command(*arguments)
     assert (code, out) == (2, "")
     assert message in err
     assert err.count("\n") == 1
-    assert sorted(path.name for path in Path().iterdir()) == ["measured.yaml", "plan.json"]
+    assert sorted(path.name for path in Path().iterdir()) == ["far.yaml", "measured.yaml", "plan.json"]
 
 
 @pytest.fixture(scope="module")

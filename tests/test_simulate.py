@@ -214,8 +214,11 @@ def test_a_motion_that_the_joints_cannot_make_is_refused_with_the_line(run: Run)
     simulate(rows, Swimmer())  # a ball joint turns about any axis
     narrow = Joint("universal", psi_deg=(-1.0, 1.0), theta_deg=(-1.0, 1.0))
     for joints, message in (
-        ((Joint("hinge", "pitch"), Joint("universal")), r"found line \d+ .*limb 1 turns at .* its pitch hinge has not"),
-        ((narrow, narrow), r"found line \d+ .*limb [12]'s (psi|theta) is .* degrees, out of -1 to 1"),
+        (
+            (Joint("hinge", "pitch"), Joint("universal")),
+            r"^line \d+ .*found limb 1 turns at .* its pitch hinge has not",
+        ),
+        ((narrow, narrow), r"^line \d+ .*found limb [12]'s (psi|theta) is .* degrees, out of -1 to 1"),
     ):
         with pytest.raises(ParameterError, match=message):
             simulate(rows, Swimmer(joints=joints))
@@ -224,6 +227,7 @@ def test_a_motion_that_the_joints_cannot_make_is_refused_with_the_line(run: Run)
     Path("hinges.yaml").write_text("joints: {limb1: hinge, limb2: hinge}\n")
     code, _, err = run("plan.csv", "--swimmer", "hinges.yaml")
     assert (code, re.search(r"line \d+.*limb [12]", err) is not None) == (2, True)
+    assert err.startswith("purcell simulate: plan.csv: line ")
 
 
 def test_controls_that_the_truths_joints_cannot_make_are_refused_by_row() -> None:

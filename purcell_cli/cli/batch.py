@@ -152,9 +152,14 @@ def _progress(count: int) -> Iterator[Callable[[Outcome, dict[str, Any]], None]]
             failed += bool(row["reasons"])
             rate = outcome.solved / max(time.monotonic() - begun, 1e-9)
             bad = f"[red]{failed} failed[/]" if failed else ""
-            bar.update(task, completed=outcome.scenarios, rate=f"{rate:.3g} a second", failed=bad)
+            bar.update(task, completed=outcome.scenarios, rate=_pace(rate), failed=bad)
 
         yield tell
+
+
+def _pace(rate: float) -> str:
+    """Return how many scenarios are solved in a second, in words."""
+    return f"{rate:.3g} a second" if rate else "all finished before"
 
 
 def _lines(count: int) -> Callable[[Outcome, dict[str, Any]], None]:
@@ -170,7 +175,7 @@ def _lines(count: int) -> Callable[[Outcome, dict[str, Any]], None]:
             last = now
             rate = outcome.solved / max(now - begun, 1e-9)
             left = f", {(count - finished) / rate:.0f} s left" if rate and finished < count else ""
-            print(f"{finished} of {count} scenarios, {rate:.3g} a second{left}", file=sys.stderr)
+            print(f"{finished} of {count} scenarios, {_pace(rate)}{left}", file=sys.stderr)
 
     return tell
 

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
     from purcell_cli.cli.documents.files import InitDocument, SchemaDocument, ValidateDocument
 
+_CALLED = {"start": "start or goal"}
+"""What a kind of document is called that may be two: a configuration alone is either."""
+
 _KINDS: tuple[str, ...] = get_args(Kind)
 
 
@@ -103,7 +106,9 @@ def validate(
     def table(console: Console, document: ValidateDocument) -> None:
         for checked in document["files"]:
             many = checked["scenarios"]
-            text = f"good, a {checked['kind']}" + (f" of {many} combinations" if many not in {None, 1} else "")
+            text = f"good, a {_CALLED.get(checked['kind'] or '', checked['kind'])}" + (
+                f" of {many} combinations" if many not in {None, 1} else ""
+            )
             line = f"{checked['file']}: {text}" if checked["error"] is None else checked["error"]
             console.print(line, soft_wrap=True, markup=False)
 

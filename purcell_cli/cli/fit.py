@@ -42,7 +42,7 @@ def fit(
 ) -> int:
     """Estimate links' drag from measured motion, with standard errors and what the data cannot tell."""
     from purcell_cli.cli.reports.fit import fit_document, remarks, show_fit
-    from purcell_cli.errors import UnknownNameError
+    from purcell_cli.errors import ParameterError, UnknownNameError
     from purcell_cli.feedback.drag_factors import What
     from purcell_cli.feedback.fit import Left
     from purcell_cli.feedback.fit import fit as fitted
@@ -54,6 +54,10 @@ def fit(
     if what not in _WHAT:
         known = f"one of {', '.join(_WHAT)}{nearest_hint(what, _WHAT)}"
         raise UnknownNameError(f"--what: {known} is wanted, found {what!r}")
+    places = [path.resolve() for path in measured]
+    for path, place in zip(measured, places, strict=True):
+        if (times := places.count(place)) > 1:
+            raise ParameterError(f"{path}: each measured trajectory once is wanted, found it {times} times")
     writable(out, "--out", ("yaml", "yml"))
     guess = swimmer_of(swimmer)
     trajectories = [read_measured(path) for path in measured]

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
 import inspect
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
@@ -135,6 +137,31 @@ def trajectory_file(out: Path | None, form: str | None, name: str) -> tuple[str,
     file = out or Path(f"{name}.{form}")
     writable(file, "--out")
     return form, file
+
+
+@contextlib.contextmanager
+def in_files(**files: str | Path | None) -> Iterator[None]:
+    """Name the file of what is refused: "goal: ..." is "goal.yaml: goal: ..." to who gave that file.
+
+    Args:
+        files: The file of what a message may begin with, where there is one.
+    """
+    from purcell_cli.errors import ParameterError
+
+    try:
+        yield
+    except ParameterError as error:
+        begins = re.match(r"[a-z]+", str(error))
+        if begins and (file := files.get(begins[0])) is not None:
+            error.args = (f"{file}: {error}",)
+        raise
+
+
+def query_files(start: str, goal: str | None, swimmer: Path | None) -> dict[str, str | Path | None]:
+    """Return the files of a query, see `query_of`, by what refusals of its parts begin with, for `in_files`."""
+    scenario = None if goal is not None else start
+    parts = dict.fromkeys(("via", "follow", "obstacles", "wall"), scenario)
+    return {**parts, "start": start, "goal": goal or start, "swimmer": swimmer or scenario}
 
 
 def query_of(start: str, goal: str | None, swimmer: Path | None) -> Scenario:

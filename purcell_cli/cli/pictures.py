@@ -83,6 +83,8 @@ def plot(
         raise ParameterError(
             f"--amplitude: none is wanted for a trajectory, which is drawn as it is, found {amplitude!r}"
         )
+    if gaits is not None and is_file:
+        raise ParameterError(f"--gaits: no folder is wanted for a trajectory, which names no gait file, found {gaits}")
     file = out or Path(f"{path.stem if is_file else what}.png")
     writable(file, "--out")
     picture_format(file)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from purcell_cli.cli.options import Format, Out, query_of, takes_plan_options, trajectory_file
+from purcell_cli.cli.options import Format, Out, in_files, query_files, query_of, takes_plan_options, trajectory_file
 from purcell_cli.cli.terminal import DONE, NOT_REACHED, GaitFolder, Json, SwimmerFile, ready
 from purcell_cli.cli.terminal import bar as _bar
 from purcell_cli.cli.terminal import busy as _busy
@@ -92,13 +92,14 @@ def plan(
         form, file = trajectory_file(out, form, "trajectory")
         if plan_out is not None:
             writable(plan_out, "--plan-out", ("json",))
-        solution = plan_mission(
-            query.mission,
-            swimmer=query.swimmer,
-            options=dataclasses.replace(options, workspace=query.workspace, obstacles=query.obstacles),
-            gaits=stored_gaits(gaits),
-            progress=progress,
-        )
+        with in_files(**query_files(start, goal, swimmer)):
+            solution = plan_mission(
+                query.mission,
+                swimmer=query.swimmer,
+                options=dataclasses.replace(options, workspace=query.workspace, obstacles=query.obstacles),
+                gaits=stored_gaits(gaits),
+                progress=progress,
+            )
         for name, why in solution.plan.left_out.items():
             print(f"gait {name} is left out: {why}", file=sys.stderr)
         if (blocked := solution.plan.blocked) is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from purcell_cli.cli.options import Format, Out, trajectory_file
+from purcell_cli.cli.options import Format, Out, in_files, trajectory_file
 from purcell_cli.cli.plan import show_solution
 from purcell_cli.cli.terminal import Json, bar, ready
 
@@ -41,7 +41,7 @@ def replan(
 ) -> int:
     """Plan the rest of a plan from where the swimmer was measured to be."""
     from purcell_cli.cli.reports.plan import plan_document
-    from purcell_cli.feedback.replan import done_by
+    from purcell_cli.feedback.replan import done_by, refuse_time
     from purcell_cli.feedback.replan_mission import replan_once
     from purcell_cli.files.atomic_file import whole_file, writable
     from purcell_cli.files.configuration_file import load_configuration
@@ -53,9 +53,13 @@ def replan(
     form, file = trajectory_file(out, form, "trajectory")
     if plan_out is not None:
         writable(plan_out, "--plan-out", ("json",))
+    refuse_time(saved.plan, after)
     ready(saved.plan.swimmer)
     with bar("planning") as progress:
-        found = replan_once(saved.plan, here, saved.options, after_rad=done_by(saved.plan, after), progress=progress)
+        with in_files(measured=measured, goal=document):
+            found = replan_once(
+                saved.plan, here, saved.options, after_rad=done_by(saved.plan, after), progress=progress
+            )
         solution = found.solution
         told: PlanDocument = {
             **plan_document(solution, str(file), None if plan_out is None else str(plan_out), "replan"),

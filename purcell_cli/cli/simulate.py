@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from purcell_cli.cli.options import Format, MaxMemory, checked_memory, trajectory_file
+from purcell_cli.cli.options import Format, MaxMemory, checked_memory, in_files, trajectory_file
 from purcell_cli.cli.terminal import Json, busy, ready, show, swimmer_of
 from purcell_cli.motion.memory import DEFAULT_GB
 
@@ -67,7 +67,7 @@ def simulate(
     table, body = _planned(trajectory, model, checked_memory(max_memory))
     if body is not None:
         refuse_other_joints(body, truth)
-    with busy("integrating"):
+    with busy("integrating"), in_files(line=trajectory):
         found = simulated(table, truth, disturbance)
     if named is not None:
         write_trajectory(found.trajectory, named[1], named[0], truth)

@@ -62,7 +62,7 @@ def track(
     json: Json = False,
 ) -> int:
     """Plan on a model, swim on the truth, measure, plan again, until the goal, or each leg of a mission, is reached."""
-    from purcell_cli.cli.options import query_of, trajectory_file
+    from purcell_cli.cli.options import in_files, query_files, query_of, trajectory_file
     from purcell_cli.cli.reports.track import show_track, track_document
     from purcell_cli.errors import ParameterError
     from purcell_cli.feedback.learn import Learning
@@ -87,7 +87,7 @@ def track(
         """Return whether the same command has written more already, before it was broken off."""
         return named is not None and named[0] == "csv" and goes_on(named[1], swum)
 
-    with bar("swimming") as progress:
+    with bar("swimming") as progress, in_files(**query_files(start, goal, swimmer)):
 
         def told(found: Tracking) -> None:
             progress(found.replans, replans, f"off by {found.off.position_m / query.swimmer.length_m:.2g} L")

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from purcell_cli.cli.options import query_of
+from purcell_cli.cli.options import in_files, query_files, query_of
 from purcell_cli.cli.terminal import DONE, NOT_REACHED, Json, SwimmerFile, bar, ready, swimmer_of
 from purcell_cli.cli.terminal import show as _show
 
@@ -56,7 +57,7 @@ def verify(
 ) -> int:
     """Check a trajectory: replay its controls by an independent method from start to goal."""
     from purcell_cli.cli.reports.verify import show_verify, verify_document
-    from purcell_cli.errors import ParameterError
+    from purcell_cli.errors import ParameterError, PurcellWarning
     from purcell_cli.files.trajectory_reader import read_parts
     from purcell_cli.mechanics.bead_table import tabulated
     from purcell_cli.mechanics.beads import solved_anew
@@ -73,10 +74,13 @@ def verify(
     query, apart_m = _query(start, goal, swimmer)
     if clearance is not None:
         apart_m = OPTIONS["clearance_m"].checked(clearance, "--clearance")
+    if full and query.swimmer.fluid != "beads":
+        text = "--full changes nothing: this swimmer's links are alone in the fluid, there are no beads to solve"
+        warnings.warn(text, PurcellWarning, stacklevel=2)
     wanted = Wanted(apart_m, query.workspace, query.obstacles, query.follow, query.via, query.order)
     ready(query.swimmer)
     resistances = solved_anew if full else tabulated
-    with bar("re-integrating", 0.0 if full else _PATIENCE_S) as told:
+    with bar("re-integrating", 0.0 if full else _PATIENCE_S) as told, in_files(**query_files(start, goal, swimmer)):
         rows = read_parts(trajectory, lambda done, size: told(done // _MB, size // _MB, "MB"))
         bounds = tolerance, tolerance, wanted
         found = check(rows, query.start, query.goal, query.swimmer, *bounds, resistances)

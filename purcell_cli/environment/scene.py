@@ -9,7 +9,7 @@ from purcell_cli.environment.mesh import Mesh
 from purcell_cli.environment.obstacle import Obstacle, dot
 from purcell_cli.environment.solids import Box, Sphere
 from purcell_cli.environment.tube import Tube, inside, together
-from purcell_cli.errors import ParameterError
+from purcell_cli.errors import ParameterError, refuse_types
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.distances import from_balls, from_boxes
@@ -26,13 +26,15 @@ class Scene:
         obstacles: The obstacles, one or more.
 
     Raises:
-        ParameterError: None, or too many.
+        ParameterError: None, too many, or one that is no obstacle.
     """
 
     obstacles: tuple[Obstacle, ...]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "obstacles", tuple(self.obstacles))
+        for k, one in enumerate(self.obstacles):
+            refuse_types(**{f"obstacles[{k}]": (one, Obstacle)})
         if not 0 < len(self.obstacles) <= MOST:
             raise ParameterError(f"obstacles: from 1 to {MOST} are wanted, found {len(self.obstacles)}")
         spheres, boxes, tubes = (

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from purcell_cli.errors import ParameterError
@@ -85,18 +83,33 @@ def way_of(made: Plan) -> PlanPath | None:
     return PlanPath.of(made) if made.blocks and of_primitives(made) else None
 
 
-def done_by(made: Plan, time_s: float) -> float:
-    """Return the joint travel that a plan has made by a time, as even within each stroke [rad].
+_SHOWN_S = 5e-4
+"""Durations are shown to a millisecond: a time beyond a plan's end by no more than this is its end [s]."""
+
+
+def refuse_time(made: Plan, time_s: float) -> None:
+    """Refuse a time that a plan does not have.
 
     Args:
         made: The plan.
         time_s: The time since it began [s].
 
     Raises:
-        ParameterError: A time before the plan begins, or no number.
+        ParameterError: A time before the plan begins or after it has ended, or no number.
     """
-    if not (math.isfinite(time_s) and time_s >= 0.0):
-        raise ParameterError(f"after: a time of at least 0 s, and finite, is wanted, found {time_s!r}")
+    swimmer, blocks = paced(made.swimmer, made.start.shape, made.blocks)
+    lasts = sum(block.duration for block in blocks) / swimmer.joint_rate_rad_s
+    if not 0.0 <= time_s <= lasts + _SHOWN_S:
+        raise ParameterError(f"after: a time from 0 s to {lasts:.3f} s, the plan's end, is wanted, found {time_s!r}")
+
+
+def done_by(made: Plan, time_s: float) -> float:
+    """Return the joint travel that a plan has made by a time, as even within each stroke [rad].
+
+    Args:
+        made: The plan.
+        time_s: The time since it began [s].
+    """
     return float(done_at(made, np.array([time_s]))[0])
 
 

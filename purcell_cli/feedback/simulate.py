@@ -115,7 +115,9 @@ def simulate(table: Table, swimmer: Swimmer, noise: Noise = NO_NOISE, begun: Arr
     """
     _refuse_unfit_joints(table, swimmer)
     if np.any(table.rate_rad_s[-1] != 0.0):
-        raise ParameterError("a last row without control is wanted, found one whose joints turn")
+        raise ParameterError(
+            f"line {len(table.time_s) + 1}: a last row without control is wanted, found one whose joints turn"
+        )
     first, last = (_configuration(table, row) for row in (0, -1))
     keys, strokes = _strokes(table)
     made = _at_the_joints_pace(table, swimmer, first, strokes)
@@ -187,7 +189,8 @@ def _refuse_unfit_joints(table: Table, truth: Swimmer) -> None:
     faults = JointsKept(truth, first).faults(0, table.time_s, asked)
     for kind in ("joint", "range"):
         if kind in faults:
-            raise ParameterError(f"a motion that the swimmer's joints can make is wanted, found {faults[kind]}")
+            where, _, what = faults[kind].partition(": ")
+            raise ParameterError(f"{where}: a motion that the swimmer's joints can make is wanted, found {what}")
 
 
 def refuse_other_joints(model: Swimmer, truth: Swimmer) -> None:

@@ -28,7 +28,8 @@ def refuse_large(swimmer: Swimmer, name: str, configuration: Configuration, tole
     if np.any(np.abs(found) > farthest):
         largest = float(found[np.argmax(np.abs(found))])
         why = f"beyond, numbers cannot say a position to {tolerance_l:g} L, with L = {swimmer.length_m:g} m"
+        most = f"{np.floor(farthest):.15g}" if farthest >= 1.0 else f"{farthest:.2g}"
         raise ParameterError(
-            f"{name}: position_m: coordinates up to {np.floor(farthest):.15g} m are wanted, found {largest!r} "
+            f"{name}: position_m: coordinates up to {most} m are wanted, found {largest!r} "
             f"({why}: move the world's origin nearer)"
         )

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from purcell_cli.errors import ParameterError
+from purcell_cli.errors import ParameterError, refuse_types
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import apply, arctan2_of, inner, matmul, norm
@@ -182,7 +182,10 @@ class Mission:
     follow: Follow | None = None
 
     def __post_init__(self) -> None:
+        refuse_types(start=(self.start, Configuration), goal=(self.goal, Configuration))
         object.__setattr__(self, "via", tuple(self.via))
+        for k, one in enumerate(self.via):
+            refuse_types(**{f"via[{k}]": (one, Waypoint)})
         object.__setattr__(self, "order", Order(self.order))
         if self.order == Order.FREE and len(self.via) > MOST_FREE:
             raise ParameterError(

@@ -15,7 +15,7 @@ from numbers import Integral, Real
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from purcell_cli.errors import ParameterError, UnknownNameError
+from purcell_cli.errors import ParameterError, UnknownNameError, refuse_types
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.motion.memory import DEFAULT_GB
 from purcell_cli.wording import nearest_hint
@@ -233,6 +233,14 @@ class PlanOptions:
     )
 
     def __post_init__(self) -> None:
+        if self.workspace is not None:
+            from purcell_cli.motion.workspace import Workspace
+
+            refuse_types(workspace=(self.workspace, Workspace))
+        if self.obstacles is not None:
+            from purcell_cli.environment.scene import Scene
+
+            refuse_types(obstacles=(self.obstacles, Scene))
         for name, option in OPTIONS.items():
             given = getattr(self, name)
             value = self.left_out(name) if given is None and option.default is None else given
