@@ -220,6 +220,27 @@ def test_the_links_stand_where_the_motion_says(browser: webdriver.Chrome, tmp_pa
     assert_close(np.array(found), ends(table.position_m[20:22].mean(axis=0), middle[0], middle[1:]), 1e-6)
 
 
+_LABELS = """
+const written = {}, scene = document.getElementById("scene"), pen = scene.getContext("2d");
+pen.fillText = (text, x, y) => { written[text] = [x, y, pen.measureText(text).width]; };
+camera.az = arguments[0]; camera.el = arguments[1]; draw();
+delete pen.fillText;
+return [written.start, written.goal];
+"""
+
+
+@pytest.mark.slow
+def test_start_and_goal_are_named_apart_from_wherever_they_are_seen(browser: webdriver.Chrome, tmp_path: Path) -> None:
+    """A letter of the two is 13 pixels high."""
+    opened(browser, tmp_path, motion("y-motion"), "swim")
+    seen = [
+        browser.execute_script(_LABELS, az, el) for az in np.arange(-3.0, 3.0, 0.5).tolist() for el in (-1.2, 0.0, 1.2)
+    ]
+    assert len(seen) == 36
+    for (x0, y0, wide0), (x1, y1, wide1) in seen:
+        assert abs(y0 - y1) > 13.0 or x0 + wide0 < x1 or x1 + wide1 < x0
+
+
 @pytest.mark.slow
 def test_every_control_draws_without_an_error(browser: webdriver.Chrome, tmp_path: Path) -> None:
     opened(browser, tmp_path, motion("y-motion"), "swim")
