@@ -214,3 +214,11 @@ def test_a_bar_is_shown_on_a_terminal_alone_and_when_the_work_takes_long(
             clock[0] = seconds
             told(2, 10, "frames")
         assert ("2/10" in capsys.readouterr().err) == shown, (is_terminal, seconds)
+
+
+def test_a_film_shows_at_once_that_work_goes_on(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TTY_COMPATIBLE", "1")
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    code, _, err = run("--out", "swim.gif", "--duration", "0.1", "--size", "64x64")
+    assert code == 0
+    assert 0 <= err.find("reading") < err.find("drawing")

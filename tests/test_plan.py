@@ -501,3 +501,12 @@ def test_energies_are_of_every_block_and_never_negative() -> None:
         assert len(solution.energy_j) == len(solution.displacement) == len(solution.plan.blocks)
         assert np.all(solution.energy_j >= 0.0)
         assert np.sum(solution.energy_j) > 0.0
+
+
+def test_progress_says_a_joint_travel_or_that_there_is_no_plan_yet() -> None:
+    news: list[str] = []
+    options = PlanOptions(effort="quick", controls="simultaneous")
+    goal = Configuration.from_angles((1.5, 1.0, -0.5))
+    plan(Configuration(), goal, options=options, progress=lambda _done, _of, words: news.append(words))
+    assert "no plan yet" in news
+    assert not any("inf" in words for words in news)

@@ -11,13 +11,16 @@ import warnings
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from helpers import Run, mostly_slow, runner
 
 from purcell_cli.cli.app import built
+from purcell_cli.cli.reports.common import displacement_cells, displacement_document
 from purcell_cli.cli.terminal import show
 from purcell_cli.cli.warnings import warnings_on_stderr
 from purcell_cli.errors import PurcellWarning
+from purcell_cli.geometry.se3 import pose
 from purcell_cli.wording import nearest
 
 PROGRAM = [sys.executable, "-m", "purcell_cli"]
@@ -285,6 +288,16 @@ def test_a_plans_table_leaves_out_columns_before_names_are_broken(
     assert [sum(name in line for line in out.splitlines()) for name in names] == [1] * len(names)
     headings = {"amplitude": 120, "psi, theta, phi": 100, "x, y, z": 66}
     assert {name for name in headings if name in out} == {name for name, least in headings.items() if width >= least}
+
+
+def test_displacements_of_many_metres_are_shown_without_exponents() -> None:
+    for digits, shown in ((3, "1447, 999, -12.3"), (4, "1447, 999.4, -12.34")):
+        moved = displacement_document(pose(np.eye(3), np.array([1.44725, 0.99942, -0.0123449])))
+        assert displacement_cells(moved, 0.1, digits)[0] == shown
+    assert (
+        displacement_cells(displacement_document(pose(np.eye(3), np.array([20.5, 0.0, 0.0]))), 0.1, 4)[0]
+        == "20500, 0, 0"
+    )
 
 
 def test_a_table_takes_its_cells_as_they_are(

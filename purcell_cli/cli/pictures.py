@@ -31,9 +31,6 @@ _KINDS = ("stroke", "poses", "time")
 _LONGEST_TITLE = 300
 """Characters of a page's title at most: as many as a file's name has."""
 
-_PATIENCE_S = 2.0
-"""How long the drawing of a film lasts before a bar is shown [s]."""
-
 _AROUND = "The scenario, or plan document, whose obstacles, waypoints and curve are shown."
 
 _SMOOTH = 0.01
@@ -183,8 +180,6 @@ def view(
     from purcell_cli.errors import ParameterError
     from purcell_cli.files.atomic_file import writable
     from purcell_cli.files.place import shortened
-    from purcell_cli.files.trajectory_reader import read_csv
-    from purcell_cli.pictures.html_view import shown_rows, write_page
 
     file = out or Path(f"{trajectory.stem}.html")
     writable(file, "--out", ("html", "htm", "gif", "mp4"))
@@ -198,13 +193,17 @@ def view(
     if film is not None and beside is not None:
         raise ParameterError(f"--beside: no other trajectory is wanted for a film, found {beside}")
     memory_gb = checked_memory(max_memory) / (1 if beside is None else 2)
-    table = read_csv(trajectory, memory_gb)
+    with busy("reading"):
+        from purcell_cli.files.trajectory_reader import read_csv
+        from purcell_cli.pictures.html_view import shown_rows, write_page
+
+        table = read_csv(trajectory, memory_gb)
+        other = None if beside is None else read_csv(beside, memory_gb)
     body = fitting_swimmer(swimmer, table, trajectory, scenario)
     if film is not None:
         show(_film(table, body, film, (trajectory, file), surroundings_of(scenario)), json, _show_film)
         return
     with busy("drawing"):
-        other = None if beside is None else read_csv(beside, memory_gb)
         title = shortened(trajectory.name, _LONGEST_TITLE)
         written = write_page(table, body, title, file, other, surroundings_of(scenario))
     document: ViewDocument = {
@@ -248,10 +247,11 @@ def _film(
 ) -> FilmDocument:
     """Write a film, of a trajectory's file and to another one, and return the document about it."""
     from purcell_cli.files.atomic_file import whole_file
-    from purcell_cli.pictures.film import write_film
 
     trajectory, file = files
-    with bar("drawing", _PATIENCE_S) as told, whole_file(file) as stream:
+    with bar("drawing") as told, whole_file(file) as stream:
+        from purcell_cli.pictures.film import write_film
+
         frames = write_film(table, body, options, stream, lambda done, total: told(done, total, "frames"), around)
     return {
         "schema": "purcell/film/1",

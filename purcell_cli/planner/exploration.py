@@ -211,4 +211,5 @@ class Exploration:
                 self.consider(self.refinement.shorter(motion, longer), "a random short plan, refined")
 
     def _tell(self, stage: Stage, done: int) -> None:
-        self.progress(done, stage.trials, f"joint travel {self.incumbent.joint_travel_rad:.2f} rad")
+        best = self.incumbent.joint_travel_rad
+        self.progress(done, stage.trials, f"joint travel {best:.2f} rad" if math.isfinite(best) else "no plan yet")

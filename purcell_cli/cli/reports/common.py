@@ -88,7 +88,8 @@ def displacement_cells(displacement: DisplacementPart, length_m: float, digits: 
 
     def shown(value: float, unit: float, scale: float) -> str:
         places = digits - 2 - math.floor(math.log10(scale * unit / 50.0))
-        return f"{round(scale * value, places) + 0.0:.{digits}g}"
+        told = round(scale * value, places) + 0.0
+        return f"{told:.{digits}g}" if abs(told) < 10.0 ** (digits - 1) else f"{told:.0f}"
 
     angles = displacement["psi_rad"], displacement["theta_rad"], displacement["phi_rad"]
     return [
