@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import importlib.util
 import re
+import shlex
 import tomllib
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 from pages import DOCS, PAGES, README, ROOT, known_options, only, shown_commands, tool, update
 
 from purcell_cli.batch.cases import find_cases
+from purcell_cli.cli.app import _run
 from purcell_cli.files import builtin, trajectory_csv, trajectory_reader
 from purcell_cli.files.configuration_file import load_configuration
 from purcell_cli.files.gait_file import load_gait
@@ -141,6 +143,21 @@ def test_set_up_is_one_line_each() -> None:
     assert any(name.startswith("pytest") for name in project["optional-dependencies"]["test"])
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("page", ["plans", "simulate", "track"])
+def test_commands_of_a_guide_work_in_their_order_with_the_files_that_it_shows(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = PAGES[f"docs/how-to/{page}.md"]
+    update.write_files(tmp_path, text)
+    monkeypatch.chdir(tmp_path)
+    commands = [line for block in re.findall(r"```sh\n(.*?)```", text, re.DOTALL) for line in block.splitlines()]
+    assert len(commands) >= 2
+    for command in commands:
+        assert command.startswith("purcell ")
+        assert _run(shlex.split(command)[1:]) == 0, command
+
+
 def test_the_readme_is_short() -> None:
     assert len(README.splitlines()) <= 250
 
@@ -148,6 +165,7 @@ def test_the_readme_is_short() -> None:
 def test_files_that_are_shown_can_be_read(tmp_path: Path) -> None:
     readers = {
         "start.yaml": load_configuration, "goal.yaml": load_configuration, "u.yaml": load_configuration,
+        "measured.yaml": load_configuration, "truth.yaml": load_swimmer, "beads.yaml": load_swimmer,
         "swimmer.yaml": load_swimmer, "thin.yaml": load_swimmer, "robot.yaml": load_swimmer,
         "across.yaml": load_scenario, "scenario.yaml": load_scenario, "ahead.yaml": load_scenario,
         "tour.yaml": load_scenario,
