@@ -63,6 +63,8 @@ def plan(
         swimmer=(body, Swimmer),
         options=(options, PlanOptions),
     )
+    if gaits is not None:
+        refuse_types(gaits=(gaits, Mapping))
     efforts = [options.effort]
     if options.controls == Controls.SIMULTANEOUS and options.effort == Effort.THOROUGH:
         efforts.insert(0, Effort.STANDARD)  # so that it is never worse

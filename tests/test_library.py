@@ -31,6 +31,8 @@ from purcell_cli import (
     Tube,
     connection,
     curvature,
+    design,
+    fit,
     flow,
     flow_and_jacobian,
     flow_of_rates,
@@ -38,9 +40,13 @@ from purcell_cli import (
     plan,
     plan_mission,
     read_csv,
+    realise,
     shape_from_angles,
     stored_gaits,
     stored_scenarios,
+    write_csv,
+    write_plan,
+    write_swimmer,
 )
 from purcell_cli.errors import ParameterError, UnknownNameError
 from purcell_cli.geometry.rotations import from_euler
@@ -152,11 +158,24 @@ def test_joints_that_are_none_are_refused(joints: tuple[object, ...] | None) -> 
         (lambda here: Mission(here, here, [here]), r"via\[0\]: a Waypoint is wanted, found <Configuration"),
         (lambda _: PlanOptions(obstacles=[BALL]), r"obstacles: a Scene is wanted, found \[Sphere\("),
         (lambda _: PlanOptions(workspace=(0, 1)), r"workspace: a Workspace is wanted, found \(0, 1\)"),
+        (lambda here: plan(here, here, gaits="mine"), "gaits: a Mapping is wanted, found 'mine'"),
+        (lambda here: Mission(here, here, order="any"), "order: one of given, free is wanted, found 'any'"),
+        (lambda here: Mission(here, here, follow=BALL), "follow: a Follow is wanted, found Sphere"),
+        (lambda _: realise("x-motion", Swimmer()), "gait: a Gait is wanted, found 'x-motion'"),
+        (lambda _: design(Swimmer(), "x"), "task: a DesignTask is wanted, found 'x'"),
+        (lambda _: controllability("planar"), "swimmer: a Swimmer is wanted, found 'planar'"),
+        (lambda _: fit(["swim.csv"]), r"measured\[0\]: a MeasuredTrajectory is wanted, found 'swim.csv'"),
+        (lambda here: write_csv(here, "a.csv"), "trajectory: a Trajectory is wanted, found <Configuration"),
+        (lambda here: write_plan(here, "a.json"), "document: a PlanDocument is wanted, found <Configuration"),
+        (lambda here: write_swimmer(here, "a.yaml"), "swimmer: a Swimmer is wanted, found <Configuration"),
+        (lambda _: Scene(BALL), "obstacles: an Iterable is wanted, found Sphere"),
+        (lambda _: Sphere((0, 0, 0), "wide"), "radius_m: a finite number above 0 is wanted, found 'wide'"),
+        (lambda _: Tube([(0, 0, 0), (1, 0, 0)], 0.3), "radii_m: an Iterable is wanted, found 0.3"),
         (lambda _: Scene([BALL, "box"]), r"obstacles\[1\]: an Obstacle is wanted, found 'box'"),
     ],
 )
 def test_arguments_of_another_type_are_told_with_what_is_wanted(call: Callable[[object], object], message: str) -> None:
-    with pytest.raises(ParameterError, match=f"^{message}"):
+    with pytest.raises(PurcellError, match=f"^{message}"):
         call(Configuration())
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+from numbers import Real
 from typing import ClassVar
 
 import numpy as np
@@ -62,7 +63,7 @@ def length(value: float, name: str) -> float:
     Raises:
         ParameterError: It is none.
     """
-    if not 0.0 < value < np.inf:
+    if isinstance(value, bool) or not isinstance(value, Real) or not 0.0 < value < np.inf:
         raise ParameterError(f"{name}: a finite number above 0 is wanted, found {value!r}")
     return float(value)
 

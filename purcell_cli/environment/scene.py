@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,6 +34,7 @@ class Scene:
     obstacles: tuple[Obstacle, ...]
 
     def __post_init__(self) -> None:
+        refuse_types(obstacles=(self.obstacles, Iterable))
         object.__setattr__(self, "obstacles", tuple(self.obstacles))
         for k, one in enumerate(self.obstacles):
             refuse_types(**{f"obstacles[{k}]": (one, Obstacle)})

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterable
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from purcell_cli.environment.obstacle import Obstacle, Point, along, dot, length, point
-from purcell_cli.errors import ParameterError, PointError
+from purcell_cli.errors import ParameterError, PointError, refuse_types
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.kernel.distances import inside_cones
@@ -61,6 +62,7 @@ class Tube(Obstacle):
     file: str = dataclasses.field(default="", compare=False)
 
     def __post_init__(self) -> None:
+        refuse_types(points_m=(self.points_m, Iterable), radii_m=(self.radii_m, Iterable))
         points = tuple(point(p, "centreline") for p in self.points_m)
         object.__setattr__(self, "points_m", points)
         object.__setattr__(self, "radii_m", tuple(length(r, "radius_m") for r in self.radii_m))

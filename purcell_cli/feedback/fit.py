@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from purcell_cli.errors import ParameterError
+from purcell_cli.errors import ParameterError, refuse_types
 from purcell_cli.feedback.drag_factors import Factor, What, factors_of, with_factors
 from purcell_cli.feedback.windows import LARGEST_TURN_RAD, Misfit, Window, misfit, turns_between, windows_of
 from purcell_cli.frozen_dataclass import frozen_dataclass
@@ -163,6 +163,7 @@ def fit(
     """
     every = [measured] if isinstance(measured, MeasuredTrajectory) else list(measured)
     guess = guess or Swimmer()
+    refuse_types(guess=(guess, Swimmer), **{f"measured[{k}]": (one, MeasuredTrajectory) for k, one in enumerate(every)})
     if guess.fluid != "local":
         raise ParameterError(
             "fluid: local, links alone in the fluid, is wanted of a guess, found links that feel others"

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from purcell_cli import __version__
-from purcell_cli.errors import InputError
+from purcell_cli.errors import InputError, refuse_types
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.files.containers import Field, ListOf, Pair, Record
 from purcell_cli.files.documents import Document, Made
@@ -242,7 +242,9 @@ def write_plan(document: PlanDocument, path: Path | str) -> None:
 
     Raises:
         InputError: The file cannot be written.
+        ParameterError: What is no plan document.
     """
+    refuse_types(document=(document, PlanDocument))
     with whole_file(path) as stream:
         stream.write(document.as_text(Path(path).parent).encode())
 

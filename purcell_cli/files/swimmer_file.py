@@ -9,6 +9,7 @@ from typing import Any
 
 import yaml
 
+from purcell_cli.errors import refuse_types
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.files.containers import Either, Field, ListOf, Record
 from purcell_cli.files.documents import Document, Made
@@ -143,7 +144,9 @@ def write_swimmer(swimmer: Swimmer, path: Path | str, remarks: Sequence[str] = (
 
     Raises:
         InputError: The file cannot be written.
+        ParameterError: What is no swimmer.
     """
+    refuse_types(swimmer=(swimmer, Swimmer))
     head = "".join(f"# {remark}".rstrip() + "\n" for remark in remarks)
     text = yaml.safe_dump(swimmer_written(swimmer), sort_keys=False, width=1000, default_flow_style=None)
     with whole_file(path) as stream:

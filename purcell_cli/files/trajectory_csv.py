@@ -9,6 +9,7 @@ from typing import IO
 import numpy as np
 import orjson
 
+from purcell_cli.errors import refuse_types
 from purcell_cli.files.atomic_file import whole_file
 from purcell_cli.geometry.distinct import distinct
 from purcell_cli.geometry.rotations import Array, as_euler
@@ -37,7 +38,9 @@ def write_csv(trajectory: Trajectory, path: Path | str) -> None:
 
     Raises:
         InputError: The file cannot be written.
+        ParameterError: What is no trajectory.
     """
+    refuse_types(trajectory=(trajectory, Trajectory))
     with whole_file(path) as stream:
         write_rows(trajectory, stream)
 

@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from purcell_cli.errors import GaitError, ParameterError
+from purcell_cli.errors import GaitError, ParameterError, refuse_types
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.gaits.atlas import Entry, entry
 from purcell_cli.gaits.design_problem import DesignTask, Problem, Values
@@ -244,6 +244,7 @@ def design(
         GaitError: No start led to a stroke.
         KeyboardInterrupt: Interrupted before any stroke was found.
     """
+    refuse_types(swimmer=(swimmer, Swimmer), task=(task, DesignTask))
     if not 1 <= starts <= 10_000:
         raise ParameterError(f"starts: a whole number at least 1 and at most 10000 is wanted, found {starts}")
     refuse_bends(swimmer, task.axis, task.max_bend_rad)

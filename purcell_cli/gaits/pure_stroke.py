@@ -14,7 +14,7 @@ from typing import cast
 
 import numpy as np
 
-from purcell_cli.errors import GaitError, ParameterError
+from purcell_cli.errors import GaitError, ParameterError, refuse_types
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.gaits.gait import IMPURE, MOTIONS, Gait, Stroke
 from purcell_cli.geometry import se3
@@ -198,6 +198,7 @@ def realise(gait: Gait, swimmer: Swimmer, amplitude: float | None = None, pure: 
         ParameterError: An amplitude that is zero, not finite, or beyond pi.
         GaitError: No free angles make the stroke pure at this amplitude.
     """
+    refuse_types(gait=(gait, Gait), swimmer=(swimmer, Swimmer))
     a = gait.default_rad if amplitude is None else float(amplitude)
     if not 0.0 < abs(a) <= np.pi:
         raise ParameterError(f"amplitude: an angle other than 0 and at most pi is wanted, found {a!r} rad")

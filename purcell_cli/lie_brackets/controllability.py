@@ -21,7 +21,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from purcell_cli.errors import ParameterError
+from purcell_cli.errors import ParameterError, refuse_types
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
@@ -236,6 +236,7 @@ def controllability(
         ParameterError: A depth that there are no coefficients for, a planar swimmer out of its plane or beside a wall,
             or one that touches its wall.
     """
+    refuse_types(swimmer=(swimmer, Swimmer))
     r = checked_shape(shape)
     checked_depth(depth)
     if r.ndim != 3 or not np.all(np.isfinite(r)):

@@ -14,6 +14,7 @@ from purcell_cli.geometry.reproducible import apply, arctan2_of, inner, matmul, 
 from purcell_cli.geometry.rotations import Array, angle_between, from_matrix
 from purcell_cli.mechanics.configuration import Configuration, Deviation
 from purcell_cli.motion.curve import Curve
+from purcell_cli.motion.options import member
 
 MOST_FREE = 12
 """The most waypoints whose order is free: all orders of so many are compared by 50,000 sums."""
@@ -186,7 +187,9 @@ class Mission:
         object.__setattr__(self, "via", tuple(self.via))
         for k, one in enumerate(self.via):
             refuse_types(**{f"via[{k}]": (one, Waypoint)})
-        object.__setattr__(self, "order", Order(self.order))
+        object.__setattr__(self, "order", member(Order, self.order, "order"))
+        if self.follow is not None:
+            refuse_types(follow=(self.follow, Follow))
         if self.order == Order.FREE and len(self.via) > MOST_FREE:
             raise ParameterError(
                 f"via: at most {MOST_FREE} waypoints, where their order is free, are wanted, found {len(self.via)}"
