@@ -258,14 +258,15 @@ def test_help_shows_the_units_in_brackets(run: Run, command: str) -> None:
 @pytest.mark.parametrize(
     "arguments", [["gait", "--list"], ["gait", "--all"], ["gait", "psi"], ["gait", "x-loop"], ["controllability"]]
 )
-def test_tables_fit_eighty_columns_and_cut_no_cell(
+def test_tables_fit_eighty_columns_and_more_and_cut_no_cell(
     run: Run, monkeypatch: pytest.MonkeyPatch, arguments: list[str]
 ) -> None:
-    monkeypatch.setenv("COLUMNS", "80")
-    code, out, _ = run(*arguments)
-    assert code == 0
-    assert max(map(len, out.splitlines())) <= 80
-    assert "…" not in out
+    for width in (80, 120, 128, 160):
+        monkeypatch.setenv("COLUMNS", str(width))
+        code, out, _ = run(*arguments)
+        assert code == 0
+        assert max(map(len, out.splitlines())) <= width
+        assert "…" not in out
 
 
 @pytest.mark.parametrize("width", [120, 100, 80, 72, 66, 60])

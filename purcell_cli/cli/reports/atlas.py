@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 from purcell_cli.cli.documents.common import Moves, keys
 from purcell_cli.cli.documents.gait import AtlasDocument, EntryPart, LinkRatioDocument, MotionPart, SweepDocument
-from purcell_cli.cli.reports.common import angles_deg, plain_table, swimmer_document
+from purcell_cli.cli.reports.common import angles_deg, fits, plain_table, swimmer_document
 from purcell_cli.gaits.atlas import Entry, RatioRow, Sweep
 from purcell_cli.gaits.gait import MOTIONS, Gait
 from purcell_cli.mechanics.swimmer import Swimmer
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
 
 def _unit(along: str) -> Literal["L", "rad"]:
@@ -111,9 +112,6 @@ def as_csv(rows: Sequence[Mapping[str, Any]]) -> bytes:
     return out.getvalue().encode()
 
 
-_ROOMY = 116
-"""Columns a terminal needs to show what gaits do and what that costs side by side."""
-
 _ANGLES = {"yaw": "psi", "pitch": "theta", "roll": "phi"}
 
 
@@ -131,12 +129,12 @@ def _cell(value: float, digits: int) -> str:
     return f"{value:.{digits}g}" if abs(value) > 1e-9 else "0"
 
 
-def show_atlas(console: Console, document: AtlasDocument) -> None:
-    """Show the atlas as one table, or as two where the terminal is narrow: what gaits do, and what that costs."""
-    roomy = console.width >= _ROOMY
+def _tables(document: AtlasDocument, *, roomy: bool) -> list[Table]:
+    """Return the atlas as one table, or as two with fewer digits: what gaits do, and what that costs."""
     done = plain_table("One cycle of each stored gait; psi, theta, phi are yaw, pitch, roll")
     cost = done if roomy else plain_table("What that costs")
-    for table in (done,) if roomy else (done, cost):
+    tables = [done] if roomy else [done, cost]
+    for table in tables:
         table.add_column("gait", no_wrap=True)
     for heading in ("a\n[rad]", "x, y, z\n[L]", "psi, theta, phi\n[deg]"):
         done.add_column(heading, justify="right", no_wrap=True)
@@ -155,7 +153,13 @@ def show_atlas(console: Console, document: AtlasDocument) -> None:
         else:
             done.add_row(*did)
             cost.add_row(g["gait"], *cells)
-    for table in (done,) if roomy else (done, cost):
+    return tables
+
+
+def show_atlas(console: Console, document: AtlasDocument) -> None:
+    """Show the atlas as one table, or as two where there is no room for that."""
+    whole = _tables(document, roomy=True)
+    for table in whole if fits(console, whole[0]) else _tables(document, roomy=False):
         console.print(table)
     for gone in document["left_out"]:
         console.print(f"left out: {gone['why']}", soft_wrap=True)

@@ -116,6 +116,15 @@ def plain_table(title: str) -> Table:
     return Table(title=title, title_justify="left", box=SIMPLE_HEAD)
 
 
+_WIDEST = 10_000
+"""Columns in which any table has room."""
+
+
+def fits(console: Console, table: Table) -> bool:
+    """Return whether there is room for a table with no cell broken or cut."""
+    return console.measure(table, options=console.options.update(width=_WIDEST)).maximum <= console.width
+
+
 def _checked(console: Console, certificate: CertificatePart) -> None:
     counts = f"{certificate['segments']} segments of constant control, {certificate['integrated']} of them distinct"
     console.print(f"checked by {certificate['method']}: {counts}")

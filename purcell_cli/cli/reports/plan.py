@@ -41,6 +41,7 @@ from purcell_cli.cli.reports.common import (
     deviation_document,
     displacement_cells,
     displacement_document,
+    fits,
     plain_table,
     swimmer_document,
     turned_from_curve,
@@ -184,8 +185,6 @@ def _curve(solution: Solution) -> CurvePart | None:
 
 
 _COLUMNS = ("amplitude [rad]", "cycles", "travel [rad]", "time [s]", "x, y, z [mm]", "psi, theta, phi [deg]")
-_WIDEST = 10_000
-"""Columns in which any table has room."""
 _LEFT_OUT = ((), (0, 3), (0, 3, 5), (0, 3, 4, 5))
 """Which of `_COLUMNS` are left out of a plan's table: as many as a terminal has no room for."""
 
@@ -220,9 +219,7 @@ def _strokes(document: PlanDocument, left_out: Sequence[int]) -> Table:
 def show_plan(console: Console, document: PlanDocument) -> None:
     """Show a plan's document as tables."""
     tables = [_strokes(document, left_out) for left_out in _LEFT_OUT]
-    widths = (console.measure(table, options=console.options.update(width=_WIDEST)).maximum for table in tables)
-    fits = (table for table, width in zip(tables, widths, strict=True) if width <= console.width)
-    console.print(next(fits, tables[-1]))
+    console.print(next((table for table in tables if fits(console, table)), tables[-1]))
     errors = plain_table("Distance from the goal")
     errors.add_column("", no_wrap=True)
     for heading in ("position [L]", "base [rad]", "limb 1 [rad]", "limb 2 [rad]"):
