@@ -66,6 +66,15 @@ def test_the_table_has_every_public_name_once_and_every_name_can_be_loaded() -> 
         assert not isinstance(getattr(purcell_cli, name), type(sys)), f"{name} is a module"
 
 
+def test_every_link_of_the_table_leads_to_a_section_of_the_page() -> None:
+    page = PAGES["docs/reference/library.md"]
+    linked = set(re.findall(r"\]\(#(purcell_cli\.\w+)\)", page))
+    assert len(linked) > 60
+    sections = re.findall(r"^::: (purcell_cli\.\w+)$", page, re.MULTILINE)
+    assert linked <= set(sections)
+    assert len(sections) == len(set(sections))
+
+
 @pytest.mark.slow
 def test_every_example_gives_what_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
