@@ -12,16 +12,18 @@ import pytest
 from helpers import PITCH_1, UNIT, YAW_1, YAW_2, assert_close, bent, random_shapes, random_swimmer, slope
 
 from purcell_cli.cli.app import _run
-from purcell_cli.errors import ParameterError
+from purcell_cli.errors import GaitError, ParameterError
 from purcell_cli.files.builtin import stored_gaits
-from purcell_cli.gaits.atlas import efficiency, entry, ratio_sweep, steps, straight_drag, sweep
+from purcell_cli.gaits.atlas import atlas, efficiency, entry, ratio_sweep, steps, straight_drag, sweep
 from purcell_cli.gaits.gait import Stroke
 from purcell_cli.gaits.pure_stroke import realise
+from purcell_cli.gaits.sampling import sample_stroke
 from purcell_cli.gaits.shape_curves import WayPoints, played
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array
 from purcell_cli.lie_brackets.curvature import bracket_twists
 from purcell_cli.lie_brackets.leading_order import predicted
+from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR, connection, power
 from purcell_cli.mechanics.lift import flow, piece_effort
 from purcell_cli.mechanics.moves import MoveSequence
@@ -153,3 +155,22 @@ def test_the_command_shows_sweeps_and_refuses_two_at_once(tmp_path: Path, capsys
     assert _run(["gait", "x-rotation", "--sweep", "3:3.1:0.1"]) == 0
     assert _run(["gait", "--all", "--sweep", "1:2:1"]) == 2
     assert _run(["gait", "x-motion", "--sweep", "1:2"]) == 2
+
+
+def test_links_that_feel_each_other_play_no_stroke_beyond_their_bends() -> None:
+    """Their table ends at 1.6 rad: at 2.5 rad it made a way of x-fold that is three times as long as the spheres'."""
+    swimmer = Swimmer(slenderness=0.1, fluid="beads")
+    words = "at most 1.6 rad, for links that feel each other, are wanted, found 2.5 rad"
+    with pytest.raises(GaitError, match=f"gait 'x-fold': limbs bent by {words}"):
+        entry(GAITS["x-fold"], swimmer)
+    with pytest.raises(GaitError, match=words):
+        sample_stroke(swimmer, Configuration(), realise(GAITS["x-fold"], swimmer), 1)
+    assert entry(GAITS["x-fold"], swimmer, 0.5).joint_travel_rad > 0.0
+    few = {name: GAITS[name] for name in ("x-motion", "x-fold")}
+    entries, left_out = atlas(few, swimmer)
+    assert [one.gait.name for one in entries] == ["x-motion"]
+    assert list(left_out) == ["x-fold"]
+    assert words in left_out["x-fold"]
+    rows = sweep(GAITS["x-motion"], swimmer, [1.5, 1.7]).rows
+    assert [row.displacement is None for row in rows] == [False, True]
+    assert entry(GAITS["x-fold"], Swimmer(slenderness=0.1)).joint_travel_rad > 0.0

@@ -129,6 +129,8 @@ def test_no_stroke_found_and_tasks_that_are_none_are_said(monkeypatch: pytest.Mo
             DesignTask(**wrong)  # type: ignore[arg-type]
     with pytest.raises(ParameterError, match="starts"):
         design(UNIT, SQUARE, starts=0)
+    with pytest.raises(ParameterError, match=r"max_bend: limbs bent by at most 1\.6 rad, .* found 2\.5 rad"):
+        design(Swimmer(slenderness=0.1, fluid="beads"), DesignTask("x", max_bend_rad=2.5), starts=1)
     monkeypatch.setattr(designer, "_from", lambda *_: None)
     with pytest.raises(GaitError, match="none of 2 starts led to a stroke along x"):
         design(UNIT, SQUARE, starts=2)

@@ -17,6 +17,7 @@ import numpy as np
 from purcell_cli.errors import GaitError, ParameterError
 from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.gaits.gait import MOTIONS, Gait, Stroke
+from purcell_cli.gaits.joint_fit import refuse_far_stroke
 from purcell_cli.gaits.pure_stroke import realise
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler
@@ -76,6 +77,17 @@ def twist_in_lengths(swimmer: Swimmer, stroke: Stroke) -> Array:
     return np.asarray(se3.log(stroke.displacement(swimmer)) / np.repeat([swimmer.length_m, 1.0], 3))
 
 
+def _fit(gait: Gait, swimmer: Swimmer, amplitude: float | None) -> Stroke:
+    """Return the stroke of a gait, which the model of the fluid must know.
+
+    Raises:
+        GaitError: The gait has no pure stroke at this amplitude, or bends limbs too far.
+    """
+    stroke = realise(gait, swimmer, amplitude)
+    refuse_far_stroke(swimmer, stroke)
+    return stroke
+
+
 def entry(gait: Gait, swimmer: Swimmer, amplitude: float | None = None) -> Entry:
     """Return a gait's entry in the atlas.
 
@@ -85,9 +97,9 @@ def entry(gait: Gait, swimmer: Swimmer, amplitude: float | None = None) -> Entry
         amplitude: The amplitude, the gait's default where none is given [rad].
 
     Raises:
-        GaitError: The gait has no pure stroke at this amplitude.
+        GaitError: The gait has no pure stroke at this amplitude, or bends limbs too far.
     """
-    stroke = realise(gait, swimmer, amplitude)
+    stroke = _fit(gait, swimmer, amplitude)
     g = stroke.displacement(swimmer)
     position, travel = g[:3, 3], stroke.cycle.joint_travel_rad
     twist = twist_in_lengths(swimmer, stroke)
@@ -195,7 +207,7 @@ def sweep(gait: Gait, swimmer: Swimmer, amplitudes: Sequence[float] | Array) -> 
     sign = 0.0
     for amplitude in amplitudes:
         try:
-            stroke = realise(gait, swimmer, float(amplitude))
+            stroke = _fit(gait, swimmer, float(amplitude))
         except GaitError:
             rows.append(Row(float(amplitude), None, None, 0, reversed=False))
             continue
@@ -247,7 +259,7 @@ def ratio_sweep(gait: Gait, swimmer: Swimmer, amplitude: float | None, ratios: A
     for ratio in ratios.tolist():
         limb = half / (ratio + 2.0)
         body = _with_halves(swimmer, ratio * limb, limb)
-        twist = se3.log(realise(gait, body, amplitude).displacement(body)) / np.repeat([2.0 * half, 1.0], 3)
+        twist = se3.log(_fit(gait, body, amplitude).displacement(body)) / np.repeat([2.0 * half, 1.0], 3)
         own = int(np.argmax(np.abs(twist))) if own is None else own
         rows.append(RatioRow(ratio, float(twist[own])))
     return MOTIONS[own or 0], rows

@@ -1,16 +1,21 @@
-"""Whether joints can play a gait, or one that is to be designed: strokes turn limbs about axes that some have not."""
+"""Whether a swimmer can play a gait, or one that is to be designed.
+
+Strokes turn limbs about axes that some joints have not, and bend them further than links that feel each other do.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from purcell_cli.errors import ParameterError
+from purcell_cli.errors import GaitError, ParameterError
 from purcell_cli.gaits.gait import Stroke
 from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.fluid import refuse_far_bends
 from purcell_cli.mechanics.joint_motion import angle_changes, angles_along, excess_of_ranges
 from purcell_cli.mechanics.joints import ANGLES, MISFIT_RAD, RANGE_SLACK_RAD, named
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
+from purcell_cli.motion.limb_circles import LimbCircles
 
 _AXES = ("roll", "pitch", "yaw")
 """What a limb's turns about its own x, y, z are called."""
@@ -53,6 +58,26 @@ def refuse_joints(swimmer: Swimmer, stroke: Stroke, cycles: int = 1) -> None:
         )
 
 
+def refuse_far_stroke(swimmer: Swimmer, stroke: Stroke, cycles: int = 1) -> None:
+    """Refuse a stroke that bends a limb further than links that feel each other do.
+
+    Args:
+        swimmer: The swimmer.
+        stroke: The stroke, from the collinear shape.
+        cycles: How often it is played.
+
+    Raises:
+        GaitError: A limb is bent too far.
+    """
+    if swimmer.fluid != "beads":
+        return
+    circles = LimbCircles.of(Pieces.of(stroke.without_repeats(cycles), COLLINEAR))
+    try:
+        refuse_far_bends(float(np.max(circles.largest_bends()[0], initial=0.0)))
+    except ParameterError as error:
+        raise GaitError(f"gait {stroke.gait!r}: {error}") from error
+
+
 def bend_room_rad(swimmer: Swimmer, axis: int | None) -> float:
     """Return how far both limbs bend to both sides in a plane, infinite where there are no ranges [rad].
 
@@ -82,7 +107,7 @@ def bend_room_rad(swimmer: Swimmer, axis: int | None) -> float:
 
 
 def refuse_bends(swimmer: Swimmer, axis: int | None, max_bend_rad: float) -> None:
-    """Refuse to design a stroke that the joints could not play.
+    """Refuse to design a stroke that the swimmer could not play.
 
     Args:
         swimmer: The swimmer.
@@ -90,8 +115,10 @@ def refuse_bends(swimmer: Swimmer, axis: int | None, max_bend_rad: float) -> Non
         max_bend_rad: How far the stroke may bend limbs [rad].
 
     Raises:
-        ParameterError: The joints have not the axis, or not the room.
+        ParameterError: The joints have not the axis or the room, or links that feel each other do not bend so far.
     """
+    if swimmer.fluid == "beads":
+        refuse_far_bends(max_bend_rad, "max_bend")
     room = bend_room_rad(swimmer, axis)
     if max_bend_rad > room + RANGE_SLACK_RAD:
         wanted = f"at most {room:.6g} rad, the room in the joints' ranges,"

@@ -6,6 +6,7 @@ import dataclasses
 import math
 
 from purcell_cli.gaits.gait import Stroke
+from purcell_cli.gaits.joint_fit import refuse_far_stroke
 from purcell_cli.mechanics.configuration import Configuration
 from purcell_cli.mechanics.connection import COLLINEAR
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -48,7 +49,9 @@ def sample_stroke(
 
     Raises:
         ParameterError: It takes too many rows, or more memory.
+        GaitError: It bends a limb further than links that feel each other do.
     """
+    refuse_far_stroke(swimmer, stroke, cycles)
     pace, parts = paced_stroke(swimmer, stroke, cycles)
     duration_s = sum(b.duration for b in parts) / pace.joint_rate_rad_s
     if (found := too_many_rows(duration_s, dt_s)) is not None:
