@@ -31,6 +31,7 @@ from purcell_cli import Swimmer, realise, stored_gaits
 from purcell_cli.errors import GaitError
 from purcell_cli.gaits.atlas import twist_in_lengths
 from purcell_cli.gaits.gait import MOTIONS, Gait
+from purcell_cli.gaits.joint_fit import refuse_far_stroke
 from purcell_cli.geometry.rotations import about_axis
 from purcell_cli.kernel.beads import bead_resistance
 from purcell_cli.mechanics import fluid as fluids
@@ -66,6 +67,7 @@ def cycle(gait: Gait, body: Swimmer, amplitude: float | None = None) -> dict[str
     """Return the twist of a cycle [L, rad], its joint travel [rad] and its work over viscosity; None for no stroke."""
     try:
         stroke = realise(gait, body, amplitude)
+        refuse_far_stroke(body, stroke)
     except GaitError:
         return None
     spent = np.sum(work(body, stroke.cycle, stroke.approach.shapes(COLLINEAR)[-1])) / body.viscosity_pa_s
@@ -206,7 +208,7 @@ def draw_gaits(rows: dict[str, Any]) -> None:
             note = "" if turned > 0.9 else f" (cosine {turned:.2f})"
             print(f"| `{name}`{note} | {rows[sizes[0]][name]['moves']} |" + "".join(cells))
             there = {float(s): v[0] for s, v in found.items() if v}
-            if name in names:
+            if name in names and there:
                 colour = {"x": BLUE, "y": GREEN, "z": GREEN, "none": GREY}.get(rows[sizes[0]][name]["moves"], ORANGE)
                 axes.plot(list(there), list(there.values()), "o-", color=colour, markersize=3, linewidth=1.0)
                 ends.append((there[max(there)], name))

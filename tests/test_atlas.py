@@ -108,6 +108,19 @@ def test_effort_is_the_integral_of_the_root_of_power_and_drag_that_of_the_straig
     assert connection(UNIT, COLLINEAR).shape == (6, 6)
 
 
+def test_the_drag_of_the_straight_swimmer_is_that_of_links_that_feel_each_other() -> None:
+    """One rod three links long drags less than three rods: the links' own drags made efficiencies a fifth too large."""
+    alone = Swimmer(slenderness=0.1)
+    beads = dataclasses.replace(alone, fluid="beads")
+    along, radius = np.arange(-14.0, 15.0, 2.0), 1.0
+    apart = np.abs(along[:, None] - along)
+    far = np.where(apart > 0.0, apart, 1.0)
+    mobility = np.where(apart > 0.0, 1.5 * radius / far - (radius / far) ** 3, 1.0)
+    rod = 6.0 * np.pi * beads.viscosity_pa_s * 0.02 * float(np.sum(np.linalg.inv(mobility)))
+    assert abs(straight_drag(beads) / rod - 1.0) < 1e-9
+    assert straight_drag(beads) < 0.9 * straight_drag(alone)
+
+
 def test_the_best_ratio_of_links_for_small_square_strokes() -> None:
     gait = GAITS["x-cruise"]
     along, rows = ratio_sweep(gait, Swimmer(), 0.02, steps("0.66:0.78:0.01", "--link-ratio"))

@@ -22,7 +22,7 @@ from purcell_cli.gaits.pure_stroke import realise
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.rotations import Array, as_euler
 from purcell_cli.lie_brackets.leading_order import predicted
-from purcell_cli.mechanics.connection import COLLINEAR
+from purcell_cli.mechanics.connection import COLLINEAR, resistance_and_coupling
 from purcell_cli.mechanics.lift import piece_effort, work
 from purcell_cli.mechanics.pieces import Pieces
 from purcell_cli.mechanics.swimmer import Swimmer
@@ -33,7 +33,7 @@ MOST_AMPLITUDES = 10_000
 
 def straight_drag(swimmer: Swimmer) -> float:
     """Return the drag on the straight swimmer along its axis, per speed [N s/m]."""
-    return float(sum(swimmer.drag_matrix(link)[0, 0] for link in range(3)))
+    return float(resistance_and_coupling(swimmer, COLLINEAR)[0][0, 0])
 
 
 def efficiency(swimmer: Swimmer, stroke: Stroke, distance_m: float) -> float:
