@@ -36,6 +36,7 @@ from purcell_cli.geometry.rotations import Array, about_axis
 from purcell_cli.mechanics.configuration import Deviation
 from purcell_cli.motion.blocks import Block, starting_shapes
 from purcell_cli.motion.limits import Limits
+from purcell_cli.motion.options import Controls, Effort
 from purcell_cli.motion.verdict import Verdict
 from purcell_cli.planner.plan_path import PlanPath
 from purcell_cli.planner.refine.minimum_travel import Pace
@@ -212,6 +213,16 @@ def test_a_time_says_how_much_joint_travel_is_made(whole: Solution) -> None:
     for wrong in (math.nan, -1e-9, whole.duration_s + 1e-3, 1e9):
         with pytest.raises(ParameterError, match=rf"0 s to {whole.duration_s:.3f} s, the plan's end, is wanted, found"):
             refuse_time(whole.plan, wrong)
+
+
+def test_a_plan_of_all_joints_at_once_is_planned_anew_and_no_place_on_its_way_is_named() -> None:
+    options = PlanOptions(effort=Effort.QUICK, controls=Controls.SIMULTANEOUS)
+    goal = Configuration.from_angles((0.002, 0.0, 0.0))
+    made = plan(Configuration(), goal, options=options).plan
+    found = replan_once(made, Configuration.from_angles((0.001, 0.0, 0.0)), options, after_rad=0.5)
+    assert found.solution.verdict == Verdict.REACHED
+    assert (found.kept, found.off, found.done_rad) == (False, None, 0.5)
+    assert abs(found.left_rad - (made.joint_travel_rad - 0.5)) < 1e-12
 
 
 def test_a_plan_that_moves_nothing_is_planned_anew() -> None:

@@ -28,14 +28,14 @@ class Replanned:
     Attributes:
         solution: The rest, carried out and checked.
         kept: Whether it is made of the plan's own strokes.
-        off: How far from the plan's way the configuration was measured to be [L, rad]; 0 where that is not looked at.
-        done_rad: The plan's joint travel up to where that is nearest [rad].
+        off: How far from the plan's way the configuration was measured to be [L, rad]; None where nobody looks.
+        done_rad: The plan's joint travel up to where that is nearest, or what was said to be made [rad].
         left_rad: The plan's joint travel from there on [rad].
     """
 
     solution: Solution
     kept: bool
-    off: float = 0.0
+    off: float | None = None
     done_rad: float = 0.0
     left_rad: float = 0.0
 

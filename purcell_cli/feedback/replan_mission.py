@@ -56,7 +56,7 @@ def replan_once(
     if way is not None:
         return replan(way, measured, options, after_rad=after_rad, progress=progress)
     whole = plan(measured, made.goal, swimmer=made.swimmer, options=options, progress=progress)
-    return Replanned(whole, False, left_rad=made.joint_travel_rad)
+    return Replanned(whole, False, done_rad=after_rad, left_rad=made.joint_travel_rad - after_rad)
 
 
 def _mission(
@@ -75,7 +75,8 @@ def _mission(
         found = _kept(made, legs, k, way, place, measured, options)
         if found is not None:
             return Replanned(found, True, *figures)
-    return Replanned(_anew(made, k, done, measured, options, progress), False, off, done, float(before[-1]) - done)
+    whole = _anew(made, k, done, measured, options, progress)
+    return Replanned(whole, False, None if way is None else off, done, float(before[-1]) - done)
 
 
 def _refuse_off_curve(made: Plan, measured: Configuration) -> None:

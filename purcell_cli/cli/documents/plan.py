@@ -166,8 +166,11 @@ class RestPart(TypedDict):
     """What is left of a plan from a measured configuration."""
 
     kept: Annotated[bool, "whether it is made of the plan's own strokes; else it was planned anew"]
-    off_way: Annotated[float, "how far from the plan's way the configuration is, a radian counting as L [L]"]
-    done_rad: Annotated[float, "the plan's joint travel up to the nearest place of its way [rad]"]
+    off_way: Annotated[
+        float | None,
+        "how far from the plan's way the configuration is, a radian as L [L]; null where all joints turn at once",
+    ]
+    done_rad: Annotated[float, "the plan's joint travel up to the nearest place of its way, or by `--after` [rad]"]
     left_rad: Annotated[float, "the plan's joint travel from there on [rad]"]
 
 

@@ -259,7 +259,8 @@ def _show_rest(console: Console, rest: RestPart) -> None:
     whole = rest["done_rad"] + rest["left_rad"]
     made = "the rest of its own strokes" if rest["kept"] else "planned anew"
     done = f"{rest['done_rad']:.4g} of {whole:.4g} rad of the plan are done"
-    console.print(f"{done}, {rest['off_way']:.2g} L off its way: {made}", soft_wrap=True)
+    off = "" if rest["off_way"] is None else f", {rest['off_way']:.2g} L off its way"
+    console.print(f"{done}{off}: {made}", soft_wrap=True)
 
 
 def _show_way(console: Console, document: PlanDocument) -> None:
