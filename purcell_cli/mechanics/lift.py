@@ -100,7 +100,8 @@ def flow(
 ) -> Array:
     """Return the base's body displacement along a sequence of controls [m]. Shape (4, 4).
 
-    It is g_start^-1 g_end, exact to rounding for `EXACT`.
+    It is g_start^-1 g_end, exact to rounding for `EXACT`. How links that feel each other's flow drag, a table says:
+    bends beyond 1.6 rad, where it ends, are not looked for here, and what comes of them is no motion of theirs.
 
     Args:
         swimmer: The swimmer.
