@@ -110,6 +110,7 @@ class Interrupted:
             stderr=subprocess.PIPE,
             start_new_session=True,
             preexec_fn=limit,  # nothing here runs threads
+            env=os.environ | {"PYTHONDONTWRITEBYTECODE": "1"},  # a full disk would leave modules cut short
         ) as process:
             os.close(writer)
             if how == "closed pipe":

@@ -35,7 +35,11 @@ def written(folder: Path, scenarios: list[str]) -> Path:
 
 
 def process(*arguments: str, cwd: Path, **options: Any) -> subprocess.Popen[str]:
-    """Start a batch as a process of its own, in a session of its own."""
+    """Start a batch as a process of its own, in a session of its own.
+
+    It leaves no compiled modules: those that a full disk cut short would break every process after it.
+    """
+    alone = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
     return subprocess.Popen(
         [sys.executable, "-c", _MAIN, "batch", *QUICK, *arguments],
         cwd=cwd,
@@ -43,7 +47,7 @@ def process(*arguments: str, cwd: Path, **options: Any) -> subprocess.Popen[str]
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        env=os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+        env=os.environ | alone,
         **options,
     )
 
