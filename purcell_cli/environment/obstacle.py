@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from purcell_cli.errors import ParameterError
 from purcell_cli.geometry.rotations import Array
+from purcell_cli.geometry.three_numbers import three_numbers
 
 Point = tuple[float, float, float]
 """A point of the world: x, y and z [m]."""
@@ -48,13 +49,8 @@ def point(value: ArrayLike, name: str) -> Point:
     Raises:
         ParameterError: Not three, or not finite.
     """
-    try:
-        found = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        found = np.empty(0)
-    if found.shape != (3,) or not np.all(np.isfinite(found)):
-        raise ParameterError(f"{name}: three finite numbers are wanted, found {value!r}")
-    return float(found[0]), float(found[1]), float(found[2])
+    x, y, z = three_numbers(value, name).tolist()
+    return x, y, z
 
 
 def length(value: float, name: str) -> float:

@@ -12,6 +12,7 @@ from purcell_cli.frozen_dataclass import frozen_dataclass
 from purcell_cli.geometry import se3
 from purcell_cli.geometry.reproducible import matmul, norm
 from purcell_cli.geometry.rotations import Array, angle_between, as_euler, from_euler, from_matrix
+from purcell_cli.geometry.three_numbers import three_numbers
 from purcell_cli.mechanics.connection import COLLINEAR
 
 
@@ -68,22 +69,11 @@ class Configuration:
         Raises:
             ParameterError: One of them is not three finite numbers.
         """
-        position = _three(position_m, "position_m")
-        base = from_euler(np.radians(_three(base_euler_deg, "base_euler_deg")))
-        limb1 = from_euler(np.radians(_three(limb1_euler_deg, "limb1_euler_deg")))
-        limb2 = from_euler(np.radians(_three(limb2_euler_deg, "limb2_euler_deg")))
+        position = three_numbers(position_m, "position_m")
+        base = from_euler(np.radians(three_numbers(base_euler_deg, "base_euler_deg")))
+        limb1 = from_euler(np.radians(three_numbers(limb1_euler_deg, "limb1_euler_deg")))
+        limb2 = from_euler(np.radians(three_numbers(limb2_euler_deg, "limb2_euler_deg")))
         return cls(se3.pose(base, position), np.stack([limb1, limb2]))
-
-
-def _three(given: ArrayLike, name: str) -> Array:
-    """Return three numbers. Shape (3,)."""
-    try:
-        found = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        found = np.empty(0)
-    if found.shape != (3,) or not np.all(np.isfinite(found)):
-        raise ParameterError(f"{name}: three finite numbers are wanted, found {given!r}")
-    return found
 
 
 @frozen_dataclass
